@@ -1,0 +1,30 @@
+# One place for what the compiler is told. No -march=native: a binary runs on every machine of its architecture.
+
+set(balance_warnings
+    -Wall
+    -Wextra
+    -Wpedantic
+    -Wshadow
+    -Wnon-virtual-dtor
+    -Woverloaded-virtual
+    -Wcast-qual
+    -Wunused
+    -Wfloat-conversion
+    -Wduplicated-cond
+    -Wlogical-op
+    -Wextra-semi)
+# -Wconversion is only taken in its floating-point part: Eigen's signed indices and the standard library's unsigned
+# sizes meet on every page, and a cast at each meeting hides more than it shows.
+
+function(balance_compile_options target)
+  if(BALANCE_STRICT)
+    target_compile_options(${target} PRIVATE ${balance_warnings} -Werror)
+  else()
+    target_compile_options(${target} PRIVATE -Wall -Wextra)
+  endif()
+  if(BALANCE_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${BALANCE_SANITIZE} -fno-sanitize-recover=all
+                                             -fno-omit-frame-pointer)
+    target_link_options(${target} PRIVATE -fsanitize=${BALANCE_SANITIZE})
+  endif()
+endfunction()

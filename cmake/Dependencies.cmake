@@ -1,0 +1,12 @@
+# Foreign libraries. balanceConfig.cmake.in names the same ones for whoever links the installed library.
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(yaml-cpp 0.7 REQUIRED)
+find_package(fmt 9 REQUIRED)
+find_package(nlohmann_json 3.11 REQUIRED)
+find_package(muparser REQUIRED)
+find_package(HDF5 1.10 REQUIRED COMPONENTS C HL)
+find_package(CLI11 2.1 REQUIRED)
+
+set(balance_private_libraries yaml-cpp muparser::muparser hdf5::hdf5 hdf5::hdf5_hl fmt::fmt
+                              nlohmann_json::nlohmann_json)
+set(balance_app_libraries CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json)

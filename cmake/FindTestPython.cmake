@@ -1,0 +1,15 @@
+# The interpreter that runs the test scripts: the first that can import what they need. A machine may have several.
+function(balance_find_test_python)
+  set(modules h5py numpy yaml jsonschema)
+  list(JOIN modules "," imports)
+  foreach(candidate IN ITEMS ${BALANCE_PYTHON} /usr/bin/python3 python3 python)
+    execute_process(COMMAND ${candidate} -c "import ${imports}" RESULT_VARIABLE failed OUTPUT_QUIET ERROR_QUIET)
+    if(NOT failed)
+      set(BALANCE_PYTHON ${candidate} CACHE STRING "Python interpreter that runs the test scripts" FORCE)
+      return()
+    endif()
+  endforeach()
+  message(FATAL_ERROR "No Python interpreter can import ${imports}: run scripts/setup, "
+                      "set -DBALANCE_PYTHON=<interpreter> or build with -DBALANCE_TESTS=OFF")
+endfunction()
+balance_find_test_python()

@@ -1,0 +1,43 @@
+# Scripts and configs as tests. A script passes when it ends with exit code 0; it finds the program in BALANCE and the
+# mechanisms in CONFIGS. Names that begin with an underscore are helpers.
+set(configs ${PROJECT_SOURCE_DIR}/configs)
+
+function(balance_add_script_test name)
+  add_test(NAME ${name} COMMAND ${ARGN})
+  set_tests_properties(
+    ${name} PROPERTIES ENVIRONMENT "BALANCE=$<TARGET_FILE:balance_app>;CONFIGS=${configs};PYTHON=${BALANCE_PYTHON}"
+                       TIMEOUT 300)
+endfunction()
+
+add_test(NAME layers COMMAND ${BALANCE_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/check_layers)
+add_test(NAME layers.self-test COMMAND ${BALANCE_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/check_layers --self-test)
+
+if(TARGET balance_app)
+  file(GLOB_RECURSE scripts CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} cli/*.py test_*.py)
+  list(REMOVE_DUPLICATES scripts)
+  list(FILTER scripts EXCLUDE REGEX "(^|/)_[^/]*$")
+  foreach(script IN LISTS scripts)
+    balance_add_script_test(${script} ${BALANCE_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/${script})
+  endforeach()
+
+  file(GLOB shell_scripts CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} cli/*.sh)
+  list(FILTER shell_scripts EXCLUDE REGEX "(^|/)_[^/]*$")
+  foreach(script IN LISTS shell_scripts)
+    balance_add_script_test(${script} bash ${CMAKE_CURRENT_SOURCE_DIR}/${script})
+  endforeach()
+
+  file(GLOB specs CONFIGURE_DEPENDS ${configs}/*.yaml)
+  foreach(spec IN LISTS specs)
+    get_filename_component(name ${spec} NAME_WE)
+    # What kind of file it is can change without its name changing.
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${spec})
+    file(STRINGS ${spec} bodies REGEX "^bodies:")
+    file(STRINGS ${spec} motion REGEX "^motion:")
+    if(bodies)
+      balance_add_script_test(config.check.${name} $<TARGET_FILE:balance_app> check ${spec})
+    endif()
+    if(motion)
+      balance_add_script_test(config.simulate.${name} ${BALANCE_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/run_config.py ${spec})
+    endif()
+  endforeach()
+endif()
