@@ -1,0 +1,35 @@
+# What `cmake --install` puts in place: program, library, headers, CMake package, documents, mechanisms; and the Debian
+# package made from it (`cpack`).
+include(CMakePackageConfigHelpers)
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/balance)
+
+install(TARGETS balance EXPORT balanceTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+if(TARGET balance_app)
+  install(TARGETS balance_app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+install(DIRECTORY lib/balance ${CMAKE_CURRENT_BINARY_DIR}/generated/balance
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.hpp)
+install(DIRECTORY configs DESTINATION ${CMAKE_INSTALL_DATADIR}/balance)
+install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+install(EXPORT balanceTargets NAMESPACE balance:: DESTINATION ${package_dir})
+configure_package_config_file(cmake/balanceConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/balanceConfig.cmake
+                              INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/balanceConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/balanceConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/balanceConfigVersion.cmake
+        DESTINATION ${package_dir})
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME balance-mechanisms)
+set(CPACK_PACKAGE_CONTACT "The balance authors")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+# Debian's `balance`, a TCP load balancer, installs a program of the same name.
+set(CPACK_DEBIAN_PACKAGE_CONFLICTS balance)
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS
+    "libeigen3-dev, libyaml-cpp-dev, libfmt-dev, nlohmann-json3-dev, libmuparser-dev, libhdf5-dev")
+include(CPack)
