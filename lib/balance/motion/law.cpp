@@ -1,0 +1,155 @@
+#include "balance/motion/law.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace balance {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// Ramps whose lengths add up to one to within round-off leave no constant velocity between them.
+constexpr double ramp_tolerance = 1e-12;
+
+/// Where a trapezoidal velocity starts to brake; exactly `ramp_up` where the ramps meet.
+double brake_start(const Law& law) {
+  const double start = 1 - law.ramp_down;
+  return start - law.ramp_up < ramp_tolerance ? law.ramp_up : start;
+}
+
+// The first halves, t in [0, 1/2], of the laws that are symmetric by construction. The second halves follow from
+// s(t) = 1 − s(1 − t), which makes both ends exact and spares the polynomials their cancellation near 1.
+
+/// t − sin(2πt)/2π, written with the half angle: 1 − cos loses digits near the end, 2 sin² does not.
+LawValue cycloidal_half(double t) {
+  const double sine = std::sin(pi * t), cosine = std::cos(pi * t);
+  return {t - sine * cosine / pi, 2 * sine * sine, 4 * pi * sine * cosine};
+}
+
+LawValue bang_bang_half(double t) { return {2 * t * t, 4 * t, 4}; }
+
+LawValue cubic_half(double t) { return {t * t * (3 - 2 * t), 6 * t * (1 - t), 6 - 12 * t}; }
+
+LawValue polynomial_345_half(double t) {
+  const double square = t * t, r = 1 - t;
+  return {square * t * (10 + t * (-15 + 6 * t)), 30 * square * r * r, 60 * t * r * (1 - 2 * t)};
+}
+
+LawValue polynomial_4567_half(double t) {
+  const double square = t * t, r = 1 - t;
+  return {square * square * (35 + t * (-84 + t * (70 - 20 * t))), 140 * square * t * r * r * r,
+          420 * square * r * r * (1 - 2 * t)};
+}
+
+/// (1 − cos πt)/2
+LawValue harmonic_half(double t) {
+  const double half = std::sin(pi * t / 2);
+  return {half * half, pi / 2 * std::sin(pi * t), pi * pi / 2 * std::cos(pi * t)};
+}
+
+/// s'' is a quarter sine of period 1/2 up to 1/8, then a quarter sine of period 3/2, which is zero at 1/2. With s'' = A at 1/8,
+/// integrating gives s'(1/2) = A/π and s(1/2) = A (4 + π)/(8π²); the latter must be 1/2, so A = 4π²/(4 + π).
+LawValue modified_sine_half(double t) {
+  constexpr double unit = 1 / (4 + pi);
+  if (t < 0.125) {
+    const double sine = std::sin(2 * pi * t), cosine = std::cos(2 * pi * t);
+    return {unit * (pi * t - sine * cosine / 2), 2 * pi * unit * sine * sine, 8 * pi * pi * unit * sine * cosine};
+  }
+  const double phase = pi / 3 * (4 * t + 1);
+  const double sine = std::sin(phase), cosine = std::cos(phase);
+  return {unit * (2 + pi * t - 2.25 * sine), pi * unit * (1 - 3 * cosine), 4 * pi * pi * unit * sine};
+}
+
+/// s'' is a quarter sine up to 1/8, constant A up to 3/8, a quarter cosine down to zero at 1/2. Integrating twice gives
+/// s(1/2) = A (2 + π)/(16π), which must be 1/2, so A = 8π/(2 + π).
+LawValue modified_trapezoidal_half(double t) {
+  constexpr double peak = 8 * pi / (2 + pi);
+  constexpr double w = 4 * pi;
+  constexpr double ds_first = peak / w, s_first = ds_first * (0.125 - 1 / w);
+  constexpr double ds_second = ds_first + peak / 4, s_second = s_first + ds_first / 4 + peak / 32;
+  if (t < 0.125) {
+    const double sine = std::sin(w * t / 2), cosine = std::cos(w * t / 2);
+    return {peak / w * (t - 2 * sine * cosine / w), 2 * peak / w * sine * sine, 2 * peak * sine * cosine};
+  }
+  if (t < 0.375) {
+    const double u = t - 0.125;
+    return {s_first + u * (ds_first + u * peak / 2), ds_first + u * peak, peak};
+  }
+  const double u = t - 0.375;
+  const double sine = std::sin(w * u), cosine = std::cos(w * u);
+  return {s_second + u * ds_second + peak * (1 - cosine) / (w * w), ds_second + peak * sine / w, peak * cosine};
+}
+
+template <typename Half>
+LawValue mirrored(Half half, double tau, Side side) {
+  if (tau < 0.5 || (tau == 0.5 && side == Side::before)) return half(tau);
+  const LawValue value = half(1 - tau);
+  return {1 - value.s, value.ds, -value.dds};
+}
+
+LawValue trapezoidal_velocity(const Law& law, double tau, Side side) {
+  const double up = law.ramp_up, down = law.ramp_down, brake = brake_start(law);
+  const double velocity = 1 / (1 - (up + down) / 2);  // the area under the trapezium is one
+  if (tau < up || (tau == up && side == Side::before)) {
+    return {velocity * tau * tau / (2 * up), velocity * tau / up, velocity / up};
+  }
+  if (tau > brake || (tau == brake && side == Side::after)) {
+    const double left = 1 - tau;
+    return {1 - velocity * left * left / (2 * down), velocity * left / down, -velocity / down};
+  }
+  return {velocity * (tau - up / 2), velocity, 0};
+}
+
+}  // namespace
+
+void validate(const Law& law) {
+  if (law.kind != LawKind::trapezoidal_velocity) return;
+  const auto part = [](double ramp) { return ramp > 0 && ramp < 1; };
+  if (!part(law.ramp_up) || !part(law.ramp_down)) {
+    throw std::invalid_argument(
+        "the ramps of a trapezoidal velocity must lie between 0 and 1, as parts of the duration; found " +
+        std::to_string(law.ramp_up) + " and " + std::to_string(law.ramp_down));
+  }
+  if (law.ramp_up + law.ramp_down > 1 + ramp_tolerance) {
+    throw std::invalid_argument(
+        "the two ramps of a trapezoidal velocity must together take at most the whole duration; found " +
+        std::to_string(law.ramp_up) + " + " + std::to_string(law.ramp_down) + " > 1");
+  }
+}
+
+LawValue evaluate(const Law& law, double tau, Side side) {
+  switch (law.kind) {
+    case LawKind::cycloidal:
+      return mirrored(cycloidal_half, tau, side);
+    case LawKind::bang_bang:
+      return mirrored(bang_bang_half, tau, side);
+    case LawKind::uniform:
+      return {tau, 1, 0};
+    case LawKind::cubic:
+      return mirrored(cubic_half, tau, side);
+    case LawKind::polynomial_345:
+      return mirrored(polynomial_345_half, tau, side);
+    case LawKind::polynomial_4567:
+      return mirrored(polynomial_4567_half, tau, side);
+    case LawKind::harmonic:
+      return mirrored(harmonic_half, tau, side);
+    case LawKind::modified_sine:
+      return mirrored(modified_sine_half, tau, side);
+    case LawKind::modified_trapezoidal:
+      return mirrored(modified_trapezoidal_half, tau, side);
+    case LawKind::trapezoidal_velocity:
+      return trapezoidal_velocity(law, tau, side);
+  }
+  throw std::invalid_argument("unknown law of motion");
+}
+
+std::vector<double> jumps(const Law& law) {
+  if (law.kind == LawKind::bang_bang) return {0.5};
+  if (law.kind != LawKind::trapezoidal_velocity) return {};
+  const double brake = brake_start(law);
+  if (brake == law.ramp_up) return {brake};
+  return {law.ramp_up, brake};
+}
+
+}  // namespace balance

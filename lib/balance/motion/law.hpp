@@ -1,0 +1,45 @@
+#pragma once
+/// Laws of motion s(τ): [0,1] → [0,1] with s(0) = 0, s(1) = 1 and their derivatives with respect to τ.
+
+#include <string_view>
+#include <vector>
+
+namespace balance {
+
+enum class LawKind {
+  cycloidal,  ///< P3 eq. 52
+  bang_bang,  ///< constant acceleration, then the opposite
+  uniform,    ///< constant velocity
+  cubic,      ///< 3τ² − 2τ³
+  polynomial_345,
+  polynomial_4567,
+  harmonic,  ///< simple harmonic, (1 − cos πτ)/2
+  modified_sine,
+  modified_trapezoidal,
+  trapezoidal_velocity,  ///< ramps of stated length, constant velocity between them
+};
+
+struct Law {
+  LawKind kind = LawKind::cycloidal;
+  double ramp_up = 0.25;    ///< trapezoidal velocity: part of the duration spent accelerating, in (0, 1)
+  double ramp_down = 0.25;  ///< … and braking; ramp_up + ramp_down ≤ 1
+};
+
+/// @throws std::invalid_argument if the ramps of a trapezoidal velocity are out of range. The message is fit for a user.
+void validate(const Law& law);
+
+/// s and its first and second derivative with respect to τ.
+struct LawValue {
+  double s = 0, ds = 0, dds = 0;
+};
+
+/// Which limit to take where the second derivative jumps.
+enum class Side { before, after };
+
+/// @param tau in [0, 1]; at 0 the side is always `after`, at 1 always `before`.
+LawValue evaluate(const Law& law, double tau, Side side = Side::after);
+
+/// The τ strictly inside (0, 1) at which the second derivative jumps, increasing.
+std::vector<double> jumps(const Law& law);
+
+}  // namespace balance
