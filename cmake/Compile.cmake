@@ -13,6 +13,7 @@ set(balance_warnings
     -Wduplicated-cond
     -Wlogical-op
     -Wextra-semi
+    -Wno-missing-field-initializers # structs are filled by name, and what is left out has its default
     -Wno-restrict) # GCC 12 warns wrongly about concatenated std::strings (GCC bug 105651)
 # -Wconversion is only taken in its floating-point part: Eigen's signed indices and the standard library's unsigned
 # sizes meet on every page, and a cast at each meeting hides more than it shows.
@@ -21,7 +22,7 @@ function(balance_compile_options target)
   if(BALANCE_STRICT)
     target_compile_options(${target} PRIVATE ${balance_warnings} -Werror)
   else()
-    target_compile_options(${target} PRIVATE -Wall -Wextra -Wno-restrict)
+    target_compile_options(${target} PRIVATE -Wall -Wextra -Wno-missing-field-initializers -Wno-restrict)
   endif()
   if(BALANCE_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${BALANCE_SANITIZE} -fno-sanitize-recover=all
