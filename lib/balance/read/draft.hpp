@@ -1,0 +1,73 @@
+#pragma once
+/// The study while its spec is being read, and the readers of numbers, points and names that all sections share.
+
+#include "balance/base/types.hpp"
+#include "balance/read/cursor.hpp"
+#include "balance/read/parameters.hpp"
+#include "balance/read/units.hpp"
+#include "balance/study/study.hpp"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace balance::read {
+
+/// A free number and where it stands: they are sorted into the document's order at the end.
+struct PlacedFreeNumber {
+  Place place;
+  FreeNumber number;
+};
+
+struct Draft {
+  explicit Draft(const std::string& file_name) : problems(file_name) { study.spec_file = file_name; }
+
+  Study study;
+  Problems problems;
+  Units units;
+  Parameters parameters;
+  std::vector<PlacedFreeNumber> free_numbers;
+  std::vector<Place> body_places;  ///< of the bodies' names, as mechanism.bodies
+
+  Mechanism& mechanism() { return study.mechanism; }
+  bool planar() const { return study.mechanism.space == SpaceKind::planar; }
+};
+
+enum class Sign { any, not_negative, positive };
+
+/// A number, an expression or a free number, in SI.
+double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign = Sign::any);
+/// A list of such numbers of one dimension. @param what for the message: "three numbers"
+std::vector<double> read_numbers(const Cursor& at, Draft& draft, Dimension dimension, const std::string& what);
+/// Two numbers in the plane (z = 0), three in space.
+Vector3 read_vector(const Cursor& at, Draft& draft, Dimension dimension);
+/// A vector that is not zero, normalised.
+Vector3 read_direction(const Cursor& at, Draft& draft);
+/// A whole number. Never free.
+long read_whole(const Cursor& at, Draft& draft, long least, long most);
+/// [roll, pitch, yaw]: Rz(yaw) Ry(pitch) Rx(roll).
+Matrix3 read_rpy(const Cursor& at, Draft& draft);
+/// [w, x, y, z], normalised.
+Matrix3 read_quaternion(const Cursor& at, Draft& draft);
+
+/// A body's name. @return its index
+int read_body(const Cursor& at, const Draft& draft);
+
+struct PointReference {
+  int body = 0;
+  std::string name;
+  Vector3 position = Vector3::Zero();
+};
+/// `body.point`.
+PointReference read_reference(const Cursor& at, const Draft& draft);
+/// A place on a known body: the name of one of its points (`H` or `body.H`) or its coordinates.
+Vector3 read_place(const Cursor& at, Draft& draft, int body);
+/// A coordinate's name. @return its index
+int read_coordinate(const Cursor& at, const Draft& draft);
+/// The same for a name that has no node of its own (a key, a column).
+int find_coordinate(const Cursor& at, const std::string& name, const Draft& draft);
+/// `{J1: 0.3, J2: …}`: values of coordinates, each in its own unit.
+std::vector<CoordinateValue> read_coordinate_values(const Cursor& at, Draft& draft);
+
+}  // namespace balance::read

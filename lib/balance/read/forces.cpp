@@ -1,0 +1,188 @@
+// What pushes and pulls: loads, springs, friction.
+
+#include "balance/read/nearest.hpp"
+#include "balance/read/sections.hpp"
+#include "balance/read/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace balance::read {
+
+namespace {
+
+/// A number in the plane (about z), three in space.
+Vector3 read_moment(const Cursor& at, Draft& draft) {
+  if (!draft.planar()) return read_vector(at, draft, dimension::moment);
+  return {0, 0, read_number(at, draft, dimension::moment)};
+}
+
+/// Columns of a load's table and where their values go: 0–2 force, 3–5 moment.
+struct LoadColumns {
+  std::vector<Column> columns;
+  std::vector<int> slots;
+};
+
+LoadColumns load_columns(bool planar) {
+  LoadColumns all;
+  const std::vector<std::pair<const char*, int>> names =
+      planar
+          ? std::vector<std::pair<const char*, int>>{{"fx", 0}, {"fy", 1}, {"m", 5}}
+          : std::vector<std::pair<const char*, int>>{{"fx", 0}, {"fy", 1}, {"fz", 2}, {"mx", 3}, {"my", 4}, {"mz", 5}};
+  for (const auto& [name, slot] : names) {
+    all.columns.push_back({name, slot < 3 ? dimension::force : dimension::moment});
+    all.slots.push_back(slot);
+  }
+  return all;
+}
+
+void take_table(const TimeTable& table, const LoadColumns& columns, Load& load) {
+  load.time = table.time;
+  for (const auto& row : table.values) {
+    Vector3 part[2] = {Vector3::Zero(), Vector3::Zero()};
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const int slot = columns.slots[static_cast<std::size_t>(table.columns[i])];
+      part[slot / 3][slot % 3] = row[i];
+    }
+    load.force.push_back(part[0]);
+    load.moment.push_back(part[1]);
+  }
+}
+
+/// `[[t, fx, fy], …]`, with the moment as further entries if the first row has them.
+void read_rows(const Cursor& at, Draft& draft, Load& load) {
+  LoadColumns columns = load_columns(draft.planar());
+  const auto rows = at.items("a list of rows [time, force …, moment …]");
+  const std::size_t forces = draft.planar() ? 2 : 3;
+  if (!rows.empty() && rows[0].node().items.size() == forces + 1) columns.columns.resize(forces);
+  take_table(read_inline_table(at, draft, columns.columns), columns, load);
+}
+
+/// `{time: […], force: [[…], …], moment: […]}`.
+void read_lists(const Cursor& at, Draft& draft, Load& load) {
+  std::optional<Cursor> force, moment;
+  std::optional<Cursor> time;
+  const bool read = read_fields(at, "a table {time, force, moment}",
+                                {{"time", Need::required,
+                                  [&](const Cursor& c) {
+                                    time = c;
+                                    load.time = read_numbers(c, draft, dimension::time, "a list of times");
+                                    if (load.time.empty()) c.expected("at least one time");
+                                    check_times(c, load.time);
+                                  }},
+                                 {"force", Need::optional, [&](const Cursor& c) { force = c; }},
+                                 {"moment", Need::optional, [&](const Cursor& c) { moment = c; }}});
+  if (!read) return;
+  if (!force && !moment) at.fail("missing key: expected 'force' or 'moment', found neither");
+  load.force.assign(load.time.size(), Vector3::Zero());
+  load.moment = load.force;
+  const std::string what = fmt::format("{} entries, one for each time", load.time.size());
+  if (force) {
+    const auto items = force->items(what, load.time.size());
+    for (std::size_t i = 0; i < items.size(); ++i) load.force[i] = read_vector(items[i], draft, dimension::force);
+  }
+  if (moment) {
+    const auto items = moment->items(what, load.time.size());
+    for (std::size_t i = 0; i < items.size(); ++i) load.moment[i] = read_moment(items[i], draft);
+  }
+}
+
+void read_load(const Cursor& at, Draft& draft, Load& load) {
+  std::optional<Cursor> place, force, moment, table, file;
+  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+  const bool read =
+      read_fields(at, "a load {on, at, force, moment}",
+                  {{"on", Need::required,
+                    [&](const Cursor& c) {
+                      load.body = read_body(c, draft);
+                      if (load.body == ground) c.fail("expected a moving body, found the ground");
+                    }},
+                   {"at", Need::optional, keep(place)},
+                   {"force", Need::optional, keep(force)},
+                   {"moment", Need::optional, keep(moment)},
+                   {"table", Need::optional, keep(table)},
+                   {"file", Need::optional, keep(file)},
+                   {"frame", Need::optional, [&](const Cursor& c) {
+                      load.frame = c.choice("a frame", {"world", "body"}) == 0 ? Frame::world : Frame::body;
+                    }}});
+  if (!read) return;
+  if (int{force || moment} + int{table.has_value()} + int{file.has_value()} != 1)
+    at.fail("expected one of: 'force' and 'moment' (constant), 'table', 'file'; found " +
+            std::string(force || moment || table || file ? "several" : "none"));
+  if (place) load.point = read_place(*place, draft, load.body);
+  if (table && table->is_map()) return read_lists(*table, draft, load);
+  if (table) return read_rows(*table, draft, load);
+  if (file) {
+    const LoadColumns columns = load_columns(draft.planar());
+    return take_table(read_table_file(*file, draft, columns.columns), columns, load);
+  }
+  load.force.push_back(force ? read_vector(*force, draft, dimension::force) : Vector3(Vector3::Zero()));
+  load.moment.push_back(moment ? read_moment(*moment, draft) : Vector3(Vector3::Zero()));
+}
+
+void read_spring(const Cursor& at, Draft& draft, Spring& spring) {
+  read_fields(
+      at, "a spring {between, stiffness}",
+      {{"between", Need::required,
+        [&](const Cursor& c) {
+          const auto ends = c.items("two points [body.point, body.point]", 2);
+          const PointReference first = read_reference(ends[0], draft), second = read_reference(ends[1], draft);
+          if (first.body == second.body)
+            c.fail(fmt::format("expected points of two bodies, found two points of {}",
+                               in_quotes(draft.mechanism().bodies[static_cast<std::size_t>(first.body)].name)));
+          spring.first = first.body;
+          spring.second = second.body;
+          spring.point_first = first.position;
+          spring.point_second = second.position;
+        }},
+       {"stiffness", Need::required,
+        [&](const Cursor& c) { spring.stiffness = read_number(c, draft, dimension::stiffness, Sign::not_negative); }},
+       {"free_length", Need::optional,
+        [&](const Cursor& c) { spring.free_length = read_number(c, draft, dimension::length, Sign::not_negative); }}});
+}
+
+void read_one_friction(const Member& member, Draft& draft) {
+  Friction friction;
+  friction.coordinate = find_coordinate(member.key, member.name, draft);
+  const bool turns =
+      draft.mechanism().coordinates[static_cast<std::size_t>(friction.coordinate)].kind == CoordinateKind::angle;
+  const Dimension effort = turns ? dimension::moment : dimension::force;
+  const Dimension rate = (turns ? dimension::angle : dimension::length) / dimension::time;
+  if (!read_fields(
+          member.value, "friction {viscous, coulomb}",
+          {{"viscous", Need::optional,
+            [&](const Cursor& c) { friction.viscous = read_number(c, draft, effort / rate, Sign::not_negative); }},
+           {"coulomb", Need::optional,
+            [&](const Cursor& c) { friction.coulomb = read_number(c, draft, effort, Sign::not_negative); }}}))
+    return;
+  if (member.value.node().items.empty()) member.value.expected("'viscous' or 'coulomb'");
+  draft.mechanism().friction.push_back(friction);
+}
+
+}  // namespace
+
+void read_loads(const Cursor& section, Draft& draft) {
+  for (const Member& member : named_members(section, "a mapping of loads {on, at, force}")) {
+    Load load;
+    load.name = member.name;
+    draft.problems.guard([&] { read_load(member.value, draft, load); });
+    draft.mechanism().loads.push_back(std::move(load));
+  }
+}
+
+void read_springs(const Cursor& section, Draft& draft) {
+  for (const Member& member : named_members(section, "a mapping of springs {between, stiffness}")) {
+    Spring spring;
+    spring.name = member.name;
+    draft.problems.guard([&] { read_spring(member.value, draft, spring); });
+    draft.mechanism().springs.push_back(std::move(spring));
+  }
+}
+
+void read_friction(const Cursor& section, Draft& draft) {
+  for (const Member& member : members(section, "a mapping of joint coordinates to friction {viscous, coulomb}"))
+    draft.problems.guard([&] { read_one_friction(member, draft); });
+}
+
+}  // namespace balance::read

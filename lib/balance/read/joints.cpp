@@ -1,0 +1,181 @@
+#include "balance/read/nearest.hpp"
+#include "balance/read/sections.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace balance::read {
+
+namespace {
+
+struct NamedType {
+  const char* name;
+  JointType type;
+  bool planar, spatial;
+};
+
+constexpr NamedType types[]{{"revolute", JointType::revolute, true, true},
+                            {"prismatic", JointType::prismatic, true, true},
+                            {"fixed", JointType::fixed, true, true},
+                            {"pin-slot", JointType::pin_slot, true, false},
+                            {"cylindrical", JointType::cylindrical, false, true},
+                            {"universal", JointType::universal, false, true},
+                            {"spherical", JointType::spherical, false, true},
+                            {"planar", JointType::planar, false, true}};
+
+JointType read_type(const Cursor& at, bool planar) {
+  std::vector<std::string> names;
+  std::vector<JointType> possible;
+  for (const NamedType& t : types) {
+    if (!(planar ? t.planar : t.spatial)) continue;
+    names.emplace_back(t.name);
+    possible.push_back(t.type);
+  }
+  return possible[at.choice(fmt::format("a joint type of a {} mechanism", planar ? "planar" : "spatial"), names)];
+}
+
+bool has_axis(JointType type, bool planar) {
+  if (planar) return type == JointType::prismatic || type == JointType::pin_slot;
+  return type != JointType::fixed && type != JointType::spherical;
+}
+
+bool has_second_axis(JointType type) { return type == JointType::universal || type == JointType::planar; }
+
+/// What one joint's mapping says, before its parts are put together.
+struct JointText {
+  std::optional<Cursor> axis, axis2, rpy, quaternion, angle;
+};
+
+/// A direction at a right angle to `axis`: x turned with the frame that has z along the axis. If the axis is z, that is x.
+Vector3 perpendicular(const Vector3& axis) {
+  if (axis == Vector3::UnitZ()) return Vector3::UnitX();
+  // The coordinate direction that is farthest from the axis, made perpendicular: deterministic, never badly conditioned.
+  Eigen::Index least = 0;
+  axis.cwiseAbs().minCoeff(&least);
+  const Vector3 away = Vector3::Unit(least);
+  return (away - axis.dot(away) * axis).normalized();
+}
+
+void read_second_axis(const JointText& text, Draft& draft, Joint& joint) {
+  if (joint.type == JointType::universal && text.axis.has_value() != text.axis2.has_value())
+    (text.axis ? *text.axis : *text.axis2)
+        .fail("expected 'axis' and 'axis2' of a universal joint together, found only one of them");
+  if (!text.axis2) {
+    const bool default_axes = joint.type == JointType::universal;
+    joint.axis2 = default_axes ? Vector3::UnitY() : perpendicular(joint.axis);
+    return;
+  }
+  joint.axis2 = read_direction(*text.axis2, draft);
+  const double cosine = joint.axis.dot(joint.axis2);
+  // Directions typed with ten digits pass; anything less square is a different joint.
+  if (std::abs(cosine) > 1e-9)
+    text.axis2->fail(fmt::format("expected a direction at a right angle to 'axis', found the angle {:.9g} degrees",
+                                 std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / M_PI));
+  // What is left of the tolerance is removed, so that every later step may rely on it.
+  joint.axis2 = (joint.axis2 - joint.axis.dot(joint.axis2) * joint.axis).normalized();
+}
+
+void read_axes(const JointText& text, Draft& draft, Joint& joint) {
+  const bool planar = draft.planar();
+  const bool default_x = (planar && has_axis(joint.type, planar)) || joint.type == JointType::universal;
+  joint.axis = default_x ? Vector3::UnitX() : Vector3::UnitZ();
+  joint.axis2 = Vector3::UnitX();
+  if (text.axis) {
+    if (!has_axis(joint.type, planar))
+      text.axis->fail(fmt::format("expected no axis: this type of joint has none in a {} mechanism",
+                                  planar ? "planar" : "spatial"));
+    joint.axis = read_direction(*text.axis, draft);
+  }
+  if (has_second_axis(joint.type)) return read_second_axis(text, draft, joint);
+  if (text.axis2) text.axis2->fail("expected no 'axis2': only universal and planar joints have one");
+}
+
+void read_rotation(const JointText& text, Draft& draft, Joint& joint) {
+  if (text.rpy && text.quaternion) text.quaternion->fail("expected 'rpy' or 'quaternion', found both");
+  if (draft.planar()) {
+    for (const auto& spatial : {text.rpy, text.quaternion})
+      if (spatial) spatial->fail("expected 'angle' for a planar joint, found a rotation in space");
+    if (text.angle)
+      joint.rotation =
+          Eigen::AngleAxisd(read_number(*text.angle, draft, dimension::angle), Vector3::UnitZ()).toRotationMatrix();
+    return;
+  }
+  if (text.angle) text.angle->fail("expected 'rpy' or 'quaternion' for a joint in space, found 'angle'");
+  if (text.rpy) joint.rotation = read_rpy(*text.rpy, draft);
+  if (text.quaternion) joint.rotation = read_quaternion(*text.quaternion, draft);
+}
+
+void read_connects(const Cursor& at, Draft& draft, Joint& joint) {
+  const auto ends = at.items("two points [body.point, body.point]", 2);
+  PointReference first, second;
+  const bool read = draft.problems.guard([&] { first = read_reference(ends[0], draft); }) &
+                    draft.problems.guard([&] { second = read_reference(ends[1], draft); });
+  if (!read) return;
+  if (first.body == second.body)
+    at.fail(fmt::format("expected points of two bodies, found two points of {}",
+                        in_quotes(draft.mechanism().bodies[static_cast<std::size_t>(first.body)].name)));
+  joint.first = first.body;
+  joint.second = second.body;
+  joint.point_first = first.position;
+  joint.point_second = second.position;
+}
+
+void read_joint(const Cursor& at, Draft& draft, Joint& joint) {
+  JointText text;
+  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+  const bool read =
+      read_fields(at, "a joint",
+                  {{"type", Need::required, [&](const Cursor& c) { joint.type = read_type(c, draft.planar()); }},
+                   {"connects", Need::required, [&](const Cursor& c) { read_connects(c, draft, joint); }},
+                   {"axis", Need::optional, keep(text.axis)},
+                   {"axis2", Need::optional, keep(text.axis2)},
+                   {"rpy", Need::optional, keep(text.rpy)},
+                   {"quaternion", Need::optional, keep(text.quaternion)},
+                   {"angle", Need::optional, keep(text.angle)}});
+  if (!read) return;
+  draft.problems.guard([&] { read_axes(text, draft, joint); });
+  draft.problems.guard([&] { read_rotation(text, draft, joint); });
+}
+
+}  // namespace
+
+void read_joints(const Cursor& section, Draft& draft) {
+  draft.problems.guard([&] {
+    const auto all = named_members(section, "a mapping of joints");
+    if (all.empty()) section.expected("at least one joint");
+    for (const Member& member : all) {
+      Joint joint;
+      joint.name = member.name;
+      draft.problems.guard([&] { read_joint(member.value, draft, joint); });
+      draft.mechanism().joints.push_back(std::move(joint));
+    }
+    draft.mechanism().coordinates = list_coordinates(draft.mechanism().space, draft.mechanism().joints);
+  });
+}
+
+void check_connected(Draft& draft) {
+  const Mechanism& mechanism = draft.mechanism();
+  std::vector<bool> used(mechanism.bodies.size()), reached(mechanism.bodies.size());
+  reached[ground] = true;
+  const auto at = [](int body) { return static_cast<std::size_t>(body); };
+  for (const Joint& joint : mechanism.joints) used[at(joint.first)] = used[at(joint.second)] = true;
+  for (bool growing = true; growing;) {
+    growing = false;
+    for (const Joint& joint : mechanism.joints) {
+      if (reached[at(joint.first)] == reached[at(joint.second)]) continue;
+      reached[at(joint.first)] = reached[at(joint.second)] = true;
+      growing = true;
+    }
+  }
+  for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) {
+    const std::string path = "bodies." + mechanism.bodies[b].name;
+    if (!used[b])
+      draft.problems.add({draft.body_places[b], path, "unused body: expected a joint that connects it, found none"});
+    if (used[b] && !reached[b])
+      draft.problems.add({draft.body_places[b], path,
+                          "disconnected: expected a chain of joints from the ground to this body, found none"});
+  }
+}
+
+}  // namespace balance::read

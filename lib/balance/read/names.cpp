@@ -1,0 +1,105 @@
+#include "balance/read/draft.hpp"
+#include "balance/read/nearest.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace balance::read {
+
+namespace {
+
+std::vector<std::string> body_names(const Draft& draft) {
+  std::vector<std::string> names;
+  for (const Body& body : draft.study.mechanism.bodies) names.push_back(body.name);
+  return names;
+}
+
+int find_body(const Cursor& at, const std::string& name, const Draft& draft) {
+  const auto names = body_names(draft);
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end())
+    at.fail(fmt::format("expected a body ({}), found {}{}", one_of(names), in_quotes(name), nearest_hint(name, names)));
+  return static_cast<int>(found - names.begin());
+}
+
+/// Every body has a point `origin`, unless it defines one of that name elsewhere.
+Vector3 find_point(const Cursor& at, const std::string& name, const Body& body) {
+  std::vector<std::string> names;
+  for (const NamedPoint& point : body.points) {
+    if (point.name == name) return point.position;
+    names.push_back(point.name);
+  }
+  if (name == "origin") return Vector3::Zero();
+  names.emplace_back("origin");
+  at.fail(fmt::format("expected a point of {} ({}), found {}{}", body.name, one_of(names), in_quotes(name),
+                      nearest_hint(name, names)));
+}
+
+}  // namespace
+
+int read_body(const Cursor& at, const Draft& draft) { return find_body(at, at.word("a body's name"), draft); }
+
+PointReference read_reference(const Cursor& at, const Draft& draft) {
+  const std::string what = "a point, body.point";
+  const std::string& text = at.word(what);
+  const auto dot = text.find('.');
+  if (dot == std::string::npos) {
+    const auto names = body_names(draft);
+    const bool body_alone = std::find(names.begin(), names.end(), text) != names.end();
+    at.fail(fmt::format("expected {}, found {}{}", what, at.found(),
+                        body_alone ? "; the body's own frame is " + in_quotes(text + ".origin") : ""));
+  }
+  PointReference reference;
+  reference.body = find_body(at, text.substr(0, dot), draft);
+  reference.name = text.substr(dot + 1);
+  reference.position =
+      find_point(at, reference.name, draft.study.mechanism.bodies[static_cast<std::size_t>(reference.body)]);
+  return reference;
+}
+
+Vector3 read_place(const Cursor& at, Draft& draft, int body) {
+  if (at.is_list()) return read_vector(at, draft, dimension::length);
+  const Body& owner = draft.mechanism().bodies[static_cast<std::size_t>(body)];
+  std::string name = at.word("a point of " + owner.name + " or its coordinates");
+  if (name.rfind(owner.name + ".", 0) == 0) name.erase(0, owner.name.size() + 1);
+  return find_point(at, name, owner);
+}
+
+int find_coordinate(const Cursor& at, const std::string& name, const Draft& draft) {
+  const Mechanism& mechanism = draft.study.mechanism;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < mechanism.coordinates.size(); ++i) {
+    if (mechanism.coordinates[i].name == name) return static_cast<int>(i);
+    names.push_back(mechanism.coordinates[i].name);
+  }
+  for (const Joint& joint : mechanism.joints) {
+    if (joint.name != name) continue;
+    if (freedom(joint.type) == 0)
+      at.fail(fmt::format("expected a joint coordinate, found {}, a fixed joint, which has none", in_quotes(name)));
+    std::vector<std::string> own;
+    for (const Coordinate& c : mechanism.coordinates)
+      if (mechanism.joints[static_cast<std::size_t>(c.joint)].name == name) own.push_back(c.name);
+    at.fail(fmt::format("expected one coordinate of joint {} ({}), found {}", name, one_of(own), in_quotes(name)));
+  }
+  at.fail(fmt::format("expected a joint coordinate ({}), found {}{}", names.empty() ? "there are none" : one_of(names),
+                      in_quotes(name), nearest_hint(name, names)));
+}
+
+int read_coordinate(const Cursor& at, const Draft& draft) {
+  return find_coordinate(at, at.word("a joint coordinate's name"), draft);
+}
+
+std::vector<CoordinateValue> read_coordinate_values(const Cursor& at, Draft& draft) {
+  std::vector<CoordinateValue> values;
+  for (const Member& member : members(at, "a mapping of joint coordinates to values")) {
+    at.problems().guard([&] {
+      const int coordinate = find_coordinate(member.key, member.name, draft);
+      const CoordinateKind kind = draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].kind;
+      values.push_back({coordinate, read_number(member.value, draft, dimension_of(kind))});
+    });
+  }
+  return values;
+}
+
+}  // namespace balance::read

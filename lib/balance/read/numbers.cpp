@@ -1,0 +1,98 @@
+#include "balance/base/rotation.hpp"
+#include "balance/read/draft.hpp"
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance::read {
+
+namespace {
+
+void check_sign(const Cursor& at, double value, Sign sign) {
+  if (sign == Sign::positive && !(value > 0))
+    at.fail(fmt::format("must be positive: expected a number > 0, found {}", value));
+  if (sign == Sign::not_negative && value < 0)
+    at.fail(fmt::format("must not be negative: expected a number ≥ 0, found {}", value));
+}
+
+double checked(const Cursor& at, double value) {
+  if (!std::isfinite(value)) at.fail("expected a number that is finite in SI units, found one that is not");
+  return value;
+}
+
+std::string several_numbers(std::size_t count) { return count == 2 ? "[x, y]" : "[x, y, z]"; }
+
+}  // namespace
+
+double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign) {
+  const double unit = draft.units.factor(dimension);
+  if (!at.is_map()) {
+    const double value = draft.parameters.evaluate(at);
+    check_sign(at, value, sign);
+    return checked(at, value * unit);
+  }
+  const FreeValue free = draft.parameters.evaluate_free(at);
+  // A bound of zero is allowed: the designer may wish to know whether the mass can vanish.
+  check_sign(at, free.lower, sign == Sign::any ? Sign::any : Sign::not_negative);
+  check_sign(at, free.start, sign);
+  const FreeNumber number{at.path(), checked(at, free.lower * unit), checked(at, free.upper * unit),
+                          checked(at, free.start * unit)};
+  auto& known = draft.free_numbers;
+  const bool again =
+      std::any_of(known.begin(), known.end(), [&](const auto& k) { return k.number.path == number.path; });
+  if (!again) known.push_back({at.node().place, number});
+  return number.start;
+}
+
+std::vector<double> read_numbers(const Cursor& at, Draft& draft, Dimension dimension, const std::string& what) {
+  std::vector<double> values;
+  for (const Cursor& item : at.items(what)) values.push_back(read_number(item, draft, dimension));
+  return values;
+}
+
+Vector3 read_vector(const Cursor& at, Draft& draft, Dimension dimension) {
+  const std::size_t count = draft.planar() ? 2 : 3;
+  const auto items = at.items(several_numbers(count), count);
+  Vector3 vector = Vector3::Zero();
+  for (std::size_t i = 0; i < count; ++i)
+    vector[static_cast<Eigen::Index>(i)] = read_number(items[i], draft, dimension);
+  return vector;
+}
+
+Vector3 read_direction(const Cursor& at, Draft& draft) {
+  const Vector3 direction = read_vector(at, draft, dimension::none);
+  const double scale = direction.cwiseAbs().maxCoeff();
+  if (!(scale > 0)) at.fail("expected a direction, found zero");
+  return (direction / scale).normalized();
+}
+
+long read_whole(const Cursor& at, Draft& draft, long least, long most) {
+  const std::string what = fmt::format("a whole number from {} to {}", least, most);
+  if (!at.is_scalar()) at.expected(what);
+  const double value = draft.parameters.evaluate(at);
+  if (value != std::round(value) || value < static_cast<double>(least) || value > static_cast<double>(most))
+    at.expected(what);
+  return static_cast<long>(value);
+}
+
+Matrix3 read_rpy(const Cursor& at, Draft& draft) {
+  const auto items = at.items("[roll, pitch, yaw]", 3);
+  Vector3 rpy;
+  for (int i = 0; i < 3; ++i) rpy[i] = read_number(items[static_cast<std::size_t>(i)], draft, dimension::angle);
+  return rotation_from_rpy(rpy);
+}
+
+Matrix3 read_quaternion(const Cursor& at, Draft& draft) {
+  at.items("a quaternion [w, x, y, z]", 4);
+  const auto values = read_numbers(at, draft, dimension::none, "a quaternion [w, x, y, z]");
+  Eigen::Vector4d q = Eigen::Map<const Eigen::Vector4d>(values.data());
+  const double scale = q.cwiseAbs().maxCoeff();
+  if (!(scale > 0)) at.fail("expected a quaternion [w, x, y, z] that is not zero, found zero");
+  q = (q / scale).normalized();
+  return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
+}
+
+}  // namespace balance::read

@@ -1,0 +1,210 @@
+#include "balance/read/parameters.hpp"
+
+#include "balance/read/nearest.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <map>
+
+namespace balance::read {
+
+namespace {
+
+std::string trimmed(const std::string& text) {
+  const auto first = text.find_first_not_of(" \t\r\n");
+  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
+}
+
+/// A plain number; infinite if it is too large for a double.
+std::optional<double> plain_number(std::string text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+') text.erase(0, 1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (end != text.data() + text.size() || error == std::errc::invalid_argument) return std::nullopt;
+  // Out of range: too small is zero, too large is infinite; strtod knows which.
+  if (error == std::errc::result_out_of_range) return std::strtod(text.c_str(), nullptr);
+  return value;
+}
+
+bool is_truth_value(const std::string& text) {
+  std::string lower = text;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower == "true" || lower == "false" || lower == "yes" || lower == "no" || lower == "on" || lower == "off";
+}
+
+bool is_identifier(const std::string& name) {
+  const auto letter = [](char c) { return c == '_' || (std::isalnum(static_cast<unsigned char>(c)) != 0); };
+  return !name.empty() && std::isdigit(static_cast<unsigned char>(name[0])) == 0 &&
+         std::all_of(name.begin(), name.end(), letter);
+}
+
+/// Evaluates parameters after those that they use.
+class Resolver {
+ public:
+  Resolver(const std::vector<Member>& members, Problems& problems, std::function<void(const Member&)> evaluate)
+      : members_(members), problems_(problems), evaluate_(std::move(evaluate)), state_(members.size()) {}
+
+  void run() {
+    for (std::size_t i = 0; i < members_.size(); ++i) resolve(i);
+  }
+
+ private:
+  enum class State { untouched, open, known, failed };
+
+  /// What depends on a failed parameter fails without a message of its own.
+  void resolve(std::size_t i) {
+    if (state_[i] == State::known || state_[i] == State::failed) return;
+    if (state_[i] == State::open) return report_cycle(i);
+    state_[i] = State::open;
+    chain_.push_back(i);
+    for (const std::size_t used : used_by(members_[i].value.node())) {
+      resolve(used);
+      if (state_[used] == State::failed) state_[i] = State::failed;
+    }
+    chain_.pop_back();
+    if (state_[i] == State::failed) return;
+    state_[i] = problems_.guard([&] { evaluate_(members_[i]); }) ? State::known : State::failed;
+  }
+
+  std::vector<std::size_t> used_by(const Node& node) const {
+    std::vector<std::size_t> used;
+    if (node.kind == Node::Kind::scalar)
+      for (const std::string& name : names_in(node.text).values)
+        for (std::size_t i = 0; i < members_.size(); ++i)
+          if (members_[i].name == name) used.push_back(i);
+    for (const Node& item : node.items) {
+      const auto more = used_by(item);
+      used.insert(used.end(), more.begin(), more.end());
+    }
+    return used;
+  }
+
+  void report_cycle(std::size_t again) {
+    const auto start = std::find(chain_.begin(), chain_.end(), again);
+    std::string cycle;
+    for (auto i = start; i != chain_.end(); ++i) {
+      cycle += members_[*i].name + " → ";
+      state_[*i] = State::failed;
+    }
+    problems_.guard([&] {
+      members_[again].value.fail("expected a parameter that does not depend on itself, found the cycle " + cycle +
+                                 members_[again].name);
+    });
+  }
+
+  const std::vector<Member>& members_;
+  Problems& problems_;
+  std::function<void(const Member&)> evaluate_;
+  std::vector<State> state_;
+  std::vector<std::size_t> chain_;
+};
+
+}  // namespace
+
+Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& overrides, Problems& problems) {
+  std::vector<Member> all;
+  if (section) problems.guard([&] { all = members(*section, "a mapping of parameters"); });
+  for (const Member& member : all) names_.push_back(member.name);
+
+  std::erase_if(all, [&](const Member& member) {
+    const auto& functions = function_names();
+    const bool taken =
+        member.name == "pi" || std::find(functions.begin(), functions.end(), member.name) != functions.end();
+    return !problems.guard([&] {
+      if (!is_identifier(member.name))
+        member.key.fail(fmt::format("expected a name of letters, digits and '_', found {}", in_quotes(member.name)));
+      if (taken)
+        member.key.fail(fmt::format("expected a name of its own, found {}, which has a meaning in expressions",
+                                    in_quotes(member.name)));
+    });
+  });
+  if (!problems.none()) return;
+
+  // The text of an override stands where the parameter's own value stood.
+  std::map<std::string, Node> replaced;
+  for (const auto& [name, text] : overrides) {
+    const bool known = std::find(names_.begin(), names_.end(), name) != names_.end();
+    if (!known)
+      problems.add(
+          {{},
+           "--set " + name,
+           fmt::format("expected a parameter ({}), found {}{}", names_.empty() ? "there are none" : one_of(names_),
+                       in_quotes(name), nearest_hint(name, names_))});
+    Node& node = replaced[name];
+    node.kind = Node::Kind::scalar;
+    node.text = text;
+  }
+  if (!problems.none()) return;
+  for (Member& member : all)
+    if (const auto found = replaced.find(member.name); found != replaced.end())
+      member.value = Cursor(found->second, "--set " + member.name, problems);
+
+  Resolver(all, problems, [&](const Member& member) {
+    double value = 0;
+    if (member.value.is_map()) {
+      const FreeValue free = evaluate_free(member.value);
+      free_numbers_.push_back({member.value.path(), free.lower, free.upper, free.start});
+      value = free.start;
+    } else {
+      value = evaluate(member.value);
+    }
+    calculator_.define(member.name, value);
+  }).run();
+}
+
+double Parameters::evaluate(const Cursor& scalar) {
+  const std::string what = "a number, an expression or {free: [lower, upper]}";
+  const std::string text = trimmed(scalar.word(what));
+  if (text.empty() || is_truth_value(text)) scalar.expected(what);
+  double value = 0;
+  if (const auto number = plain_number(text)) {
+    value = *number;
+  } else {
+    const ExpressionNames used = names_in(text);
+    for (const std::string& name : used.functions)
+      if (const auto& known = function_names(); std::find(known.begin(), known.end(), name) == known.end())
+        scalar.fail(fmt::format("expected a number or an expression, found {}: there is no function {}{}",
+                                in_quotes(text), in_quotes(name), nearest_hint(name, known)));
+    for (const std::string& name : used.values)
+      if (std::find(names_.begin(), names_.end(), name) == names_.end())
+        scalar.fail(fmt::format("expected a number or an expression, found {}: there is no parameter {}{}",
+                                in_quotes(text), in_quotes(name), nearest_hint(name, names_)));
+    try {
+      value = calculator_.evaluate(text);
+    } catch (const ExpressionError& wrong) {
+      scalar.fail(fmt::format("expected a number or an expression, found {}: {}", in_quotes(text), wrong.what()));
+    }
+  }
+  if (!std::isfinite(value)) scalar.fail(fmt::format("expected a finite number, found {}", in_quotes(text)));
+  return value;
+}
+
+FreeValue Parameters::evaluate_free(const Cursor& map) {
+  FreeValue free;
+  std::optional<double> start;
+  const bool read =
+      read_fields(map, "a number, an expression or {free: [lower, upper]}",
+                  {{"free", Need::required,
+                    [&](const Cursor& c) {
+                      const auto bounds = c.items("[lower, upper]", 2);
+                      free.lower = evaluate(bounds[0]);
+                      free.upper = evaluate(bounds[1]);
+                      if (!(free.lower < free.upper))
+                        c.fail(fmt::format("expected lower < upper, found [{}, {}]", free.lower, free.upper));
+                    }},
+                   {"start", Need::optional, [&](const Cursor& c) { start = evaluate(c); }}});
+  if (!read) return {0, 1, 0.5};  // already reported
+  free.start = start.value_or(free.lower + (free.upper - free.lower) / 2);
+  if (free.start < free.lower || free.start > free.upper)
+    map.fail(fmt::format("expected a start between {} and {}, found {}", free.lower, free.upper, free.start));
+  return free;
+}
+
+}  // namespace balance::read

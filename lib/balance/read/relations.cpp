@@ -1,0 +1,116 @@
+// Couplings, actuators, the tool: what refers to joints and points that are already there.
+
+#include "balance/read/nearest.hpp"
+#include "balance/read/sections.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace balance::read {
+
+namespace {
+
+/// The coordinate that leads `coordinate` in the end, or −1 on a circle.
+bool leads_back(const std::vector<Coupling>& couplings, const Coupling& added) {
+  int at = added.leader;
+  for (std::size_t steps = 0; steps <= couplings.size(); ++steps) {
+    if (at == added.follower) return true;
+    const auto next =
+        std::find_if(couplings.begin(), couplings.end(), [&](const Coupling& c) { return c.follower == at; });
+    if (next == couplings.end()) return false;
+    at = next->leader;
+  }
+  return true;
+}
+
+void read_coupling(const Cursor& at, Draft& draft) {
+  Mechanism& mechanism = draft.mechanism();
+  Coupling coupling;
+  std::optional<Cursor> joint, ratio, offset;
+  const bool read =
+      read_fields(at, "a coupling {joint, follows, ratio}",
+                  {{"joint", Need::required,
+                    [&](const Cursor& c) {
+                      joint = c;
+                      coupling.follower = read_coordinate(c, draft);
+                    }},
+                   {"follows", Need::required, [&](const Cursor& c) { coupling.leader = read_coordinate(c, draft); }},
+                   {"ratio", Need::required, [&](const Cursor& c) { ratio = c; }},
+                   {"offset", Need::optional, [&](const Cursor& c) { offset = c; }}});
+  if (!read) return;
+  const auto unit = [&](int c) { return dimension_of(mechanism.coordinates[static_cast<std::size_t>(c)].kind); };
+  coupling.ratio = read_number(*ratio, draft, unit(coupling.follower) / unit(coupling.leader));
+  if (coupling.ratio == 0 && ratio->is_scalar())
+    ratio->fail("expected a ratio other than 0 (a joint that does not move is 'fixed'), found 0");
+  if (offset) coupling.offset = read_number(*offset, draft, unit(coupling.follower));
+  const std::string name = mechanism.coordinates[static_cast<std::size_t>(coupling.follower)].name;
+  for (const Coupling& other : mechanism.couplings)
+    if (other.follower == coupling.follower)
+      joint->fail(fmt::format("expected a coordinate that follows one other, found {}, which is coupled twice",
+                              in_quotes(name)));
+  if (leads_back(mechanism.couplings, coupling))
+    joint->fail(fmt::format(
+        "circular coupling: expected a chain of couplings with an end, found that {} follows itself", in_quotes(name)));
+  mechanism.couplings.push_back(coupling);
+}
+
+}  // namespace
+
+void read_couplings(const Cursor& section, Draft& draft) {
+  draft.problems.guard([&] {
+    for (const Cursor& item : section.items("a list of couplings {joint, follows, ratio}"))
+      draft.problems.guard([&] { read_coupling(item, draft); });
+  });
+}
+
+void read_actuators(const Cursor& section, Draft& draft) {
+  draft.problems.guard([&] {
+    auto& actuators = draft.mechanism().actuators;
+    for (const Cursor& item : section.items("a list of joint coordinates")) {
+      draft.problems.guard([&] {
+        const int coordinate = read_coordinate(item, draft);
+        if (std::find(actuators.begin(), actuators.end(), coordinate) != actuators.end())
+          item.fail(fmt::format("expected every actuator once, found {} again", item.found()));
+        actuators.push_back(coordinate);
+      });
+    }
+  });
+}
+
+void read_tool(const Cursor& section, Draft& draft) {
+  draft.problems.guard([&] {
+    const PointReference point = read_reference(section, draft);
+    if (point.body == ground) section.fail(fmt::format("expected a point of a moving body, found {}", section.found()));
+    draft.mechanism().tool = Tool{point.body, point.name, point.position};
+  });
+}
+
+void read_design(const Cursor& section, Draft& draft) {
+  const std::vector<std::string> goals{"static",
+                                       "gyroscopic",
+                                       "gyroscopic-independent",
+                                       "decoupled",
+                                       "fully-static",
+                                       "fully-gyroscopic",
+                                       "fully-gyroscopic-independent",
+                                       "fully-decoupled",
+                                       "force",
+                                       "moment",
+                                       "dynamic",
+                                       "proportional"};
+  auto& request = draft.study.design;
+  read_fields(section, "what to design for",
+              {{"goal", Need::optional,
+                [&](const Cursor& c) {
+                  if (!c.is_list()) return request.goals.push_back(goals[c.choice("a goal", goals)]);
+                  for (const Cursor& item : c.items("a list of goals"))
+                    request.goals.push_back(goals[item.choice("a goal", goals)]);
+                }},
+               {"minimize", Need::optional, [&](const Cursor& c) {
+                  if (c.kind() == Node::Kind::null) c.expected("what to minimize");
+                  request.minimize = flow_text(c.node());
+                }}});
+}
+
+}  // namespace balance::read

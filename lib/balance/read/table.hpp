@@ -1,0 +1,49 @@
+#pragma once
+/// Values over time: written in the spec, or in a CSV or HDF5 file beside it.
+
+#include "balance/read/draft.hpp"
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace balance::read {
+
+/// A column that a table may have.
+struct Column {
+  std::string name;
+  Dimension dimension;
+};
+
+/// Rows of values in SI at increasing times [s].
+struct TimeTable {
+  std::vector<double> time;
+  std::vector<int> columns;                 ///< which of the possible columns there are, in the table's order
+  std::vector<std::vector<double>> values;  ///< one row per time, one entry per column
+};
+
+/// `[[t, …], …]`, each row a time and one number per column. Fails unless the times increase.
+TimeTable read_inline_table(const Cursor& at, Draft& draft, const std::vector<Column>& columns);
+/// A file beside the spec with a column `time` and some of the possible columns, in any order, in the spec's units.
+TimeTable read_table_file(const Cursor& at, Draft& draft, const std::vector<Column>& possible);
+
+/// Throws a Problem at the given time unless the times increase. @param rows how to name row k: "row", "line"
+void check_times(const Cursor& at, const std::vector<double>& time);
+
+/// What a file holds, in the file's units.
+struct RawTable {
+  std::vector<std::string> columns;
+  std::vector<std::vector<double>> rows;
+};
+
+/// A table file is not as it should be; the message says where.
+struct TableError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// A line naming the columns, then numbers; separated by commas, `#` starts a comment. @throws TableError
+RawTable parse_csv(const std::string& text);
+/// Those of the named one-dimensional datasets of the root group that exist. @throws TableError
+RawTable read_hdf5_table(const std::string& path, const std::vector<std::string>& names);
+
+}  // namespace balance::read

@@ -1,0 +1,252 @@
+// The only place that knows yaml-cpp. Its events, not its node tree, are read: so the limits hold while parsing, before
+// nesting or aliases can grow, and duplicate keys (which the tree swallows) are seen.
+
+#include "balance/read/nearest.hpp"
+#include "balance/read/node.hpp"
+
+#include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/mark.h>
+#include <yaml-cpp/parser.h>
+
+#include <map>
+#include <set>
+#include <sstream>
+#include <utility>
+
+namespace balance::read {
+
+namespace {
+
+Place place_of(const YAML::Mark& mark) { return mark.is_null() ? Place{1, 1} : Place{mark.line + 1, mark.column + 1}; }
+
+long size_of(const Node& node) {
+  long size = 1;
+  for (const Node& item : node.items) size += size_of(item);
+  return size + static_cast<long>(node.keys.size());
+}
+
+int depth_of(const Node& node) {
+  int deepest = 0;
+  for (const Node& item : node.items) deepest = std::max(deepest, depth_of(item));
+  return deepest + 1;
+}
+
+class Builder : public YAML::EventHandler {
+ public:
+  Builder(Problems& problems, const DocumentLimits& limits) : problems_(problems), limits_(limits) {}
+
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnAnchor(const YAML::Mark&, const std::string&) override {}
+
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    finish(opened(mark, Node::Kind::null), anchor);
+  }
+
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& value) override {
+    Node node = opened(mark, Node::Kind::scalar);
+    node.text = value;
+    node.quoted = tag != "?";
+    finish(std::move(node), anchor);
+  }
+
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
+    open_.push_back({opened(mark, Node::Kind::list), anchor, {}, {}});
+  }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
+    open_.push_back({opened(mark, Node::Kind::map), anchor, {}, {}});
+  }
+  void OnSequenceEnd() override { close(); }
+  void OnMapEnd() override { close(); }
+
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    const auto known = anchors_.find(anchor);
+    if (known == anchors_.end())
+      throw Problem(place_of(mark), path(), "expected a value, found an alias of a value that contains it");
+    count(mark, size_of(known->second));
+    check_depth(mark, depth_of(known->second));
+    finish(known->second, YAML::NullAnchor);
+  }
+
+  Node take() { return std::move(root_); }
+
+ private:
+  struct Open {
+    Node node;
+    YAML::anchor_t anchor = YAML::NullAnchor;
+    std::optional<Node> key;
+    std::set<std::string> seen;
+  };
+
+  Node opened(const YAML::Mark& mark, Node::Kind kind) {
+    count(mark, 1);
+    check_depth(mark, 1);
+    Node node;
+    node.kind = kind;
+    node.place = place_of(mark);
+    return node;
+  }
+
+  void count(const YAML::Mark& mark, long nodes) {
+    nodes_ += nodes;
+    if (nodes_ > limits_.nodes)
+      throw Problem(place_of(mark), "",
+                    fmt::format("expected at most {} values in a spec, aliases expanded", limits_.nodes));
+  }
+
+  void check_depth(const YAML::Mark& mark, int more) const {
+    if (static_cast<int>(open_.size()) + more > limits_.depth)
+      throw Problem(place_of(mark), "", fmt::format("expected at most {} levels of nesting", limits_.depth));
+  }
+
+  void close() {
+    Open done = std::move(open_.back());
+    open_.pop_back();
+    finish(std::move(done.node), done.anchor);
+  }
+
+  void finish(Node node, YAML::anchor_t anchor) {
+    if (anchor != YAML::NullAnchor) {
+      count_anchor(node);
+      anchors_[anchor] = node;
+    }
+    if (open_.empty()) {
+      root_ = std::move(node);
+      return;
+    }
+    Open& parent = open_.back();
+    if (parent.node.kind == Node::Kind::list) {
+      parent.node.items.push_back(std::move(node));
+    } else if (!parent.key) {
+      take_key(parent, std::move(node));
+    } else {
+      parent.node.keys.push_back(*std::exchange(parent.key, std::nullopt));
+      parent.node.items.push_back(std::move(node));
+    }
+  }
+
+  /// Nested anchors store their contents once per level.
+  void count_anchor(const Node& node) {
+    nodes_ += size_of(node);
+    if (nodes_ > limits_.nodes)
+      throw Problem(node.place, "",
+                    fmt::format("expected at most {} values in a spec, aliases expanded", limits_.nodes));
+  }
+
+  void take_key(Open& parent, Node key) {
+    if (key.kind == Node::Kind::null) {
+      key.kind = Node::Kind::scalar;
+      key.text = "null";
+    }
+    if (key.kind != Node::Kind::scalar)
+      throw Problem(key.place, path(), "expected a name as a key, found a list or a mapping");
+    if (key.text == "<<" && !key.quoted)
+      throw Problem(key.place, path(),
+                    "expected a name as a key, found '<<'; merging is not part of the language, parameters are");
+    if (!parent.seen.insert(key.text).second)
+      problems_.add({key.place, path() + (path().empty() ? "" : ".") + key.text,
+                     fmt::format("expected every key once, found {} again", in_quotes(key.text))});
+    parent.key = std::move(key);
+  }
+
+  /// Key path of the innermost open collection.
+  std::string path() const {
+    std::string text;
+    for (std::size_t i = 0; i + 1 < open_.size(); ++i) {
+      const Open& open = open_[i];
+      if (open.node.kind == Node::Kind::list) text += fmt::format("[{}]", open.node.items.size());
+      if (open.key) text += (text.empty() ? "" : ".") + open.key->text;
+    }
+    return text;
+  }
+
+  Problems& problems_;
+  DocumentLimits limits_;
+  std::vector<Open> open_;
+  std::map<YAML::anchor_t, Node> anchors_;
+  Node root_;
+  long nodes_ = 0;
+};
+
+/// The first byte that is no UTF-8 text, if any.
+std::optional<std::size_t> first_odd_byte(const std::string& text) {
+  std::size_t i = 0;
+  while (i < text.size()) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const bool control = byte < 0x20 && byte != '\t' && byte != '\n' && byte != '\r';
+    const int follow = byte < 0x80                   ? 0
+                       : byte >= 0xC2 && byte < 0xE0 ? 1
+                       : byte >= 0xE0 && byte < 0xF0 ? 2
+                       : byte >= 0xF0 && byte < 0xF5 ? 3
+                                                     : -1;
+    if (control || byte == 0x7f || follow < 0 || i + static_cast<std::size_t>(follow) >= text.size()) return i;
+    for (int k = 1; k <= follow; ++k)
+      if ((static_cast<unsigned char>(text[i + static_cast<std::size_t>(k)]) & 0xC0) != 0x80) return i;
+    i += static_cast<std::size_t>(follow) + 1;
+  }
+  return std::nullopt;
+}
+
+void check_text(const std::string& text, const DocumentLimits& limits) {
+  if (text.size() > limits.bytes)
+    throw Problem({1, 1}, "", fmt::format("expected a spec of at most {} bytes, found {}", limits.bytes, text.size()));
+  if (const auto odd = first_odd_byte(text)) {
+    Place place{1, 1};
+    for (std::size_t i = 0; i < *odd; ++i)
+      place = text[i] == '\n' ? Place{place.line + 1, 1} : Place{place.line, place.column + 1};
+    throw Problem(
+        place, "",
+        fmt::format("expected text (UTF-8), found the byte 0x{:02x}: this is a binary file or in another encoding",
+                    static_cast<unsigned>(static_cast<unsigned char>(text[*odd]))));
+  }
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+    throw Problem({1, 1}, "", "expected a spec, found an empty file");
+}
+
+std::string joined(const std::vector<std::string>& parts, char open, char close) {
+  std::string text(1, open);
+  for (std::size_t i = 0; i < parts.size(); ++i) text += (i > 0 ? ", " : "") + parts[i];
+  return text + close;
+}
+
+}  // namespace
+
+Node parse_yaml(const std::string& text, Problems& problems, const DocumentLimits& limits) {
+  check_text(text, limits);
+  std::istringstream stream(text);
+  Builder builder(problems, limits);
+  try {
+    YAML::Parser parser(stream);
+    if (!parser.HandleNextDocument(builder)) throw Problem({1, 1}, "", "expected a spec, found nothing but comments");
+    Node root = builder.take();
+    Builder rest(problems, limits);
+    if (parser.HandleNextDocument(rest))
+      throw Problem(rest.take().place, "", "expected one document, found a second one");
+    return root;
+  } catch (const YAML::Exception& wrong) {
+    throw Problem(place_of(wrong.mark), "", "expected YAML, found an error of syntax: " + wrong.msg);
+  }
+}
+
+std::string flow_text(const Node& node) {
+  std::vector<std::string> parts;
+  switch (node.kind) {
+    case Node::Kind::null: return "~";
+    case Node::Kind::scalar: return node.quoted ? "\"" + node.text + "\"" : node.text;
+    case Node::Kind::list:
+      for (const Node& item : node.items) parts.push_back(flow_text(item));
+      return joined(parts, '[', ']');
+    case Node::Kind::map:
+      for (std::size_t i = 0; i < node.items.size(); ++i)
+        parts.push_back(flow_text(node.keys[i]) + ": " + flow_text(node.items[i]));
+      return joined(parts, '{', '}');
+  }
+  return "";
+}
+
+}  // namespace balance::read
