@@ -1,0 +1,35 @@
+#include "command.hpp"
+
+#include "failure.hpp"
+
+namespace balance::app {
+
+void add_spec_options(CLI::App& parser, SpecOptions& options) {
+  parser.add_option("spec", options.spec, "the mechanism, a YAML file")->required()->type_name("SPEC");
+  parser.add_option("--set", options.set, "override a parameter of the spec; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);  // or it would swallow the spec's name
+  parser.add_flag("--json", options.json, "print JSON, errors included");
+}
+
+Study read_study(const SpecOptions& options) {
+  ReadOptions read;
+  for (const std::string& text : options.set) {
+    const std::size_t equals = text.find('=');
+    if (equals == 0 || equals == std::string::npos || equals + 1 == text.size()) {
+      throw UsageError("--set needs name=value, not '" + text + "'");
+    }
+    read.set.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  }
+  return read_spec_file(options.spec, read);
+}
+
+std::string shell_word(const std::string& text) {
+  static constexpr const char* harmless = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
+  if (!text.empty() && text.find_first_not_of(harmless) == std::string::npos) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace balance::app

@@ -1,0 +1,39 @@
+#pragma once
+/// What the commands share. A command is set up, which tells the parser its options, and then run with what was parsed.
+
+#include "exit_code.hpp"
+
+#include "balance/read/read_spec.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace balance::app {
+
+struct Command {
+  CLI::App* parser = nullptr;  ///< knows whether the user called this command
+  std::function<ExitCode()> run;
+};
+
+/// Options that every command on a spec has.
+struct SpecOptions {
+  std::string spec;
+  std::vector<std::string> set;  ///< `name=value`
+  bool json = false;
+};
+
+void add_spec_options(CLI::App& parser, SpecOptions& options);
+
+/// Reads the spec with its overrides. @throws UsageError for an override that is not `name=value`; as read_spec_file
+Study read_study(const SpecOptions& options);
+
+/// One word for a POSIX shell: quoted if it needs to be.
+std::string shell_word(const std::string& text);
+
+Command setup_check(CLI::App& program);
+Command setup_simulate(CLI::App& program);
+
+}  // namespace balance::app

@@ -1,0 +1,31 @@
+#include "console.hpp"
+
+#include "balance/base/error.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <initializer_list>
+
+namespace balance::app {
+
+void reserve_standard_descriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    // open takes the lowest free number. Read-only, so that writing to a closed stdout stays an error.
+    if (::fcntl(descriptor, F_GETFD) < 0 && ::open("/dev/null", O_RDONLY) < 0) return;
+  }
+}
+
+void print(const std::string& text) {
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!written || std::fflush(stdout) != 0) {
+    throw SystemError(std::string("cannot write to standard output: ") + std::strerror(errno));
+  }
+}
+
+void tell(const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); }
+
+}  // namespace balance::app

@@ -1,0 +1,17 @@
+#pragma once
+/// Results go to stdout, messages to stderr.
+
+#include <string>
+
+namespace balance::app {
+
+/// Makes sure that no file that is opened later can be mistaken for stdin, stdout or stderr. Call it first.
+void reserve_standard_descriptors();
+
+/// Writes a result to stdout at once. @throws SystemError if it does not arrive (full disk, closed descriptor)
+void print(const std::string& text);
+
+/// Writes a line to stderr. A message that cannot be delivered is lost.
+void tell(const std::string& text);
+
+}  // namespace balance::app

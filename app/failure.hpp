@@ -1,0 +1,22 @@
+#pragma once
+/// Failures that only the program knows; main translates them, like the library's, to exit codes.
+
+#include "balance/motion/motion.hpp"
+
+#include <stdexcept>
+
+namespace balance::app {
+
+/// Options or arguments that make no sense.
+class UsageError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The mechanism cannot do what was asked.
+class MotionFailure : public std::runtime_error {
+ public:
+  explicit MotionFailure(const MotionOutcome& result) : std::runtime_error(result.reason), outcome(result) {}
+  MotionOutcome outcome;
+};
+
+}  // namespace balance::app

@@ -1,0 +1,41 @@
+#include "signals.hpp"
+
+#include "exit_code.hpp"
+
+#include <unistd.h>
+
+#include <csignal>
+#include <initializer_list>
+
+namespace balance::app {
+namespace {
+
+// A signal handler can only reach globals.
+volatile std::sig_atomic_t deferred = 0;
+volatile std::sig_atomic_t pending = 0;
+
+extern "C" void handle_signal(int signal) {
+  if (deferred == 0) _exit(static_cast<int>(ExitCode::signal) + signal);
+  pending = signal;
+}
+
+}  // namespace
+
+void install_signal_handlers() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {};
+    if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) continue;
+    action = {};
+    action.sa_handler = handle_signal;
+    action.sa_flags = SA_RESTART;
+    sigaction(signal, &action, nullptr);
+  }
+}
+
+int pending_signal() { return pending; }
+
+DeferSignals::DeferSignals() { deferred = 1; }
+
+DeferSignals::~DeferSignals() { deferred = 0; }
+
+}  // namespace balance::app

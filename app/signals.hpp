@@ -1,0 +1,22 @@
+#pragma once
+/// Ctrl-C and its relatives: they end the program at once, except while a file is written; then the writer is asked to stop, so
+/// that it can remove what is unfinished.
+
+namespace balance::app {
+
+/// Installs the handlers for SIGINT, SIGTERM and SIGHUP; whoever started the program with one of them ignored keeps that.
+void install_signal_handlers();
+
+/// The signal that arrived while signals were deferred; 0 if none did.
+int pending_signal();
+
+/// While it lives, signals only leave a mark. Not to be nested.
+class DeferSignals {
+ public:
+  DeferSignals();
+  ~DeferSignals();
+  DeferSignals(const DeferSignals&) = delete;
+  DeferSignals& operator=(const DeferSignals&) = delete;
+};
+
+}  // namespace balance::app

@@ -1,0 +1,90 @@
+#include "console.hpp"
+#include "failure.hpp"
+#include "signals.hpp"
+#include "simulate_options.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/study/simulate.hpp"
+#include "balance/write/json.hpp"
+#include "balance/write/result_csv.hpp"
+#include "balance/write/result_hdf5.hpp"
+#include "balance/write/text.hpp"
+
+#include <memory>
+
+namespace balance::app {
+namespace {
+
+Result simulate_or_throw(const Study& study, const Trajectory& trajectory) {
+  try {
+    Result result = simulate(study.mechanism, trajectory);
+    if (result.outcome.status != MotionStatus::done) throw MotionFailure(result.outcome);
+    return result;
+  } catch (const std::invalid_argument& error) {
+    // The library was asked something that the spec should not have asked.
+    throw SpecError(study.spec_file + ": trajectories." + trajectory.name + ": " + error.what());
+  }
+}
+
+/// Writes the files asked for and names them.
+std::vector<std::string> write_files(const SimulateOptions& options, const Result& result,
+                                     const FileDescription& description) {
+  WriteOptions write;
+  write.existing = options.force ? Existing::replace : Existing::keep;
+  write.compression = options.compress ? Compression::gzip : Compression::none;
+  write.cancelled = [] { return pending_signal() != 0; };
+  const DeferSignals deferred;
+  std::vector<std::string> files;
+  if (!options.output.empty()) {
+    write_result(options.output, result, description, write);
+    files.push_back(options.output);
+  }
+  if (!options.csv.empty()) {
+    write_csv(options.csv, result, write);
+    files.push_back(options.csv);
+  }
+  return files;
+}
+
+ExitCode run(const SimulateOptions& options) {
+  const Study study = read_study(options.spec);
+  const Trajectory trajectory = choose_trajectory(options, study);
+  check_outputs(options);
+  const auto note = [&](const std::string& text) {
+    if (!options.quiet) tell(text);
+  };
+  for (const std::string& warning : study.warnings) note("warning: " + warning);
+  if (options.trajectory.empty() && study.trajectories.size() > 1) {
+    note("note: no --trajectory given: '" + trajectory.name + "' is the first in the spec");
+  }
+  const Result result = simulate_or_throw(study, trajectory);
+  for (const std::string& text : result.outcome.notes) note("note: " + text);
+  const FileDescription description = describe(options, study, trajectory);
+  const std::vector<std::string> files = write_files(options, result, description);
+  if (options.spec.json) {
+    print(result_json(result, description, files));
+  } else if (!options.quiet) {
+    std::string text = summary_text(result, description);
+    for (const std::string& file : files) text += "written: " + file + "\n";
+    print(text);
+  }
+  return ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_simulate(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("simulate", "Move a mechanism along a trajectory: torques, shaking forces");
+  const auto options = std::make_shared<SimulateOptions>();
+  add_simulate_options(*parser, *options);
+  parser->footer(
+      "Prints peak, rms and mean of every quantity; the samples go to the files asked for, which\n"
+      "docs/file-format.md describes.\n\n"
+      "Examples:\n"
+      "  balance simulate 3rrr.yaml --trajectory cycloid\n"
+      "  balance simulate 3rrr.yaml -t bang-bang -o out.h5 --force\n"
+      "  balance simulate 3rrr.yaml -t cycloid --set l=0.2 --samples 2001 --csv out.csv");
+  return {parser, [options] { return run(*options); }};
+}
+
+}  // namespace balance::app

@@ -1,0 +1,140 @@
+#include "simulate_options.hpp"
+
+#include "failure.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/base/version.hpp"
+#include "balance/read/nearest.hpp"
+#include "balance/write/names.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+
+namespace balance::app {
+namespace {
+
+constexpr long most_samples = 100'000'000;  // beyond it, a misprint is likelier than a wish
+
+/// Numbers between commas; nothing else around them.
+std::optional<std::vector<double>> parse_numbers(const std::string& text) {
+  std::vector<double> numbers;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (true) {
+    double number = 0;
+    const auto [next, error] = std::from_chars(at, end, number);
+    if (error != std::errc() || !std::isfinite(number)) return std::nullopt;
+    numbers.push_back(number);
+    if (next == end) return numbers;
+    if (*next != ',') return std::nullopt;
+    at = next + 1;
+  }
+}
+
+Vector3 parse_about(const std::string& text, SpaceKind space) {
+  const std::size_t axes = space == SpaceKind::planar ? 2 : 3;
+  const auto numbers = parse_numbers(text);
+  if (!numbers || numbers->size() != axes) {
+    throw UsageError(fmt::format("--about needs {} in metres, not '{}'", axes == 2 ? "x,y" : "x,y,z", text));
+  }
+  Vector3 about = Vector3::Zero();
+  for (std::size_t i = 0; i < axes; ++i) about[static_cast<Eigen::Index>(i)] = (*numbers)[i];
+  return about;
+}
+
+void change_duration(Trajectory& trajectory, double duration) {
+  if (!(duration > 0) || !std::isfinite(duration)) throw UsageError("--duration needs a positive number of seconds");
+  if (std::holds_alternative<TablePath>(trajectory.path)) {
+    throw UsageError(fmt::format("--duration does not go with '{}': its table has its own times", trajectory.name));
+  }
+  trajectory.duration = duration;
+}
+
+bool same_file(const std::string& a, const std::string& b) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
+}
+
+/// What computes the same file again. Options that do not change its content are left out, and so is the spec's folder:
+/// the same spec gives the same bytes wherever it and the result lie.
+std::string command_line(const SimulateOptions& options, const Trajectory& trajectory) {
+  std::vector<std::string> words = {"balance", "simulate", std::filesystem::path(options.spec.spec).filename().string(),
+                                    "--trajectory", trajectory.name};
+  if (options.samples) words.insert(words.end(), {"--samples", std::to_string(*options.samples)});
+  if (options.duration) words.insert(words.end(), {"--duration", fmt::format("{}", *options.duration)});
+  if (!options.about.empty()) words.push_back("--about=" + options.about);
+  for (const std::string& set : options.spec.set) words.insert(words.end(), {"--set", set});
+  if (options.compress) words.push_back("--compress");
+  for (std::string& word : words) word = shell_word(word);
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
+}  // namespace
+
+void add_simulate_options(CLI::App& parser, SimulateOptions& o) {
+  add_spec_options(parser, o.spec);
+  parser.add_option("-t,--trajectory", o.trajectory, "which trajectory of the spec; the first if not given")
+      ->type_name("NAME");
+  CLI::Option* output = parser.add_option("-o,--output", o.output, "write the samples to this HDF5 file");
+  output->type_name("FILE");
+  parser.add_option("--csv", o.csv, "write the samples to this CSV file")->type_name("FILE");
+  parser.add_flag("--force", o.force, "replace files that exist");
+  parser.add_flag("--compress", o.compress, "compress the HDF5 file; slow")->needs(output);
+  parser.add_option("--samples", o.samples, "number of samples, both ends included")
+      ->type_name("N")
+      ->check(CLI::Range(2L, most_samples));
+  parser.add_option("--duration", o.duration, "duration in seconds")->type_name("T");
+  parser.add_option("--about", o.about, "point that moments are about, in metres")->type_name("X,Y[,Z]");
+  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+}
+
+Trajectory choose_trajectory(const SimulateOptions& options, const Study& study) {
+  if (study.trajectories.empty()) throw SpecError(study.spec_file + ": there is no motion to simulate");
+  std::vector<std::string> names;
+  const Trajectory* chosen = options.trajectory.empty() ? &study.trajectories.front() : nullptr;
+  for (const Trajectory& trajectory : study.trajectories) {
+    names.push_back(trajectory.name);
+    if (trajectory.name == options.trajectory) chosen = &trajectory;
+  }
+  if (chosen == nullptr) {
+    throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file,
+                                 read::in_quotes(options.trajectory), fmt::join(names, ", "),
+                                 read::nearest_hint(options.trajectory, names)));
+  }
+  Trajectory trajectory = *chosen;
+  if (options.samples) trajectory.samples = *options.samples;
+  if (options.duration) change_duration(trajectory, *options.duration);
+  if (!options.about.empty()) trajectory.about = parse_about(options.about, study.mechanism.space);
+  return trajectory;
+}
+
+void check_outputs(const SimulateOptions& options) {
+  const Existing existing = options.force ? Existing::replace : Existing::keep;
+  for (const std::string& file : {options.output, options.csv}) {
+    if (file.empty()) continue;
+    if (same_file(file, options.spec.spec)) throw UsageError("the result would replace the spec: " + file);
+    check_writable(file, existing);
+  }
+  if (!options.output.empty() && !options.csv.empty() && same_file(options.output, options.csv)) {
+    throw UsageError("--output and --csv name the same file: " + options.output);
+  }
+}
+
+FileDescription describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory) {
+  FileDescription description;
+  description.title = study.mechanism.name;
+  description.version = version();
+  description.spec_text = study.spec_text;
+  description.command_line = command_line(options, trajectory);
+  description.trajectory = trajectory.name;
+  description.law = std::holds_alternative<TablePath>(trajectory.path) ? "table" : name_of(trajectory.law.kind);
+  description.drive = name_of(trajectory.drive);
+  return description;
+}
+
+}  // namespace balance::app

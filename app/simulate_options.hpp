@@ -1,0 +1,36 @@
+#pragma once
+/// What the user asks of `balance simulate`, and what it means for the study.
+
+#include "command.hpp"
+
+#include "balance/write/write_options.hpp"
+
+#include <optional>
+#include <string>
+
+namespace balance::app {
+
+struct SimulateOptions {
+  SpecOptions spec;
+  std::string trajectory;   ///< empty: the first of the spec
+  std::string output, csv;  ///< files to write; empty: none
+  std::string about;        ///< "x,y" or "x,y,z" [m]; empty: as in the spec
+  std::optional<long> samples;
+  std::optional<double> duration;  ///< [s]
+  bool force = false;
+  bool compress = false;
+  bool quiet = false;
+};
+
+void add_simulate_options(CLI::App& parser, SimulateOptions& options);
+
+/// The trajectory that the options name, with their changes.
+/// @throws UsageError if there is none of that name or a change makes no sense; SpecError if the spec has no motion
+Trajectory choose_trajectory(const SimulateOptions& options, const Study& study);
+
+/// Refuses at once what would fail after the computation. @throws UsageError, SystemError
+void check_outputs(const SimulateOptions& options);
+
+FileDescription describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory);
+
+}  // namespace balance::app

@@ -1,0 +1,65 @@
+#pragma once
+/// The only place that knows HDF5: a file of datasets with named dimensions, written so that it is valid netCDF-4 too.
+///
+/// Every dataset's every dimension has a dimension scale: a dataset of the dimension's name with its numbers or labels.
+/// Creation order is tracked, times of day are not, so the same calls give the same bytes.
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+class Hdf5File {
+ public:
+  enum class Storage { contiguous, compressed };  ///< compressed: chunks with shuffle and gzip
+
+  struct Group {
+    int index = 0;  ///< 0 is the root
+  };
+  struct Dimension {
+    int index = 0;
+  };
+  /// An attribute of a few numbers.
+  struct Numbers {
+    std::string name;
+    std::vector<double> values;
+  };
+  /// What a dataset is called and measured in. The last dimension varies fastest; none: a scalar.
+  struct Variable {
+    std::string name, long_name, units;
+    std::vector<Dimension> dimensions;
+    std::vector<Numbers> attributes;
+  };
+  /// @param path the file to fill; replaced if it exists
+  /// @param shown_name what messages call it
+  /// @throws SystemError, as all other functions here, with HDF5's or the system's reason
+  Hdf5File(const std::string& path, const std::string& shown_name, Storage storage);
+
+  /// Closes without complaint. Call close() to know whether the file is complete.
+  ~Hdf5File();
+
+  Group add_group(const std::string& name);
+  void set_attribute(Group group, const std::string& name, const std::string& text);
+
+  /// Adds a dimension together with the dataset that holds its values or labels. `variable.dimensions` must be empty;
+  /// there must be at least one value, because netCDF has no empty dimensions.
+  Dimension add_dimension(Group group, const Variable& variable, std::span<const double> values);
+  Dimension add_dimension(Group group, const Variable& variable, const std::vector<std::string>& labels);
+
+  /// Adds a dataset. The values are written from where they are.
+  /// @throws std::invalid_argument if there are not as many values as the dimensions ask for
+  void add(Group group, const Variable& variable, std::span<const double> values);
+  void add(Group group, const Variable& variable, std::span<const int> values);
+  void add(Group group, const Variable& variable, const std::vector<std::string>& values);
+
+  /// Writes what is left and closes. Nothing may be added afterwards.
+  void close();
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace balance

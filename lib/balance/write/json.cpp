@@ -1,0 +1,106 @@
+#include "balance/write/json.hpp"
+
+#include "balance/write/names.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace balance {
+namespace {
+
+/// Keeps the order in which keys are written.
+using Json = nlohmann::ordered_json;
+
+std::string dump(const Json& value) {
+  // Names that are not UTF-8 must not cost the user the answer.
+  return value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json vector_json(const Vector3& vector, int axes) { return std::vector<double>(vector.data(), vector.data() + axes); }
+
+Json metric_json(const Metric& metric) {
+  return {{"quantity", metric.quantity}, {"unit", metric.unit}, {"peak", metric.peak},  {"peak_time", metric.peak_time},
+          {"rms", metric.rms},           {"mean", metric.mean}, {"range", metric.range}};
+}
+
+Json outcome_json(const MotionOutcome& outcome) {
+  Json json = {{"status", name_of(outcome.status)}};
+  if (outcome.status == MotionStatus::done) return json;
+  json["time"] = outcome.time;
+  json["reason"] = outcome.reason;
+  return json;
+}
+
+Json loop_json(const Loop& loop) {
+  return {{"cut_joint", loop.cut_joint}, {"bodies", loop.bodies}, {"closure_equations", loop.constraints}};
+}
+
+Json coordinates_json(const std::vector<double>& values, const Mechanism& mechanism) {
+  Json json = Json::object();
+  if (values.size() != mechanism.coordinates.size()) return json;
+  for (std::size_t i = 0; i < values.size(); ++i) json[mechanism.coordinates[i].name] = values[i];
+  return json;
+}
+
+Json mode_json(const AssemblyMode& mode, const Mechanism& mechanism) {
+  return {{"coordinates", coordinates_json(mode.coordinates, mechanism)},
+          {"assembly", mode.assembly_line},
+          {"selected", mode.selected}};
+}
+
+}  // namespace
+
+std::string result_json(const Result& result, const FileDescription& description,
+                        const std::vector<std::string>& files) {
+  Json json = {{"mechanism", description.title},       {"balance_version", description.version},
+               {"trajectory", description.trajectory}, {"law", description.law},
+               {"drive", description.drive},           {"formulation", description.formulation}};
+  json["outcome"] = outcome_json(result.outcome);
+  json["samples"] = result.time.size();
+  json["duration"] = result.time.size() == 0 ? 0 : result.time[result.time.size() - 1] - result.time[0];
+  json["about"] = vector_json(result.about, result.axes);
+  json["metrics"] = Json::array();
+  for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));
+  json["energy"] = result.energy;
+  json["notes"] = result.outcome.notes;
+  json["files"] = files;
+  return dump(json);
+}
+
+std::string check_json(const CheckReport& report, const Mechanism& mechanism,
+                       const std::vector<std::string>& warnings) {
+  const bool planar = mechanism.space == SpaceKind::planar;
+  Json json = {{"mechanism", mechanism.name}, {"space", planar ? "planar" : "spatial"}};
+  json["outcome"] = outcome_json(report.outcome);
+  json["bodies"] = report.bodies;
+  json["joints"] = report.joints;
+  json["tree_joints"] = report.tree_joints;
+  json["loops"] = Json::array();
+  for (const Loop& loop : report.loops) json["loops"].push_back(loop_json(loop));
+  json["tree_coordinates"] = report.tree_coordinates;
+  json["closure_equations"] = report.closure_equations;
+  json["closure_rank"] = report.closure_rank;
+  json["degrees_of_freedom"] = report.degrees_of_freedom;
+  json["degrees_of_freedom_by_counting"] = report.degrees_of_freedom_by_counting;
+  json["redundant"] = report.redundant;
+  json["idle"] = report.idle;
+  json["total_mass"] = report.total_mass;
+  json["com"] = vector_json(report.com, planar ? 2 : 3);
+  json["start"] = coordinates_json(report.start, mechanism);
+  json["modes"] = Json::array();
+  for (const AssemblyMode& mode : report.modes) json["modes"].push_back(mode_json(mode, mechanism));
+  json["notes"] = report.notes;
+  json["warnings"] = warnings;
+  return dump(json);
+}
+
+std::string error_json(const std::string& kind, const std::string& message) {
+  return dump({{"error", {{"kind", kind}, {"message", message}}}});
+}
+
+std::string error_json(const std::string& kind, const MotionOutcome& outcome) {
+  return dump(
+      {{"error",
+        {{"kind", kind}, {"message", outcome.reason}, {"status", name_of(outcome.status)}, {"time", outcome.time}}}});
+}
+
+}  // namespace balance

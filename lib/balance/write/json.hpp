@@ -1,0 +1,25 @@
+#pragma once
+/// Results, checks and errors as JSON for programs. The only place that knows the JSON library.
+
+#include "balance/model/mechanism.hpp"
+#include "balance/study/check.hpp"
+#include "balance/study/result.hpp"
+#include "balance/write/write_options.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// One object: what was run, how it ended, the metrics and the files written; ends with a line feed.
+std::string result_json(const Result& result, const FileDescription& description,
+                        const std::vector<std::string>& files);
+
+/// One object with everything of the report.
+std::string check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings);
+
+/// {"error": {"kind": …, "message": …}}; a motion that came to its end early adds its status and time.
+std::string error_json(const std::string& kind, const std::string& message);
+std::string error_json(const std::string& kind, const MotionOutcome& outcome);
+
+}  // namespace balance

@@ -1,0 +1,130 @@
+#include "balance/write/pending_file.hpp"
+
+#include "balance/base/error.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <random>
+
+namespace balance {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const std::string& path, const std::string& reason) {
+  throw SystemError(fmt::format("cannot write {}: {}", path, reason));
+}
+
+[[noreturn]] void fail(const std::string& path, int error) { fail(path, std::strerror(error)); }
+
+[[noreturn]] void fail_existing(const std::string& path) { fail(path, "it exists already; --force replaces it"); }
+
+/// Where a symbolic link leads, so that the link stays a link.
+std::string follow_links(const std::string& path) {
+  std::error_code error;
+  const fs::path target = fs::canonical(path, error);
+  return error ? path : target.string();
+}
+
+std::string folder_of(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  return folder.empty() ? "." : folder.string();
+}
+
+void check_target(const std::string& path, const std::string& target, Existing existing) {
+  if (path.empty()) throw SystemError("cannot write a file without a name");
+  struct stat status {};
+  if (::stat(target.c_str(), &status) != 0) {
+    if (errno != ENOENT) fail(path, errno);
+    return;
+  }
+  if (S_ISDIR(status.st_mode)) fail(path, "it is a folder");
+  if (!S_ISREG(status.st_mode)) fail(path, "it is not a regular file");
+  if (existing == Existing::keep) fail_existing(path);
+}
+
+/// A hidden neighbour of the target whose name nobody else uses.
+std::string temporary_name(const std::string& target) {
+  // File systems limit names to 255 bytes, and the target may use them all.
+  const std::string name = fs::path(target).filename().string().substr(0, 200);
+  return (fs::path(folder_of(target)) / fmt::format(".{}.{:08x}.tmp", name, std::random_device{}())).string();
+}
+
+/// Renames without replacing anything; false where the file system cannot promise that.
+bool rename_exclusively(const std::string& from, const std::string& to) {
+#ifdef RENAME_NOREPLACE
+  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
+  if (errno != EINVAL && errno != ENOSYS) return false;
+#endif
+  if (::access(to.c_str(), F_OK) == 0) {
+    errno = EEXIST;
+    return false;
+  }
+  return ::rename(from.c_str(), to.c_str()) == 0;
+}
+
+/// Makes the new name survive a power cut. A folder that cannot be synced is no reason to fail: the file is complete.
+void sync_folder(const std::string& target) {
+  const int folder = ::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return;
+  ::fsync(folder);
+  ::close(folder);
+}
+
+}  // namespace
+
+void check_writable(const std::string& path, Existing existing) {
+  const std::string target = follow_links(path);
+  check_target(path, target, existing);
+  if (::access(folder_of(target).c_str(), W_OK | X_OK) != 0) fail(path, errno);
+}
+
+PendingFile::PendingFile(const std::string& path, Existing existing)
+    : path_(path), target_(follow_links(path)), existing_(existing) {
+  check_target(path_, target_, existing_);
+  constexpr int attempts = 8;  // two equal random names are already unlikely
+  for (int attempt = 0; attempt < attempts; ++attempt) {
+    temporary_ = temporary_name(target_);
+    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor_ >= 0) return;
+    if (errno != EEXIST) break;
+  }
+  fail(path_, errno);
+}
+
+PendingFile::~PendingFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+void PendingFile::write(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail(path_, errno);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+void PendingFile::commit() {
+  if (::fsync(descriptor_) != 0) fail(path_, errno);
+  const int descriptor = descriptor_;
+  descriptor_ = -1;
+  if (::close(descriptor) != 0) fail(path_, errno);
+  const bool renamed = existing_ == Existing::keep ? rename_exclusively(temporary_, target_)
+                                                   : ::rename(temporary_.c_str(), target_.c_str()) == 0;
+  if (!renamed && errno == EEXIST) fail_existing(path_);
+  if (!renamed) fail(path_, errno);
+  temporary_.clear();
+  sync_folder(target_);
+}
+
+}  // namespace balance

@@ -1,0 +1,108 @@
+#include "balance/write/result_csv.hpp"
+
+#include "balance/write/pending_file.hpp"
+#include "balance/write/result_layout.hpp"
+
+#include <fmt/format.h>
+
+#include <iterator>
+#include <stdexcept>
+
+namespace balance {
+namespace {
+
+constexpr std::size_t block = 1 << 20;  // bytes gathered before they go to the file
+
+/// The labels of a quantity's columns, behind or before its name.
+std::vector<std::string> column_names(const Quantity& quantity, const Result& r) {
+  const auto behind = [](const std::string& name, const std::vector<std::string>& labels) {
+    std::vector<std::string> names;
+    for (const std::string& label : labels) names.push_back(name + "." + label);
+    return names;
+  };
+  const auto before = [&](const std::vector<std::string>& labels) {
+    std::vector<std::string> names;
+    for (const std::string& label : labels) names.push_back(label + "." + quantity.short_name);
+    return names;
+  };
+  switch (quantity.columns) {
+    case Columns::single: return {quantity.name};
+    case Columns::coordinate: return before(r.coordinate_names);
+    case Columns::actuator: return before(r.actuator_names);
+    case Columns::axis: return behind(quantity.name, axis_labels(r.axes));
+    case Columns::quaternion: return behind(quantity.name, quaternion_labels());
+    case Columns::joint: return before(r.joint_names);
+    case Columns::joint_axis: {
+      std::vector<std::string> names;
+      for (const std::string& joint : before(r.joint_names)) {
+        for (std::string& name : behind(joint, axis_labels(r.axes))) names.push_back(std::move(name));
+      }
+      return names;
+    }
+  }
+  return {};
+}
+
+/// A name as one field: quoted where a comma or a quote would end it.
+std::string field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string header(const std::vector<Quantity>& quantities, const Result& r) {
+  std::string line = "time [s]";
+  for (const Quantity& quantity : quantities) {
+    const std::vector<std::string> names = column_names(quantity, r);
+    if (static_cast<Eigen::Index>(names.size()) != quantity.samples->cols()) {
+      throw std::invalid_argument(quantity.name + ": as many columns as names are needed");
+    }
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const std::string& unit = quantity.units[quantity.units.size() == names.size() ? i : 0];
+      line += "," + field(fmt::format("{} [{}]", names[i], unit));
+    }
+  }
+  return line + ",newton_iterations [1]\n";
+}
+
+void append_row(fmt::memory_buffer& rows, const std::vector<Quantity>& quantities, const Result& r, Eigen::Index k) {
+  auto out = std::back_inserter(rows);
+  fmt::format_to(out, "{:.17g}", r.time[k]);
+  for (const Quantity& quantity : quantities) {
+    for (Eigen::Index column = 0; column < quantity.samples->cols(); ++column) {
+      fmt::format_to(out, ",{:.17g}", (*quantity.samples)(k, column));
+    }
+  }
+  fmt::format_to(out, ",{}\n", r.newton_iterations[k]);
+}
+
+}  // namespace
+
+void write_csv(const std::string& path, const Result& result, const WriteOptions& options) {
+  if (result.outcome.status != MotionStatus::done) throw std::invalid_argument("only a result that is done is written");
+  const std::vector<Quantity> quantities = list_quantities(result);
+  for (const Quantity& quantity : quantities) {
+    if (quantity.samples->rows() != result.time.size()) {
+      throw std::invalid_argument(quantity.name + ": one row per sample is needed");
+    }
+  }
+  if (result.newton_iterations.size() != result.time.size()) {
+    throw std::invalid_argument("newton_iterations: one entry per sample is needed");
+  }
+  PendingFile pending(path, options.existing);
+  pending.write(header(quantities, result));
+  fmt::memory_buffer rows;
+  for (Eigen::Index k = 0; k < result.time.size(); ++k) {
+    append_row(rows, quantities, result, k);
+    if (rows.size() < block) continue;
+    stop_if_cancelled(options);
+    pending.write({rows.data(), rows.size()});
+    rows.clear();
+  }
+  pending.write({rows.data(), rows.size()});
+  stop_if_cancelled(options);
+  pending.commit();
+}
+
+}  // namespace balance

@@ -1,0 +1,91 @@
+#include "balance/write/result_layout.hpp"
+
+#include <algorithm>
+
+namespace balance {
+namespace {
+
+std::vector<std::string> per(const std::vector<std::string>& units, const char* divisor) {
+  std::vector<std::string> result;
+  for (const std::string& unit : units) result.push_back(unit + divisor);
+  return result;
+}
+
+}  // namespace
+
+std::vector<std::string> axis_labels(int axes) {
+  const std::vector<std::string> all = {"x", "y", "z"};
+  return {all.begin(), all.begin() + axes};
+}
+
+std::vector<std::string> quaternion_labels() { return {"w", "x", "y", "z"}; }
+
+std::string common_unit(const std::vector<std::string>& units) {
+  if (units.empty()) return "1";
+  const bool alike = std::all_of(units.begin(), units.end(), [&](const auto& unit) { return unit == units.front(); });
+  return alike ? units.front() : "mixed";
+}
+
+std::vector<Quantity> list_quantities(const Result& r) {
+  using enum Columns;
+  const bool planar = r.moment_axes == 1;
+  const Columns moment = planar ? single : axis;
+  const std::string sense = planar ? ", counter-clockwise" : "";
+  std::vector<Quantity> all = {
+      {"joint_position", "position", "joint coordinate", r.coordinate_units, coordinate, false, &r.joint_position},
+      {"joint_velocity", "velocity", "rate of the joint coordinate", per(r.coordinate_units, "/s"), coordinate, false,
+       &r.joint_velocity},
+      {"joint_acceleration", "acceleration", "second rate of the joint coordinate", per(r.coordinate_units, "/s^2"),
+       coordinate, false, &r.joint_acceleration},
+      {"torque", "torque", "torque or force of the actuator", r.actuator_units, actuator, false, &r.torque},
+      {"power", "power", "power of the actuator", {"W"}, actuator, false, &r.power},
+      {"com_position", "", "centre of mass of all moving bodies", {"m"}, axis, false, &r.com_position},
+      {"com_velocity", "", "velocity of the centre of mass", {"m/s"}, axis, false, &r.com_velocity},
+      {"com_acceleration", "", "acceleration of the centre of mass", {"m/s^2"}, axis, false, &r.com_acceleration},
+      {"tool_position", "", "position of the tool", {"m"}, axis, false, &r.tool_position},
+      {"tool_orientation",
+       "",
+       planar ? "angle of the tool" : "orientation of the tool as unit quaternion",
+       {planar ? "rad" : "1"},
+       planar ? single : quaternion,
+       false,
+       &r.tool_orientation},
+      {"shaking_force", "", "shaking force: rate of the total linear momentum", {"N"}, axis, false, &r.shaking_force},
+      {"shaking_moment",
+       "",
+       "shaking moment: rate of the total angular momentum" + sense,
+       {"N m"},
+       moment,
+       true,
+       &r.shaking_moment},
+      {"ground_force", "", "force on the frame, weight included", {"N"}, axis, false, &r.ground_force},
+      {"ground_moment", "", "moment on the frame, weight included" + sense, {"N m"}, moment, true, &r.ground_moment},
+      {"joint_force",
+       "force",
+       "reaction force of the joint on its second body",
+       {"N"},
+       joint_axis,
+       false,
+       &r.joint_force},
+      {"joint_moment",
+       "moment",
+       "reaction moment of the joint on its second body, about the joint's point on it" + sense,
+       {"N m"},
+       planar ? joint : joint_axis,
+       false,
+       &r.joint_moment},
+      {"kinetic_energy", "", "kinetic energy", {"J"}, single, false, &r.kinetic_energy},
+      {"potential_energy", "", "potential energy of weight and springs", {"J"}, single, false, &r.potential_energy},
+      {"mobility",
+       "",
+       "smallest singular value of the scaled drive Jacobian; zero at a singularity",
+       {"1"},
+       single,
+       false,
+       &r.mobility},
+  };
+  std::erase_if(all, [](const Quantity& quantity) { return quantity.samples->size() == 0; });
+  return all;
+}
+
+}  // namespace balance

@@ -1,0 +1,36 @@
+#pragma once
+/// What every result file needs to know beyond the result.
+
+#include "balance/write/pending_file.hpp"
+
+#include <functional>
+#include <string>
+
+namespace balance {
+
+/// Where a result comes from.
+struct FileDescription {
+  std::string title;         ///< the mechanism's name
+  std::string version;       ///< of the program
+  std::string spec_text;     ///< the whole spec
+  std::string command_line;  ///< what computes the same file again
+  std::string trajectory;    ///< its name
+  std::string law;           ///< as in the spec: "cycloidal"
+  std::string drive;         ///< as in the spec: "tool"
+  std::string formulation = "tree";
+};
+
+enum class Compression { none, gzip };
+
+struct WriteOptions {
+  Existing existing = Existing::keep;
+  Compression compression = Compression::none;  ///< HDF5 only; costs more than ten times the dynamics
+  std::function<bool()> cancelled;              ///< asked now and then if set; true stops and leaves no file
+};
+
+/// @throws Cancelled if the user wants to stop
+inline void stop_if_cancelled(const WriteOptions& options) {
+  if (options.cancelled && options.cancelled()) throw Cancelled("stopped on request; no file was written");
+}
+
+}  // namespace balance
