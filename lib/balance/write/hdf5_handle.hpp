@@ -9,7 +9,9 @@
 
 namespace balance::hdf5 {
 
-/// Keeps HDF5 from printing its errors while it lives; what was set before comes back afterwards.
+/// Keeps HDF5 from printing its errors while it lives; what was set before comes back afterwards. Make one before anything
+/// else of HDF5: the first one also keeps HDF5 from tidying up when the program ends. It crashes there if closing a file
+/// failed on a full disk, and has nothing to tidy, because every handle closes itself.
 class Silence {
  public:
   Silence() {

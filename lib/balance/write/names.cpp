@@ -8,8 +8,8 @@ const char* name_of(LawKind kind) {
     case LawKind::bang_bang: return "bang-bang";
     case LawKind::uniform: return "uniform";
     case LawKind::cubic: return "cubic";
-    case LawKind::polynomial_345: return "345";
-    case LawKind::polynomial_4567: return "4567";
+    case LawKind::polynomial_345: return "3-4-5";
+    case LawKind::polynomial_4567: return "4-5-6-7";
     case LawKind::harmonic: return "harmonic";
     case LawKind::modified_sine: return "modified-sine";
     case LawKind::modified_trapezoidal: return "modified-trapezoidal";
