@@ -21,7 +21,8 @@ class Clock {
   /// s, ds/dt [1/s] and d²s/dt² [1/s^2]; before the start and after the end the values there.
   LawValue at(double time, Side side) const {
     double tau = std::clamp((time - start_) / duration_, 0.0, 1.0);
-    // Grid times such as k T / (N − 1) miss a jump at T / 2 by round-off; without this the side would not be honoured there.
+    // Grid times such as k T / (N − 1) miss a jump at T / 2 by round-off; without this the side would not be honoured
+    // there.
     for (const double jump : jumps_) {
       if (std::abs(tau - jump) <= tolerance_) tau = jump;
     }

@@ -1,6 +1,6 @@
 #pragma once
-/// Curves in the drive's components. Each is a function of one parameter s in [0, 1] and fills a sample's value, rate and
-/// acceleration from s and its time derivatives. Immutable; filling allocates nothing.
+/// Curves in the drive's components. Each is a function of one parameter s in [0, 1] and fills a sample's value, rate
+/// and acceleration from s and its time derivatives. Immutable; filling allocates nothing.
 
 #include "balance/motion/law.hpp"
 #include "balance/motion/schedule.hpp"
@@ -38,8 +38,8 @@ using Curve = std::variant<StraightCurve, CircularCurve, SplineCurve>;
 
 /// Round the axis through `centre` along `normal`, starting at `start.value`.
 /// @param dimensions how many leading components are a point's coordinates
-/// @throws std::invalid_argument if they are fewer than two, the circle leaves the plane of a planar point, it has no radius
-///         or no angle
+/// @throws std::invalid_argument if they are fewer than two, the circle leaves the plane of a planar point, it has no
+///         radius or no angle
 CircularCurve circle(const StraightCurve& rest, int dimensions, const CirclePath& path);
 
 /// From the start of `rest` through `path.via` to its end.

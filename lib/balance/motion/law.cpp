@@ -48,8 +48,8 @@ LawValue harmonic_half(double t) {
   return {half * half, pi / 2 * std::sin(pi * t), pi * pi / 2 * std::cos(pi * t)};
 }
 
-/// s'' is a quarter sine of period 1/2 up to 1/8, then a quarter sine of period 3/2, which is zero at 1/2. With s'' = A at 1/8,
-/// integrating gives s'(1/2) = A/π and s(1/2) = A (4 + π)/(8π²); the latter must be 1/2, so A = 4π²/(4 + π).
+/// s'' is a quarter sine of period 1/2 up to 1/8, then a quarter sine of period 3/2, which is zero at 1/2. With s'' =
+/// A at 1/8, integrating gives s'(1/2) = A/π and s(1/2) = A (4 + π)/(8π²); the latter must be 1/2, so A = 4π²/(4 + π).
 LawValue modified_sine_half(double t) {
   constexpr double unit = 1 / (4 + pi);
   if (t < 0.125) {
@@ -120,26 +120,16 @@ void validate(const Law& law) {
 
 LawValue evaluate(const Law& law, double tau, Side side) {
   switch (law.kind) {
-    case LawKind::cycloidal:
-      return mirrored(cycloidal_half, tau, side);
-    case LawKind::bang_bang:
-      return mirrored(bang_bang_half, tau, side);
-    case LawKind::uniform:
-      return {tau, 1, 0};
-    case LawKind::cubic:
-      return mirrored(cubic_half, tau, side);
-    case LawKind::polynomial_345:
-      return mirrored(polynomial_345_half, tau, side);
-    case LawKind::polynomial_4567:
-      return mirrored(polynomial_4567_half, tau, side);
-    case LawKind::harmonic:
-      return mirrored(harmonic_half, tau, side);
-    case LawKind::modified_sine:
-      return mirrored(modified_sine_half, tau, side);
-    case LawKind::modified_trapezoidal:
-      return mirrored(modified_trapezoidal_half, tau, side);
-    case LawKind::trapezoidal_velocity:
-      return trapezoidal_velocity(law, tau, side);
+    case LawKind::cycloidal: return mirrored(cycloidal_half, tau, side);
+    case LawKind::bang_bang: return mirrored(bang_bang_half, tau, side);
+    case LawKind::uniform: return {tau, 1, 0};
+    case LawKind::cubic: return mirrored(cubic_half, tau, side);
+    case LawKind::polynomial_345: return mirrored(polynomial_345_half, tau, side);
+    case LawKind::polynomial_4567: return mirrored(polynomial_4567_half, tau, side);
+    case LawKind::harmonic: return mirrored(harmonic_half, tau, side);
+    case LawKind::modified_sine: return mirrored(modified_sine_half, tau, side);
+    case LawKind::modified_trapezoidal: return mirrored(modified_trapezoidal_half, tau, side);
+    case LawKind::trapezoidal_velocity: return trapezoidal_velocity(law, tau, side);
   }
   throw std::invalid_argument("unknown law of motion");
 }

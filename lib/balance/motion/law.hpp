@@ -25,7 +25,8 @@ struct Law {
   double ramp_down = 0.25;  ///< … and braking; ramp_up + ramp_down ≤ 1
 };
 
-/// @throws std::invalid_argument if the ramps of a trapezoidal velocity are out of range. The message is fit for a user.
+/// @throws std::invalid_argument if the ramps of a trapezoidal velocity are out of range. The message is fit for a
+///        user.
 void validate(const Law& law);
 
 /// s and its first and second derivative with respect to τ.

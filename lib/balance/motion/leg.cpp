@@ -60,20 +60,20 @@ Itinerary one_leg(const Request& request, Curve curve, Turn turn) {
   return result;
 }
 
-Itinerary plan(const Request& request, const LinePath&) {
+Itinerary make_itinerary(const Request& request, const LinePath&) {
   require_common(request);
   require_values(request, request.to, "the end");
   return one_leg(request, straight(request.from, request.to), turn_between(request, request.from, request.to));
 }
 
-Itinerary plan(const Request& request, const ArcPath& path) {
+Itinerary make_itinerary(const Request& request, const ArcPath& path) {
   require_common(request);
   require_values(request, request.to, "the end");
   return one_leg(request, arc(straight(request.from, request.to), request.position_components, path),
                  turn_between(request, request.from, request.to));
 }
 
-Itinerary plan(const Request& request, const CirclePath& path) {
+Itinerary make_itinerary(const Request& request, const CirclePath& path) {
   require_common(request);
   const bool stays = request.to.value.size() == 0;  // nothing but the point moves
   if (!stays) require_values(request, request.to, "the end");
@@ -93,8 +93,8 @@ Itinerary stop_at_each(const Request& request, const std::vector<DriveValue>& po
   return result;
 }
 
-/// The ends are natural, not clamped: the law already brings the motion to rest, so a curve whose own slope vanished there would
-/// only crowd the motion into the middle. Of all curves through the points the natural spline bends least.
+/// The ends are natural, not clamped: the law already brings the motion to rest, so a curve whose own slope vanished
+/// there would only crowd the motion into the middle. Of all curves through the points the natural spline bends least.
 Itinerary spline_through(const Request& request, const std::vector<DriveValue>& points, std::vector<double> knots) {
   Samples values(static_cast<Eigen::Index>(points.size()), request.from.value.size());
   std::vector<Matrix3> rotations;
@@ -108,7 +108,8 @@ Itinerary spline_through(const Request& request, const std::vector<DriveValue>& 
                  std::move(turn));
 }
 
-/// Where the law stands when the waypoints are due: stated fractions are times, the spline's knots are values of the law.
+/// Where the law stands when the waypoints are due: stated fractions are times, the spline's knots are values of the
+/// law.
 std::vector<double> law_at(const Law& law, std::vector<double> fractions) {
   for (double& fraction : fractions) fraction = evaluate(law, fraction).s;
   for (std::size_t i = 1; i < fractions.size(); ++i) {
@@ -120,7 +121,7 @@ std::vector<double> law_at(const Law& law, std::vector<double> fractions) {
   return fractions;
 }
 
-Itinerary plan(const Request& request, const WaypointPath& path) {
+Itinerary make_itinerary(const Request& request, const WaypointPath& path) {
   require_common(request);
   require_values(request, request.to, "the end");
   if (request.via.empty()) throw std::invalid_argument("a path through waypoints needs at least one waypoint");
@@ -174,7 +175,7 @@ Samples table_values(const TablePath& path) {
   return values;
 }
 
-Itinerary plan(const Request& request, const TablePath& path) {
+Itinerary make_itinerary(const Request& request, const TablePath& path) {
   const std::vector<double> knots = table_knots(path);
   const Samples all = table_values(path);
   const Eigen::Index size = all.cols() - (request.turns ? 3 : 0);
@@ -194,8 +195,8 @@ Itinerary plan(const Request& request, const TablePath& path) {
 
 }  // namespace
 
-Itinerary plan(const Schedule::Request& request) {
-  return std::visit([&](const auto& path) { return plan(request, path); }, request.path);
+Itinerary make_itinerary(const Schedule::Request& request) {
+  return std::visit([&](const auto& path) { return make_itinerary(request, path); }, request.path);
 }
 
 }  // namespace balance

@@ -26,7 +26,7 @@ struct Itinerary {
 };
 
 /// @throws std::invalid_argument as Schedule's constructor does
-Itinerary plan(const Schedule::Request& request);
+Itinerary make_itinerary(const Schedule::Request& request);
 
 /// When each waypoint is passed, in order, the start (0) and the end (1) included.
 /// @param points start, waypoints, end

@@ -48,7 +48,7 @@ const Leg& Schedule::Implementation::leg_at(double time, Side side) const {
 
 Schedule::Schedule(const Request& request) : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
-  self.itinerary = plan(request);
+  self.itinerary = make_itinerary(request);
   DriveSample before, after;
   const auto add_if_jump = [&](double time) {
     at(time, Side::before, before);

@@ -17,24 +17,26 @@ class Schedule {
     Law law;
     Path path;
     double duration = 1;  ///< [s]; replaced by a table's own
-    DriveValue from,
-        to;  ///< same k. Tables ignore both (k may be given by the table alone); of `to` a circle takes only what does not go round, and nothing where `to.value` is empty
+    /// Same k. Tables ignore both (k may come from the table alone). A circle takes from `to` only what does not go
+    /// round, and nothing at all if `to.value` is empty.
+    DriveValue from, to;
     std::vector<DriveValue> via;  ///< WaypointPath: the points in the drive's components, in order
-    int position_components =
-        0;  ///< how many leading components are a point's coordinates (2 or 3): arcs and chord lengths use them
+    /// How many leading components are a point's coordinates: arcs and circles need 2 or 3, chord lengths use them.
+    int position_components = 0;
     bool turns = false;  ///< the rotation is prescribed too; it follows the shortest rotation, leg by leg
   };
 
-  /// @throws std::invalid_argument if sizes differ, numbers are not finite, the law is not valid, an arc's three points lie on one line, a circle is asked of
-  ///         something that is no point, or times do not increase. The message is fit for a user.
+  /// @throws std::invalid_argument if sizes differ, numbers are not finite, the law is not valid, an arc's three
+  ///         points lie on one line, a circle is asked of something that is no point, times do not increase, or the
+  ///         orientations of a spline wander too far apart. The message is fit for a user.
   explicit Schedule(const Request& request);
   ~Schedule();
   Schedule(Schedule&&) noexcept;
   Schedule& operator=(Schedule&&) noexcept;
 
   /// @param time in [0, duration] (counted from the table's first time for a table)
-  /// @param side which limit to take where the acceleration jumps; at the ends the inner one is always taken. Times nearer
-  ///        to a jump than 1e-12 of the duration are the jump.
+  /// @param side which limit to take where the acceleration jumps; at the ends the inner one is always taken. Times
+  ///        nearer to a jump than 1e-12 of the duration are the jump.
   /// @throws std::invalid_argument if time is further outside than round-off explains (1e-9 of the duration)
   void at(double time, Side side, DriveSample& sample) const;
 

@@ -11,8 +11,8 @@ namespace {
 using Index = Eigen::Index;
 
 /// Second derivatives at the knots: continuity of the slope at knot i reads
-/// h[i-1] m[i-1] + 2 (h[i-1] + h[i]) m[i] + h[i] m[i+1] = 6 (slope[i] − slope[i-1]), with two more conditions at the ends.
-/// The system stays tridiagonal and diagonally dominant for both kinds of ends, so elimination needs no pivots.
+/// h[i-1] m[i-1] + 2 (h[i-1] + h[i]) m[i] + h[i] m[i+1] = 6 (slope[i] − slope[i-1]), with two more conditions at the
+/// ends. The system stays tridiagonal and diagonally dominant for both kinds of ends, so elimination needs no pivots.
 Samples solve_moments(const std::vector<double>& knots, const Samples& values, SplineEnd end) {
   const Index last = values.rows() - 1;
   Samples moments = Samples::Zero(values.rows(), values.cols());

@@ -9,8 +9,8 @@ namespace balance {
 
 /// What closes the equations at both ends.
 enum class SplineEnd {
-  natural,  ///< no second derivative: of all curves through the points the one that bends least
-  not_a_knot,  ///< the third derivative is continuous one knot in from the ends: fourth order up to the ends, needs four knots
+  natural,     ///< no second derivative: of all curves through the points the one that bends least
+  not_a_knot,  ///< third derivative continuous one knot in from the ends: fourth order up to them, needs four knots
 };
 
 /// Immutable; evaluation allocates nothing.

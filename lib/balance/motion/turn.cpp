@@ -16,7 +16,8 @@ namespace {
 
 constexpr double turn = 2 * std::numbers::pi;
 
-/// The functions of the angle θ = |φ| in the velocity of exp(φ): a = (1 − cos θ)/θ², b = (θ − sin θ)/θ³, and a'/θ, b'/θ.
+/// The functions of the angle θ = |φ| in the velocity of exp(φ): a = (1 − cos θ)/θ², b = (θ − sin θ)/θ³, and a'/θ,
+/// b'/θ.
 struct ExponentialFactors {
   double a = 0, b = 0, da = 0, db = 0;
 };

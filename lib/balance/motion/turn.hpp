@@ -1,6 +1,6 @@
 #pragma once
-/// Rotations along one parameter s in [0, 1]. Each fills a sample's rotation, angular velocity and angular acceleration (world
-/// axes) from s and its time derivatives. Immutable; filling allocates nothing.
+/// Rotations along one parameter s in [0, 1]. Each fills a sample's rotation, angular velocity and angular
+/// acceleration (world axes) from s and its time derivatives. Immutable; filling allocates nothing.
 
 #include "balance/motion/law.hpp"
 #include "balance/motion/schedule.hpp"
@@ -25,8 +25,8 @@ struct AxisTurn {
   void fill(const LawValue& progress, DriveSample& sample) const;
 };
 
-/// R(s) = exp(φ(s)) · reference, where the rotation vector φ is a C² spline: so R is C², and where all orientations share one
-/// axis it is the spline of the angle.
+/// R(s) = exp(φ(s)) · reference, where the rotation vector φ is a C² spline: so R is C², and where all orientations
+/// share one axis it is the spline of the angle.
 struct SplineTurn {
   Matrix3 reference;
   CubicSpline vector;  ///< three components [rad], world axes
@@ -41,11 +41,12 @@ AxisTurn shortest_turn(const Matrix3& from, const Matrix3& to);
 
 /// Through all rotations, each to the next by less than half a turn.
 /// @param knots increasing, one per rotation
-/// @throws std::invalid_argument if they wander too far apart for a rotation vector to follow. The message is fit for a user.
+/// @throws std::invalid_argument if they wander too far apart for a rotation vector to follow. The message is fit for
+///        a user.
 SplineTurn spline_turn(const std::vector<double>& knots, const std::vector<Matrix3>& rotations);
 
-/// Through rotation vectors (rows of three), natural reading: a row that another rotation vector of the same rotation brings
-/// nearer to the row before is replaced by that one, so that a jump from +π to −π does no harm.
+/// Through rotation vectors (rows of three), natural reading: a row that another rotation vector of the same rotation
+/// brings nearer to the row before is replaced by that one, so that a jump from +π to −π does no harm.
 SplineTurn table_turn(const std::vector<double>& knots, Samples vectors);
 
 }  // namespace balance

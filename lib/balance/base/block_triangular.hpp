@@ -1,0 +1,56 @@
+#pragma once
+/// Square linear systems whose sparsity never changes, solved thousands of times: rows and columns are put once into block
+/// lower triangular form (maximum matching, then strongly connected components: Duff & Reid, ACM TOMS 4, 1978), after which
+/// only the diagonal blocks are factorised. The legs of a parallel robot separate, a chain of loops costs what its loops cost.
+
+#include "balance/base/types.hpp"
+
+#include <vector>
+
+namespace balance {
+
+class BlockTriangular {
+ public:
+  BlockTriangular() = default;
+
+  /// @param pattern n×n, non-zero where an entry may ever be non-zero
+  /// @return false if no choice of values makes the matrix regular (structurally singular)
+  bool analyse(const Eigen::MatrixXi& pattern);
+
+  int size() const { return static_cast<int>(row_position_.size()); }
+
+  /// Entry (row, column) of the matrix, to be written before factorise(). Entries outside the pattern stay zero.
+  double& at(int row, int column) { return values_[row_position_[row] * size() + column_position_[column]]; }
+  double at(int row, int column) const { return values_[row_position_[row] * size() + column_position_[column]]; }
+  /// The index of an entry for at_index(), which saves two look-ups in a hot loop.
+  int index(int row, int column) const { return row_position_[row] * size() + column_position_[column]; }
+  double& at_index(int index) { return values_[index]; }
+
+  /// LU with partial pivoting of the diagonal blocks.
+  /// @return smallest |pivot| relative to the largest entry of its block's row; 0 if singular
+  double factorise();
+
+  /// Sign of the determinant of the matrix last factorised, up to a factor that never changes.
+  int determinant_sign() const { return sign_; }
+
+  /// x := A⁻¹ x, both in the original order. Allocates nothing.
+  void solve(double* x);
+  /// x := A⁻ᵀ x.
+  void solve_transposed(double* x);
+
+ private:
+  struct Block {
+    int begin, size, offset;   ///< first row, rows, where its factors start
+  };
+
+  std::vector<int> row_position_, column_position_;   ///< of an original row or column in the permuted matrix
+  std::vector<int> first_;                            ///< per permuted row: its first column that may be non-zero
+  std::vector<Block> blocks_;
+  std::vector<double> values_;                        ///< permuted matrix, row-major
+  std::vector<double> factors_;                       ///< LU of the diagonal blocks, row-major one after another
+  std::vector<int> pivots_;                           ///< row exchanges, per permuted row
+  std::vector<double> work_;
+  int sign_ = 0;
+};
+
+}  // namespace balance

@@ -1,0 +1,63 @@
+#pragma once
+/// From the tree's generalised forces to actuator efforts and loop multipliers: τ = Sᵀ u + Φᵀ λ, which is P0's projection
+/// u = Cᵀ τ with C normalised on the actuated rows (P0 eq. 17, 29–34). Private to dynamics and the rooms that open it up.
+
+#include "balance/motion/equations.hpp"
+#include "balance/motion/motion.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+template <class S>
+class Actuation {
+ public:
+  /// @param freedoms by rank
+  Actuation(const Mechanism& mechanism, const Tree<S>& tree, int freedoms);
+
+  /// Actuators and freedoms do not fit in number; empty if they do.
+  const std::string& mismatch() const { return mismatch_; }
+  /// What a user should know: minimum-norm efforts or reactions.
+  const std::vector<std::string>& notes() const { return notes_; }
+
+  /// @param equations filled at the present configuration
+  /// @param tau per tree coordinate
+  /// @return false if the actuators do not hold the mechanism at this configuration
+  bool solve(const Equations<S>& equations, const double* tau);
+
+  const std::vector<double>& efforts() const { return efforts_; }           ///< per actuator [N m or N]
+  const std::vector<double>& multipliers() const { return multipliers_; }   ///< per closure row [N or N m]
+
+  /// Changes when the configuration passes a singularity of actuation; 0 where it is not watched.
+  int determinant_sign() const { return regular_ && closures_ > 0 ? passive_.determinant_sign() : 0; }
+
+ private:
+  struct Selected {
+    int column;
+    double ratio;   ///< of the actuated coordinate to the tree coordinate
+  };
+  struct Gathered {
+    int row, column, index;
+  };
+
+  void prepare_regular(const Tree<S>& tree);
+  bool solve_regular(const Equations<S>& equations, const double* tau);
+  bool solve_general(const Equations<S>& equations, const double* tau);
+
+  int columns_, closures_, freedoms_;
+  bool regular_ = false;                  ///< as many closures and actuators as coordinates, each actuator on its own
+  std::vector<Selected> actuated_;
+  std::vector<int> passive_columns_;
+  BlockTriangular passive_;               ///< closure rows × passive columns
+  std::vector<Gathered> gathered_;
+  std::vector<std::vector<int>> rows_at_; ///< per actuator: closure rows that its column occurs in
+  std::vector<double> efforts_, multipliers_;
+  std::string mismatch_;
+  std::vector<std::string> notes_;
+};
+
+extern template class Actuation<Planar>;
+extern template class Actuation<Spatial>;
+
+}  // namespace balance

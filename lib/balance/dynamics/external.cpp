@@ -1,0 +1,98 @@
+#include "balance/dynamics/external.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+
+namespace {
+
+template <class S>
+FixedFrame<S> placed(const Tree<S>& tree, int body, const Vector3& point) {
+  const FixedFrame<S>& frame = tree.bodies[body];
+  return {frame.node, frame.R_N, frame.p_N + frame.R_N * to_vector<S>(point)};
+}
+
+/// Force and moment of a load at a time: linear between its entries, held beyond them.
+void load_at(const Load& load, double time, Vector3& force, Vector3& moment) {
+  if (load.time.empty()) {
+    force = load.force[0], moment = load.moment[0];
+    return;
+  }
+  const auto next = std::upper_bound(load.time.begin(), load.time.end(), time);
+  if (next == load.time.begin() || next == load.time.end()) {
+    const std::size_t k = next == load.time.begin() ? 0 : load.time.size() - 1;
+    force = load.force[k], moment = load.moment[k];
+    return;
+  }
+  const std::size_t k = static_cast<std::size_t>(next - load.time.begin());
+  const double part = (time - load.time[k - 1]) / (load.time[k] - load.time[k - 1]);
+  force = (1 - part) * load.force[k - 1] + part * load.force[k];
+  moment = (1 - part) * load.moment[k - 1] + part * load.moment[k];
+}
+
+}  // namespace
+
+template <class S>
+ExternalForces<S>::ExternalForces(const Mechanism& mechanism, const Tree<S>& tree) {
+  for (const Load& load : mechanism.loads)
+    if (load.body != ground) loads_.push_back({&load, placed(tree, load.body, load.point)});
+  for (const Spring& spring : mechanism.springs)
+    springs_.push_back({placed(tree, spring.first, spring.point_first), placed(tree, spring.second, spring.point_second),
+                        spring.stiffness, spring.free_length});
+}
+
+template <class S>
+void ExternalForces<S>::apply(const State<S>& state, const FixedFrame<S>& at, const typename S::Vector& force,
+                              typename S::Angular moment, std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const {
+  if (at.node == 0) return;   // the ground takes it
+  const NodeState<S>& s = state[at.node];
+  const typename S::Vector f_N = unrotate(s.R_WN, force);
+  wrenches[at.node].force -= f_N;
+  wrenches[at.node].moment -= unrotate(s.R_WN, moment) + cross(at.p_N, f_N);
+  total.force += force;
+  total.moment += moment + cross(position(state, at), force);
+}
+
+template <class S>
+void ExternalForces<S>::subtract(const State<S>& state, double time, std::vector<Wrench<S>>& wrenches, Wrench<S>& total,
+                                 Wrench<S>& loads) const {
+  for (const PlacedLoad& placed : loads_) {
+    Vector3 force, moment;
+    load_at(*placed.load, time, force, moment);
+    typename S::Vector f = to_vector<S>(force);
+    typename S::Angular m = to_angular<S>(moment);
+    if (placed.load->frame == Frame::body) {
+      const typename S::Rotation R = orientation(state, placed.frame);
+      f = R * f;
+      m = R * m;
+    }
+    apply(state, placed.frame, f, m, wrenches, loads);
+  }
+  total = loads;
+  for (const PlacedSpring& spring : springs_) {
+    const typename S::Vector d = position(state, spring.second) - position(state, spring.first);
+    const double length = d.norm();
+    // a spring without free length pulls with k d even at zero length
+    const double tension = spring.free_length == 0 ? spring.stiffness
+                           : length > 0            ? spring.stiffness * (1 - spring.free_length / length)
+                                                   : 0;
+    apply(state, spring.first, tension * d, S::zero_angular(), wrenches, total);
+    apply(state, spring.second, -tension * d, S::zero_angular(), wrenches, total);
+  }
+}
+
+template <class S>
+double ExternalForces<S>::energy(const State<S>& state) const {
+  double sum = 0;
+  for (const PlacedSpring& spring : springs_) {
+    const double stretch = (position(state, spring.second) - position(state, spring.first)).norm() - spring.free_length;
+    sum += 0.5 * spring.stiffness * stretch * stretch;
+  }
+  return sum;
+}
+
+template class ExternalForces<Planar>;
+template class ExternalForces<Spatial>;
+
+}  // namespace balance

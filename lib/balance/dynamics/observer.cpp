@@ -1,0 +1,265 @@
+#include "balance/dynamics/observer.hpp"
+
+#include "balance/kinematics/joint_coordinates.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace balance {
+
+template <class S>
+Observer<S>::Observer(const Mechanism& mechanism, const Tree<S>& tree, int freedoms, const typename S::Vector& about)
+    : mechanism_(mechanism),
+      tree_(tree),
+      gravity_(to_vector<S>(mechanism.gravity)),
+      about_(about),
+      external_(mechanism, tree),
+      actuation_(mechanism, tree, freedoms),
+      wrenches_(tree.nodes.size()),
+      tau_(tree.columns) {
+  const std::size_t coordinates = mechanism.coordinates.size(), joints = mechanism.joints.size();
+  for (auto* values : {&seen_.position, &seen_.velocity, &seen_.acceleration}) values->assign(coordinates, 0);
+  seen_.effort.assign(mechanism.actuators.size(), 0);
+  seen_.power.assign(mechanism.actuators.size(), 0);
+  seen_.joint_force.assign(joints, S::Vector::Zero());
+  seen_.joint_moment.assign(joints, S::zero_angular());
+  if (mechanism.tool) {
+    Drive<S> drive;
+    attach_tool(mechanism, tree, drive);
+    tool_ = drive.tool;
+    if constexpr (std::is_same_v<S, Planar>) tool_angle_ = balance::tool_angle(tree, tool_);
+  }
+  find_cut_coordinates();
+}
+
+template <class S>
+void Observer<S>::find_cut_coordinates() {
+  std::vector<bool> listed(mechanism_.joints.size(), false);
+  for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
+    if (tree_.sources[c].column >= 0) continue;
+    const Coordinate& coordinate = mechanism_.coordinates[c];
+    CutCoordinate cut{static_cast<int>(c), false, {}};
+    if constexpr (std::is_same_v<S, Planar>) {
+      if (coordinate.kind == CoordinateKind::angle) {   // the difference of two bodies' angles
+        const Joint& joint = mechanism_.joints[coordinate.joint];
+        const LinearQuantity second = balance::tool_angle(tree_, tree_.bodies[joint.second]);
+        const LinearQuantity first = balance::tool_angle(tree_, tree_.bodies[joint.first]);
+        cut.linear = true;
+        cut.quantity = second;
+        cut.quantity.constant -= first.constant + std::atan2(joint.rotation(1, 0), joint.rotation(0, 0));
+        for (const auto& [column, coefficient] : first.terms) cut.quantity.terms.emplace_back(column, -coefficient);
+      }
+    }
+    if (!cut.linear && !listed[coordinate.joint]) {
+      listed[coordinate.joint] = true;
+      cut_joints_.push_back(coordinate.joint);
+    }
+    cut_.push_back(cut);
+  }
+}
+
+template <class S>
+bool Observer<S>::observe(Stepper<S>& stepper, Detail detail) {
+  set_state(stepper);
+  for (auto& wrench : wrenches_) wrench = {};
+  external_total_ = external_loads_ = {};
+  if (!external_.none()) external_.subtract(*state_, stepper.time(), wrenches_, external_total_, external_loads_);
+  inverse_dynamics(tree_, *state_, wrenches_, tau_.data());
+  read_coordinates(stepper);
+  if (!mechanism_.friction.empty()) add_friction(stepper);
+  const bool held = actuation_.solve(stepper.equations(), tau_.data());
+  for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
+    seen_.effort[a] = actuation_.efforts()[a];
+    seen_.power[a] = seen_.effort[a] * seen_.velocity[mechanism_.actuators[a]];
+  }
+  read_forces(stepper);
+  if (mechanism_.tool) read_tool(stepper);
+  if (detail == Detail::everything) {
+    seen_.com_velocity = com_velocity(tree_, *state_);
+    read_energies();
+    read_reactions(stepper);
+  }
+  first_ = false;
+  return held;
+}
+
+/// Poses, velocities and accelerations of all nodes, the ground accelerated by −g.
+template <class S>
+void Observer<S>::set_state(Stepper<S>& stepper) {
+  state_ = &stepper.state();
+  State<S>& state = *state_;
+  if (!stepper.direct()) {
+    accelerations<S>(tree_, stepper.dy(), stepper.ddy(), -gravity_, state);
+    return;
+  }
+  state[0].acceleration = -gravity_;
+  for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
+    const Node<S>& node = tree_.nodes[n];
+    const NodeState<S>& parent = state[node.parent];
+    set_local_pose(node, stepper.y(), state[n]);
+    set_world_pose(parent, state[n]);
+    set_angular_velocity(node, stepper.dy(), parent, state[n]);
+    set_velocity(node, stepper.dy(), parent, state[n]);
+    set_acceleration(node, stepper.dy(), stepper.ddy(), parent, state[n]);
+  }
+}
+
+template <class S>
+void Observer<S>::read_coordinates(const Stepper<S>& stepper) {
+  for (std::size_t c = 0; c < tree_.sources.size(); ++c) {
+    const CoordinateSource& source = tree_.sources[c];
+    if (source.column < 0) continue;
+    seen_.position[c] = source.ratio * stepper.y()[source.column] + source.offset;
+    seen_.velocity[c] = source.ratio * stepper.dy()[source.column];
+    seen_.acceleration[c] = source.ratio * stepper.ddy()[source.column];
+  }
+  if (!cut_.empty()) read_cut_coordinates(stepper);
+}
+
+template <class S>
+void Observer<S>::read_cut_coordinates(const Stepper<S>& stepper) {
+  for (CutCoordinate& cut : cut_) {
+    if (!cut.linear) continue;
+    if (first_) {   // whole turns are counted from the start
+      constexpr double turn = 2 * std::numbers::pi;
+      const double value = cut.quantity.value(stepper.y());
+      cut.quantity.constant -= turn * std::round(value / turn);
+    }
+    double position = cut.quantity.constant, velocity = 0, acceleration = 0;
+    for (const auto& [column, coefficient] : cut.quantity.terms) {
+      position += coefficient * stepper.y()[column];
+      velocity += coefficient * stepper.dy()[column];
+      acceleration += coefficient * stepper.ddy()[column];
+    }
+    seen_.position[cut.coordinate] = position;
+    seen_.velocity[cut.coordinate] = velocity;
+    seen_.acceleration[cut.coordinate] = acceleration;
+  }
+  for (const int j : cut_joints_) {
+    const Joint& joint = mechanism_.joints[j];
+    const JointReading reading = read_joint(joint, relative_motion(tree_, *state_, joint));
+    for (const CutCoordinate& cut : cut_) {
+      const Coordinate& coordinate = mechanism_.coordinates[cut.coordinate];
+      if (cut.linear || coordinate.joint != j) continue;
+      double& position = seen_.position[cut.coordinate];
+      const double value = reading.position[coordinate.index];
+      position = coordinate.kind == CoordinateKind::angle && !first_ ? unwrapped(value, position) : value;
+      seen_.velocity[cut.coordinate] = reading.velocity[coordinate.index];
+      seen_.acceleration[cut.coordinate] = reading.acceleration[coordinate.index];
+    }
+  }
+}
+
+template <class S>
+void Observer<S>::add_friction(const Stepper<S>& /*stepper*/) {
+  for (const Friction& friction : mechanism_.friction) {
+    const CoordinateSource& source = tree_.sources[friction.coordinate];
+    const double rate = seen_.velocity[friction.coordinate];
+    const double sign = rate > 0 ? 1 : rate < 0 ? -1 : 0;
+    tau_[source.column] += source.ratio * (friction.viscous * rate + friction.coulomb * sign);
+  }
+}
+
+template <class S>
+void Observer<S>::read_forces(const Stepper<S>& /*stepper*/) {
+  const State<S>& state = *state_;
+  typename S::Vector moment = S::Vector::Zero();
+  for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
+    const auto& inertia = tree_.nodes[n].inertia;
+    if (!tree_.nodes[n].massless) moment += state[n].R_WN * inertia.moment + inertia.mass * state[n].p_WN;
+  }
+  seen_.com = moment / tree_.mass;
+  // the ground's wrench carries the weight and lacks what the surroundings supply
+  const typename S::Vector weight = tree_.mass * gravity_;
+  const typename S::Angular weight_moment = cross(moment, gravity_);
+  seen_.shaking_force = wrenches_[0].force + weight + external_total_.force;
+  const typename S::Angular about_origin = wrenches_[0].moment + weight_moment + external_total_.moment;
+  seen_.shaking_moment = about_origin - cross(about_, seen_.shaking_force);
+  seen_.com_acceleration = seen_.shaking_force / tree_.mass;
+  seen_.ground_force = weight + external_loads_.force - seen_.shaking_force;
+  seen_.ground_moment = weight_moment + external_loads_.moment - about_origin - cross(about_, seen_.ground_force);
+}
+
+template <class S>
+void Observer<S>::read_tool(const Stepper<S>& stepper) {
+  seen_.tool_position = position(*state_, tool_);
+  seen_.tool_rotation = orientation(*state_, tool_);
+  if constexpr (std::is_same_v<S, Planar>) seen_.tool_angle = tool_angle_.value(stepper.y());
+}
+
+template <class S>
+void Observer<S>::add_closure_wrenches() {
+  int r = 0;
+  for (const Closure<S>& closure : tree_.closures) {
+    const ClosurePose<S> pose = closure_pose(*state_, closure);
+    Wrench<S> on_b;   // world axes, about b's origin
+    for (const ClosureRow& row : closure.rows) {
+      const double multiplier = actuation_.multipliers()[r++];
+      const RowWrench<S> unit = closure_wrench(pose, row);
+      on_b.force += multiplier * unit.force;
+      on_b.moment += multiplier * unit.moment;
+    }
+    if (!closure.split) {
+      seen_.joint_force[closure.joint] = on_b.force;
+      seen_.joint_moment[closure.joint] = on_b.moment;
+    }
+    const auto push = [&](int n, double sign) {
+      if (n == 0) return;
+      const NodeState<S>& s = (*state_)[n];
+      const typename S::Vector force = sign * unrotate(s.R_WN, on_b.force);
+      wrenches_[n].force -= force;
+      wrenches_[n].moment -= sign * unrotate(s.R_WN, on_b.moment) +
+                             cross(unrotate(s.R_WN, typename S::Vector(pose.p_B - s.p_WN)), force);
+    };
+    push(closure.b.node, 1);
+    push(closure.a.node, -1);
+  }
+}
+
+template <class S>
+void Observer<S>::read_reactions(Stepper<S>& stepper) {
+  State<S>& state = *state_;
+  if (!tree_.closures.empty()) {
+    for (auto& wrench : wrenches_) wrench = {};
+    Wrench<S> total, loads;
+    if (!external_.none()) external_.subtract(state, stepper.time(), wrenches_, total, loads);
+    add_closure_wrenches();
+    inverse_dynamics(tree_, state, wrenches_, tau_.data());
+  }
+  for (std::size_t j = 0; j < mechanism_.joints.size(); ++j) {
+    const int n = tree_.joint_nodes[j];
+    if (n < 0) continue;
+    const FixedFrame<S>& second = tree_.bodies[mechanism_.joints[j].second];
+    const typename S::Vector Q = state[second.node].p_WN +
+                                 state[second.node].R_WN *
+                                     typename S::Vector(second.p_N + second.R_N * to_vector<S>(mechanism_.joints[j].point_second));
+    const typename S::Vector force = state[n].R_WN * wrenches_[n].force;
+    const typename S::Angular moment =
+        state[n].R_WN * wrenches_[n].moment + cross(typename S::Vector(state[n].p_WN - Q), force);
+    const double sign = tree_.joint_forward[j] ? 1 : -1;
+    seen_.joint_force[j] = sign * force;
+    seen_.joint_moment[j] = sign * moment;
+  }
+}
+
+template <class S>
+void Observer<S>::read_energies() {
+  const State<S>& state = *state_;
+  double kinetic = 0, potential = external_.energy(state);
+  for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
+    const auto& inertia = tree_.nodes[n].inertia;
+    const NodeState<S>& s = state[n];
+    if (tree_.nodes[n].massless) continue;
+    kinetic += 0.5 * inertia.mass * s.velocity.squaredNorm() +
+               dot(s.velocity, typename S::Vector(cross(s.angular_velocity, inertia.moment))) +
+               0.5 * dot(s.angular_velocity, typename S::Angular(inertia.second * s.angular_velocity));
+  }
+  potential -= tree_.mass * gravity_.dot(seen_.com);
+  seen_.kinetic_energy = kinetic;
+  seen_.potential_energy = potential;
+}
+
+template class Observer<Planar>;
+template class Observer<Spatial>;
+
+}  // namespace balance

@@ -1,0 +1,89 @@
+#pragma once
+/// Everything that is known of a moving mechanism at one moment. Private to dynamics and the rooms that open it up.
+
+#include "balance/dynamics/actuation.hpp"
+#include "balance/dynamics/external.hpp"
+#include "balance/motion/stepper.hpp"
+
+#include <array>
+#include <vector>
+
+namespace balance {
+
+/// World axes; moments about the observer's point unless said otherwise.
+template <class S>
+struct Observation {
+  std::vector<double> position, velocity, acceleration;   ///< per coordinate of the mechanism
+  std::vector<double> effort, power;                      ///< per actuator
+  typename S::Vector com, com_velocity, com_acceleration;
+  typename S::Vector tool_position;
+  typename S::Rotation tool_rotation;
+  double tool_angle = 0;                                  ///< planar, runs on past ±π
+  typename S::Vector shaking_force;                       ///< rate of the linear momentum (P3 eq. 23)
+  typename S::Angular shaking_moment;                     ///< rate of the angular momentum (P3 eq. 27)
+  typename S::Vector ground_force;                        ///< what the frame feels, weight included
+  typename S::Angular ground_moment;
+  std::vector<typename S::Vector> joint_force;            ///< on the second body
+  std::vector<typename S::Angular> joint_moment;          ///< about the joint's point on the second body
+  double kinetic_energy = 0, potential_energy = 0;
+};
+
+/// How much to find out.
+enum class Detail {
+  forces,       ///< coordinates, efforts, power, centre of mass, shaking force and moment, tool
+  everything,   ///< also ground wrench, reactions, energies, velocity of the centre of mass
+};
+
+template <class S>
+class Observer {
+ public:
+  /// @param about world point that moments are about
+  Observer(const Mechanism& mechanism, const Tree<S>& tree, int freedoms, const typename S::Vector& about);
+
+  const Actuation<S>& actuation() const { return actuation_; }
+  const Observation<S>& last() const { return seen_; }
+
+  /// The stepper's present moment, with the accelerations that it holds now.
+  /// @return false if the actuators do not hold the mechanism there
+  bool observe(Stepper<S>& stepper, Detail detail);
+
+ private:
+  /// A cut joint's coordinate: linear in y where it is a planar angle, else read off the relative pose.
+  struct CutCoordinate {
+    int coordinate;
+    bool linear;
+    LinearQuantity quantity;
+  };
+
+  void find_cut_coordinates();
+  void set_state(Stepper<S>& stepper);
+  void read_coordinates(const Stepper<S>& stepper);
+  void read_cut_coordinates(const Stepper<S>& stepper);
+  void add_friction(const Stepper<S>& stepper);
+  void read_forces(const Stepper<S>& stepper);
+  void read_tool(const Stepper<S>& stepper);
+  void read_reactions(Stepper<S>& stepper);
+  void read_energies();
+  void add_closure_wrenches();
+
+  const Mechanism& mechanism_;
+  const Tree<S>& tree_;
+  typename S::Vector gravity_, about_;
+  ExternalForces<S> external_;
+  Actuation<S> actuation_;
+  std::vector<CutCoordinate> cut_;
+  std::vector<int> cut_joints_;           ///< with coordinates that are not linear
+  FixedFrame<S> tool_;
+  LinearQuantity tool_angle_;
+  State<S>* state_ = nullptr;
+  std::vector<Wrench<S>> wrenches_;
+  Wrench<S> external_total_, external_loads_;
+  std::vector<double> tau_;
+  Observation<S> seen_;
+  bool first_ = true;
+};
+
+extern template class Observer<Planar>;
+extern template class Observer<Spatial>;
+
+}  // namespace balance

@@ -1,0 +1,74 @@
+#pragma once
+/// Inverse dynamics of the tree: recursive Newton–Euler from the leaves to the ground (Featherstone, Rigid Body Dynamics
+/// Algorithms, 2008, table 5.1). Private to dynamics and the rooms that open it up.
+
+#include "balance/kinematics/state.hpp"
+
+#include <vector>
+
+namespace balance {
+
+/// What a node's parent exerts on the node and all it carries: node axes, moment about the node's origin.
+template <class S>
+struct Wrench {
+  typename S::Vector force = S::Vector::Zero();
+  typename S::Angular moment = S::zero_angular();
+};
+
+/// Force and moment that give one node its acceleration.
+template <class S>
+inline void add_inertia_wrench(const typename S::Inertia& inertia, const NodeState<S>& s, Wrench<S>& wrench) {
+  wrench.force += inertia.mass * s.acceleration + cross(s.angular_acceleration, inertia.moment) +
+                  cross(s.angular_velocity, typename S::Vector(cross(s.angular_velocity, inertia.moment)));
+  wrench.moment += inertia.second * s.angular_acceleration + gyroscopic(s.angular_velocity, inertia.second) +
+                   cross(inertia.moment, s.acceleration);
+}
+
+/// Adds a node's wrench, seen from its parent, to the parent's.
+template <class S>
+inline void pass_on(const NodeState<S>& s, const Wrench<S>& wrench, Wrench<S>& parent) {
+  const typename S::Vector force = s.R_PN * wrench.force;
+  parent.force += force;
+  parent.moment += s.R_PN * wrench.moment + cross(s.p_PN, force);
+}
+
+/// The node's wrench along its own motion.
+template <class S>
+inline double along_motion(const Node<S>& node, const Wrench<S>& wrench) {
+  return node.ratio * (node.motion == NodeMotion::turn ? dot(S::turn_axis(), wrench.moment)
+                                                       : dot(S::slide_direction(), wrench.force));
+}
+
+/// @param wrenches on entry what the surroundings do not supply (minus the external wrenches), on return what every node's
+///        parent exerts; wrenches[0]: what the ground exerts on everything, world axes, about the world's origin
+/// @param tau generalised forces per tree coordinate [N m or N]
+template <class S>
+void inverse_dynamics(const Tree<S>& tree, const State<S>& state, std::vector<Wrench<S>>& wrenches, double* tau) {
+  for (int c = 0; c < tree.columns; ++c) tau[c] = 0;
+  for (std::size_t n = tree.nodes.size(); n-- > 1;) {
+    const Node<S>& node = tree.nodes[n];
+    if (!node.massless) add_inertia_wrench<S>(node.inertia, state[n], wrenches[n]);
+    if (node.motion != NodeMotion::weld) tau[node.column] += along_motion(node, wrenches[n]);
+    pass_on(state[n], wrenches[n], wrenches[node.parent]);
+  }
+}
+
+/// Generalised forces of an open tree without external forces, in one go outwards and one back: the shortest way to the
+/// torques of a serial arm.
+template <class S>
+void tree_torques(const Tree<S>& tree, const double* y, const double* dy, const double* ddy, const typename S::Vector& gravity,
+                  State<S>& state, std::vector<Wrench<S>>& wrenches, double* tau) {
+  state[0].acceleration = -gravity;
+  wrenches[0] = {};
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
+    const Node<S>& node = tree.nodes[n];
+    const NodeState<S>& parent = state[node.parent];
+    set_local_pose(node, y, state[n]);
+    set_angular_velocity(node, dy, parent, state[n]);
+    set_acceleration(node, dy, ddy, parent, state[n]);
+    wrenches[n] = {};
+  }
+  inverse_dynamics(tree, state, wrenches, tau);
+}
+
+}  // namespace balance

@@ -1,0 +1,183 @@
+#include "balance/kinematics/assembly.hpp"
+
+#include "balance/base/rotation.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace balance {
+
+namespace {
+
+/// Lengths are solved for in units of the characteristic length.
+template <class S>
+VectorX column_scale(const Tree<S>& tree) {
+  VectorX scale = VectorX::Ones(tree.columns);
+  for (int c = 0; c < tree.columns; ++c)
+    if (tree.column_kind_length[c]) scale[c] = tree.length;
+  return scale;
+}
+
+/// Quadratic end game: least-norm Newton steps as long as they help.
+template <class S>
+void polish(System<S>& system, const VectorX& scale, const DriveSample& target, Solution& solution) {
+  VectorX residual, trial;
+  MatrixX jacobian;
+  system.evaluate(solution.y, target, residual, jacobian);
+  for (int k = 0; k < 8 && residual.size() > 0; ++k) {
+    const double before = residual.template lpNorm<Eigen::Infinity>();
+    solution.residual = before;
+    if (before < 1e-15) break;
+    Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
+    qr.setThreshold(1e-9);
+    qr.compute(jacobian);
+    trial = solution.y - scale.cwiseProduct(qr.solve(residual));
+    system.evaluate(trial, target, residual, jacobian);
+    if (!(residual.template lpNorm<Eigen::Infinity>() < before)) break;
+    solution.y = trial;
+    solution.residual = residual.template lpNorm<Eigen::Infinity>();
+  }
+  system.evaluate(solution.y, target, residual, jacobian);
+}
+
+}  // namespace
+
+template <class S>
+Solution solve(System<S>& system, const VectorX& guess, const DriveSample& target, int iterations) {
+  Solution solution;
+  solution.y = guess;
+  const VectorX scale = column_scale(system.tree());
+  VectorX residual, trial_residual;
+  MatrixX jacobian, trial_jacobian;
+  system.evaluate(solution.y, target, residual, jacobian);
+  double cost = residual.squaredNorm(), damping = 1e-3;
+  for (; solution.iterations < iterations && cost > 1e-18; ++solution.iterations) {
+    const MatrixX normal = jacobian.transpose() * jacobian;
+    const VectorX gradient = jacobian.transpose() * residual;
+    bool better = false;
+    for (int tries = 0; tries < 12 && !better; ++tries) {
+      MatrixX damped = normal;
+      damped.diagonal().array() += damping * std::max(1e-6, normal.diagonal().maxCoeff());
+      VectorX step = damped.ldlt().solve(gradient);
+      const double longest = step.template lpNorm<Eigen::Infinity>();
+      if (longest > 1) step /= longest;   // no more than one radian or one length at a time
+      const VectorX trial = solution.y - scale.cwiseProduct(step);
+      system.evaluate(trial, target, trial_residual, trial_jacobian);
+      const double trial_cost = trial_residual.squaredNorm();
+      better = trial_cost < cost;
+      if (better) {
+        const bool stalled = cost - trial_cost < 1e-10 * cost;
+        solution.y = trial, cost = trial_cost;
+        residual.swap(trial_residual), jacobian.swap(trial_jacobian);
+        damping = std::max(1e-12, damping / 5);
+        if (stalled) better = false, tries = 12;
+      } else {
+        damping *= 4;
+      }
+    }
+    if (!better) break;
+  }
+  solution.residual = residual.size() > 0 ? residual.template lpNorm<Eigen::Infinity>() : 0;
+  if (solution.residual < 1e-4) polish(system, scale, target, solution);
+  solution.found = solution.residual < closed && system.aligned();
+  return solution;
+}
+
+template <class S>
+VectorX random_coordinates(const Tree<S>& tree, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  VectorX y(tree.columns);
+  for (int c = 0; c < tree.columns; ++c) {
+    // written out: the standard's distributions differ between libraries
+    const double unit = 2 * (static_cast<double>(random() >> 11) * 0x1.0p-53) - 1;
+    y[c] = unit * (tree.column_kind_length[c] ? tree.length : std::numbers::pi);
+  }
+  return y;
+}
+
+RankReport rank_of(const MatrixX& jacobian, double tolerance) {
+  RankReport report;
+  const Eigen::Index columns = jacobian.cols();
+  if (jacobian.rows() == 0 || columns == 0) {
+    report.null_space = MatrixX::Identity(columns, columns);
+    return report;
+  }
+  const Eigen::JacobiSVD<MatrixX> svd(jacobian, Eigen::ComputeFullV);
+  const VectorX& values = svd.singularValues();
+  const double largest = values[0];
+  while (report.rank < values.size() && values[report.rank] > tolerance * largest && largest > 0) ++report.rank;
+  report.smallest = values[values.size() - 1];
+  if (report.rank > 0) report.last_kept = values[report.rank - 1] / largest;
+  if (report.rank < values.size() && largest > 0) report.first_dropped = values[report.rank] / largest;
+  report.null_space = svd.matrixV().rightCols(columns - report.rank);
+  return report;
+}
+
+template <class S>
+RankReport generic_closure_rank(const Tree<S>& tree, const VectorX& y) {
+  System<S> closures(tree, Drive<S>{});
+  const VectorX scale = column_scale(tree);
+  VectorX residual, here = y;
+  MatrixX jacobian;
+  closures.evaluate(here, {}, residual, jacobian);
+  RankReport best = rank_of(jacobian);
+  RankReport last = best;
+  for (std::uint64_t seed = 1; seed <= 4 && last.null_space.cols() > 0; ++seed) {
+    const VectorX random = random_coordinates(tree, seed).cwiseQuotient(scale);
+    VectorX direction = last.null_space * (last.null_space.transpose() * random);
+    if (direction.norm() < 1e-12) break;
+    direction *= 0.15 / direction.norm();
+    const Solution moved = solve(closures, here + scale.cwiseProduct(direction), {});
+    if (!moved.found || (moved.y - here).cwiseQuotient(scale).norm() < 1e-6) continue;
+    here = moved.y;
+    closures.evaluate(here, {}, residual, jacobian);
+    last = rank_of(jacobian);
+    if (last.rank > best.rank) best = last;
+  }
+  return best;
+}
+
+template <class S>
+Solution continue_to(System<S>& system, const VectorX& y, const DriveSample& from, const DriveSample& to) {
+  Solution here{true, y, 0, 0};
+  const Vector3 turn = rotation_vector_of(to.rotation * from.rotation.transpose());
+  const VectorX scale = column_scale(system.tree());
+  double done = 0, step = 1.0 / 32;
+  VectorX slope = VectorX::Zero(y.size());
+  while (done < 1) {
+    const double next = std::min(1.0, done + step);
+    DriveSample target;
+    target.value = (1 - next) * from.value + next * to.value;
+    target.rotation = next == 1 ? to.rotation : Matrix3(rotation_from_vector(next * turn) * from.rotation);
+    const Solution trial = solve(system, here.y + (next - done) * slope, target, 30);
+    const double change = (trial.y - here.y).cwiseQuotient(scale).template lpNorm<Eigen::Infinity>();
+    if (trial.found && change < 0.5) {
+      slope = (trial.y - here.y) / (next - done);
+      here = trial;
+      done = next;
+      step = std::min(2 * step, 1.0 / 16);
+    } else {
+      step /= 2;
+      slope.setZero();
+      if (step < 1e-6) return {false, here.y, trial.residual, 0};
+    }
+  }
+  return here;
+}
+
+#define BALANCE_INSTANTIATE(S)                                                                           \
+  template Solution solve<S>(System<S>&, const VectorX&, const DriveSample&, int);                       \
+  template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);                                 \
+  template RankReport generic_closure_rank<S>(const Tree<S>&, const VectorX&);                           \
+  template Solution continue_to<S>(System<S>&, const VectorX&, const DriveSample&, const DriveSample&);
+BALANCE_INSTANTIATE(Planar)
+BALANCE_INSTANTIATE(Spatial)
+#undef BALANCE_INSTANTIATE
+
+}  // namespace balance

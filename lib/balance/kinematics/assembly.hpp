@@ -1,0 +1,58 @@
+#pragma once
+/// Finding configurations: Levenberg–Marquardt from a guess, restarts from seeded random ones, continuation along a straight
+/// way, ranks by singular values. Private to kinematics, motion and dynamics.
+
+#include "balance/kinematics/system.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace balance {
+
+/// Largest scaled residual that counts as closed.
+inline constexpr double closed = 1e-12;
+
+struct Solution {
+  bool found = false;
+  VectorX y;
+  double residual = 0;   ///< largest scaled residual left
+  int iterations = 0;
+};
+
+/// The configuration nearest in spirit to the guess that meets all equations (least-squares sense until it does).
+template <class S>
+Solution solve(System<S>& system, const VectorX& guess, const DriveSample& target, int iterations = 100);
+
+/// Random coordinates: angles anywhere, lengths within ± the characteristic length.
+template <class S>
+VectorX random_coordinates(const Tree<S>& tree, std::uint64_t seed);
+
+/// Numerical rank and the orthonormal null space of a scaled Jacobian.
+struct RankReport {
+  int rank = 0;
+  double last_kept = 0, first_dropped = 0;   ///< singular values relative to the largest
+  double smallest = 0;                       ///< singular value number min(rows, columns), absolute
+  MatrixX null_space;                        ///< columns × (columns − rank)
+};
+RankReport rank_of(const MatrixX& jacobian, double tolerance = 1e-8);
+
+/// Rank of the closures alone at the most generic of a few configurations around y: a start pose may be singular by accident.
+template <class S>
+RankReport generic_closure_rank(const Tree<S>& tree, const VectorX& y);
+
+/// Follows the target from `from` (met by y) to `to` in small steps. Scalars go straight, rotations by the shortest way.
+/// @return the configuration at `to`, or found = false
+template <class S>
+Solution continue_to(System<S>& system, const VectorX& y, const DriveSample& from, const DriveSample& to);
+
+#define BALANCE_DECLARE(S)                                                                                        \
+  extern template Solution solve<S>(System<S>&, const VectorX&, const DriveSample&, int);                         \
+  extern template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);                                   \
+  extern template RankReport generic_closure_rank<S>(const Tree<S>&, const VectorX&);                             \
+  extern template Solution continue_to<S>(System<S>&, const VectorX&, const DriveSample&, const DriveSample&);
+BALANCE_DECLARE(Planar)
+BALANCE_DECLARE(Spatial)
+#undef BALANCE_DECLARE
+
+}  // namespace balance

@@ -1,0 +1,91 @@
+#pragma once
+/// Loop-closure equations: what they miss by, how they change with the tree coordinates, and what velocities alone make of
+/// their second derivative. Private to kinematics, motion and dynamics.
+///
+/// Every row is a constraint wrench in disguise: its rate is F · (velocity of b relative to a at Q) + N · (angular velocity of
+/// b relative to a), with Q the origin of frame b. Its multiplier λ makes the joint push b with λF at Q and λN, and a
+/// with the opposite.
+
+#include "balance/kinematics/state.hpp"
+
+namespace balance {
+
+template <class S>
+struct RowWrench {
+  typename S::Vector force = S::Vector::Zero();       ///< world axes, through Q
+  typename S::Angular moment = S::zero_angular();
+};
+
+/// World poses of a closure's two frames.
+template <class S>
+struct ClosurePose {
+  typename S::Rotation R_A, R_B;
+  typename S::Vector p_A, p_B;
+};
+
+template <class S>
+inline ClosurePose<S> closure_pose(const State<S>& state, const Closure<S>& closure) {
+  return {orientation(state, closure.a), orientation(state, closure.b), position(state, closure.a),
+          position(state, closure.b)};
+}
+
+template <class S>
+inline double closure_residual(const ClosurePose<S>& pose, const ClosureRow& row) {
+  if (row.kind == ClosureRow::Kind::along) return dot(axis(pose.R_A, row.i), typename S::Vector(pose.p_B - pose.p_A));
+  return dot(axis(pose.R_A, row.i), axis(pose.R_B, row.j));
+}
+
+template <class S>
+inline RowWrench<S> closure_wrench(const ClosurePose<S>& pose, const ClosureRow& row) {
+  RowWrench<S> wrench;
+  if (row.kind == ClosureRow::Kind::along)
+    wrench.force = axis(pose.R_A, row.i);
+  else
+    wrench.moment = cross(axis(pose.R_B, row.j), axis(pose.R_A, row.i));
+  return wrench;
+}
+
+/// Rate, per unit rate of the node's coordinate, of a wrench's power at the point Q of what the node carries.
+template <class S>
+inline double power_of(const Node<S>& node, const NodeState<S>& state, const typename S::Vector& Q, const RowWrench<S>& wrench) {
+  if (node.motion == NodeMotion::slide)
+    return node.ratio * dot(wrench.force, typename S::Vector(state.R_WN * S::slide_direction()));
+  const typename S::Angular e = state.R_WN * S::turn_axis();
+  return node.ratio * dot(e, typename S::Angular(wrench.moment + cross(typename S::Vector(Q - state.p_WN), wrench.force)));
+}
+
+/// Second derivative of every row when no coordinate accelerates. State: velocities, and accelerations with ddy = null.
+template <class S>
+void closure_bias(const State<S>& state, const Closure<S>& closure, const ClosurePose<S>& pose, double* bias) {
+  const NodeState<S>&A = state[closure.a.node], &B = state[closure.b.node];
+  const typename S::Vector d = pose.p_B - pose.p_A;
+  const typename S::Angular w_A = A.R_WN * A.angular_velocity, w_B = B.R_WN * B.angular_velocity;
+  const typename S::Angular alpha_A = A.R_WN * A.angular_acceleration, alpha_B = B.R_WN * B.angular_acceleration;
+  const typename S::Vector slip = point_velocity<S>(B, closure.b.p_N) - point_velocity<S>(A, closure.a.p_N) - cross(w_A, d);
+  // acceleration of d as seen by an observer on a
+  const typename S::Vector relative = point_acceleration<S>(B, closure.b.p_N) - point_acceleration<S>(A, closure.a.p_N) -
+                                      cross(alpha_A, d) - cross(w_A, typename S::Vector(cross(w_A, d))) -
+                                      2 * cross(w_A, slip);
+  const typename S::Angular w = w_B - w_A;
+  const typename S::Angular alpha = alpha_B - alpha_A - typename S::Angular(cross(w_A, w));
+  for (std::size_t r = 0; r < closure.rows.size(); ++r) {
+    const ClosureRow& row = closure.rows[r];
+    const typename S::Vector a = axis(pose.R_A, row.i);
+    if (row.kind == ClosureRow::Kind::along) {
+      bias[r] = dot(a, relative);
+    } else {
+      const typename S::Vector b = axis(pose.R_B, row.j);
+      bias[r] = dot(a, typename S::Vector(cross(alpha, b) + cross(w, typename S::Vector(cross(w, b)))));
+    }
+  }
+}
+
+/// The joint's frames point the same way, not the opposite one.
+template <class S>
+bool is_aligned(const ClosurePose<S>& pose, const Closure<S>& closure) {
+  for (const int k : closure.aligned)
+    if (dot(axis(pose.R_A, k), axis(pose.R_B, k)) <= 0) return false;
+  return true;
+}
+
+}  // namespace balance

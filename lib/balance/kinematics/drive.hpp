@@ -1,0 +1,106 @@
+#pragma once
+/// The prescribed quantities as equations in the tree coordinates: tool position, centre of mass, quantities linear in y
+/// (joint coordinates, the angle of a planar tool), rotation of a spatial tool. Private to kinematics, motion and dynamics.
+
+#include "balance/kinematics/closure.hpp"
+
+#include <utility>
+#include <vector>
+
+namespace balance {
+
+/// Σ coefficient · y[column] + constant.
+struct LinearQuantity {
+  std::vector<std::pair<int, double>> terms;
+  double constant = 0;
+  bool is_length = false;
+
+  double value(const double* y) const {
+    double sum = constant;
+    for (const auto& [column, coefficient] : terms) sum += coefficient * y[column];
+    return sum;
+  }
+};
+
+/// What must have prescribed values. The rows are ordered: point, com, linear (these have a value each), rotation.
+template <class S>
+struct Drive {
+  std::vector<int> point;                ///< world components of the tool point
+  std::vector<int> com;                  ///< world components of the centre of mass
+  std::vector<LinearQuantity> linear;
+  std::vector<int> rotation;             ///< spatial: world components of the tool's rotation
+  FixedFrame<S> tool;                    ///< tool point with the axes of its body
+  std::vector<int> tool_path;            ///< nodes that move the tool
+
+  int values() const { return static_cast<int>(point.size() + com.size() + linear.size()); }
+  int rows() const { return values() + static_cast<int>(rotation.size()); }
+};
+
+/// Mass beyond each node, and its first moment in world axes about the world's origin.
+template <class S>
+struct MassDistribution {
+  std::vector<double> mass;                     ///< of the node and all nodes it carries
+  std::vector<typename S::Vector> moment;       ///< Σ m r
+
+  explicit MassDistribution(const Tree<S>& tree) : mass(tree.nodes.size(), 0), moment(tree.nodes.size()) {
+    for (std::size_t n = tree.nodes.size(); n-- > 1;) {
+      mass[n] += tree.nodes[n].inertia.mass;
+      mass[tree.nodes[n].parent] += mass[n];
+    }
+  }
+
+  void update(const Tree<S>& tree, const State<S>& state) {
+    for (auto& m : moment) m.setZero();
+    for (std::size_t n = tree.nodes.size(); n-- > 1;) {
+      const auto& inertia = tree.nodes[n].inertia;
+      moment[n] += state[n].R_WN * inertia.moment + inertia.mass * state[n].p_WN;
+      moment[tree.nodes[n].parent] += moment[n];
+    }
+  }
+
+  typename S::Vector com() const { return mass[0] > 0 ? typename S::Vector(moment[0] / mass[0]) : S::Vector::Zero(); }
+
+  /// Change of the CoM's position per unit of the node's coordinate.
+  typename S::Vector com_gradient(const Node<S>& node, const NodeState<S>& state, int n) const {
+    if (node.motion == NodeMotion::slide)
+      return node.ratio * mass[n] / mass[0] * typename S::Vector(state.R_WN * S::slide_direction());
+    const typename S::Angular e = state.R_WN * S::turn_axis();
+    return node.ratio / mass[0] * typename S::Vector(cross(e, typename S::Vector(moment[n] - mass[n] * state.p_WN)));
+  }
+};
+
+/// Sine of the rotation that is still missing, as a vector in world axes: ½ Σ target axis × axis.
+template <class S>
+inline Vector3 rotation_gap(const Matrix3& target, const typename S::Rotation& R) {
+  const Matrix3 now = to_matrix(R);
+  Vector3 gap = Vector3::Zero();
+  for (int k = 0; k < 3; ++k) gap += 0.5 * target.col(k).cross(now.col(k));
+  return gap;
+}
+
+/// Acceleration of the centre of mass for the accelerations in the state (world axes).
+template <class S>
+typename S::Vector com_acceleration(const Tree<S>& tree, const State<S>& state) {
+  typename S::Vector force = S::Vector::Zero();
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
+    const Node<S>& node = tree.nodes[n];
+    const NodeState<S>& s = state[n];
+    if (node.massless) continue;
+    force += s.R_WN * typename S::Vector(node.inertia.mass * s.acceleration + cross(s.angular_acceleration, node.inertia.moment) +
+                                         cross(s.angular_velocity, typename S::Vector(cross(s.angular_velocity, node.inertia.moment))));
+  }
+  return force / tree.mass;
+}
+
+template <class S>
+typename S::Vector com_velocity(const Tree<S>& tree, const State<S>& state) {
+  typename S::Vector momentum = S::Vector::Zero();
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
+    const NodeState<S>& s = state[n];
+    const auto& inertia = tree.nodes[n].inertia;
+    momentum += s.R_WN * typename S::Vector(inertia.mass * s.velocity + cross(s.angular_velocity, inertia.moment));
+  }
+  return momentum / tree.mass;
+}
+
+}  // namespace balance

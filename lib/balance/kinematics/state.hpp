@@ -1,0 +1,141 @@
+#pragma once
+/// Poses, velocities and accelerations of all nodes, by one recursion from the ground outwards (Featherstone, Rigid Body
+/// Dynamics Algorithms, 2008, ch. 4–5, in the form of two three-vectors per body). Scratch memory of one algorithm.
+/// Private to kinematics, motion and dynamics.
+
+#include "balance/kinematics/tree.hpp"
+
+#include <cmath>
+#include <vector>
+
+namespace balance {
+
+/// N's motion. Components without W are in N's own axes.
+template <class S>
+struct NodeState {
+  typename S::Rotation R_PN;                                  ///< in the parent's axes
+  typename S::Vector p_PN = S::Vector::Zero();
+  typename S::Rotation R_WN;                                  ///< in the world
+  typename S::Vector p_WN = S::Vector::Zero();
+  typename S::Angular angular_velocity = S::zero_angular();
+  typename S::Vector velocity = S::Vector::Zero();            ///< of N's origin
+  typename S::Angular angular_acceleration = S::zero_angular();
+  typename S::Vector acceleration = S::Vector::Zero();        ///< of N's origin, gravity's field subtracted if the base was given −g
+};
+
+template <class S>
+using State = std::vector<NodeState<S>>;
+
+/// Pose of the node in its parent at y.
+template <class S>
+inline void set_local_pose(const Node<S>& node, const double* y, NodeState<S>& state) {
+  switch (node.motion) {
+    case NodeMotion::turn: {
+      const double x = node.ratio * y[node.column] + node.offset;
+      double s, c;
+      ::sincos(x, &s, &c);
+      state.R_PN = turned(node.R_PF, c, s);
+      state.p_PN = node.p_PF;
+      break;
+    }
+    case NodeMotion::slide:
+      state.R_PN = node.R_PF;
+      state.p_PN = node.p_PF + node.R_PF * typename S::Vector((node.ratio * y[node.column] + node.offset) * S::slide_direction());
+      break;
+    case NodeMotion::weld:
+      state.R_PN = node.R_PF;
+      state.p_PN = node.p_PF;
+      break;
+  }
+}
+
+template <class S>
+inline void set_world_pose(const NodeState<S>& parent, NodeState<S>& state) {
+  state.R_WN = parent.R_WN * state.R_PN;
+  state.p_WN = parent.p_WN + parent.R_WN * state.p_PN;
+}
+
+/// Angular velocity only: all that forces need.
+template <class S>
+inline void set_angular_velocity(const Node<S>& node, const double* dy, const NodeState<S>& parent, NodeState<S>& state) {
+  state.angular_velocity = unrotate(state.R_PN, parent.angular_velocity);
+  if (node.motion == NodeMotion::turn)
+    state.angular_velocity += typename S::Angular(node.ratio * dy[node.column] * S::turn_axis());
+}
+
+template <class S>
+inline void set_velocity(const Node<S>& node, const double* dy, const NodeState<S>& parent, NodeState<S>& state) {
+  state.velocity = unrotate(state.R_PN, typename S::Vector(parent.velocity + cross(parent.angular_velocity, state.p_PN)));
+  if (node.motion == NodeMotion::slide) state.velocity += node.ratio * dy[node.column] * S::slide_direction();
+}
+
+/// @param ddy null: the accelerations that velocities alone cause
+template <class S>
+inline void set_acceleration(const Node<S>& node, const double* dy, const double* ddy, const NodeState<S>& parent,
+                             NodeState<S>& state) {
+  const typename S::Vector r = state.p_PN;
+  const typename S::Angular w = parent.angular_velocity;
+  state.acceleration = unrotate(state.R_PN, typename S::Vector(parent.acceleration + cross(parent.angular_acceleration, r) +
+                                                               cross(w, typename S::Vector(cross(w, r)))));
+  state.angular_acceleration = unrotate(state.R_PN, parent.angular_acceleration);
+  if (node.motion == NodeMotion::turn) {
+    const typename S::Angular spin = node.ratio * dy[node.column] * S::turn_axis();
+    state.angular_acceleration += cross(state.angular_velocity, spin);
+    if (ddy) state.angular_acceleration += typename S::Angular(node.ratio * ddy[node.column] * S::turn_axis());
+  } else if (node.motion == NodeMotion::slide) {
+    const typename S::Vector slip = node.ratio * dy[node.column] * S::slide_direction();
+    state.acceleration += 2 * cross(state.angular_velocity, slip);
+    if (ddy) state.acceleration += node.ratio * ddy[node.column] * S::slide_direction();
+  }
+}
+
+template <class S>
+void poses(const Tree<S>& tree, const double* y, State<S>& state) {
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
+    set_local_pose(tree.nodes[n], y, state[n]);
+    set_world_pose(state[tree.nodes[n].parent], state[n]);
+  }
+}
+
+template <class S>
+void velocities(const Tree<S>& tree, const double* dy, State<S>& state) {
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
+    const NodeState<S>& parent = state[tree.nodes[n].parent];
+    set_angular_velocity(tree.nodes[n], dy, parent, state[n]);
+    set_velocity(tree.nodes[n], dy, parent, state[n]);
+  }
+}
+
+/// @param base acceleration of the ground; −gravity makes weight part of the inertia forces
+template <class S>
+void accelerations(const Tree<S>& tree, const double* dy, const double* ddy, const typename S::Vector& base, State<S>& state) {
+  state[0].acceleration = base;
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n)
+    set_acceleration(tree.nodes[n], dy, ddy, state[tree.nodes[n].parent], state[n]);
+}
+
+/// World pose of a frame fixed to a node.
+template <class S>
+inline typename S::Vector position(const State<S>& state, const FixedFrame<S>& frame) {
+  return state[frame.node].p_WN + state[frame.node].R_WN * frame.p_N;
+}
+template <class S>
+inline typename S::Rotation orientation(const State<S>& state, const FixedFrame<S>& frame) {
+  return state[frame.node].R_WN * frame.R_N;
+}
+
+/// World velocity of a point fixed to a node.
+template <class S>
+inline typename S::Vector point_velocity(const NodeState<S>& state, const typename S::Vector& p_N) {
+  return state.R_WN * typename S::Vector(state.velocity + cross(state.angular_velocity, p_N));
+}
+
+/// World acceleration of a point fixed to a node (less gravity's if the base was given −g).
+template <class S>
+inline typename S::Vector point_acceleration(const NodeState<S>& state, const typename S::Vector& p_N) {
+  const typename S::Angular w = state.angular_velocity;
+  return state.R_WN * typename S::Vector(state.acceleration + cross(state.angular_acceleration, p_N) +
+                                         cross(w, typename S::Vector(cross(w, p_N))));
+}
+
+}  // namespace balance

@@ -1,0 +1,112 @@
+#include "balance/kinematics/system.hpp"
+
+namespace balance {
+
+template <class S>
+System<S>::System(const Tree<S>& tree, Drive<S> drive)
+    : tree_(tree), drive_(std::move(drive)), state_(tree.nodes.size()), masses_(tree) {}
+
+template <class S>
+void System<S>::evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, MatrixX& jacobian) {
+  residual.setZero(rows());
+  jacobian.setZero(rows(), columns());
+  poses(tree_, y.data(), state_);
+  closures(residual, jacobian);
+  prescribed(y, target, residual, jacobian);
+  for (int c = 0; c < columns(); ++c)
+    if (tree_.column_kind_length[c]) jacobian.col(c) *= tree_.length;
+}
+
+template <class S>
+void System<S>::closures(VectorX& residual, MatrixX& jacobian) {
+  int r = 0;
+  for (const Closure<S>& closure : tree_.closures) {
+    const ClosurePose<S> pose = closure_pose(state_, closure);
+    for (const ClosureRow& row : closure.rows) {
+      const double scale = row.kind == ClosureRow::Kind::along ? 1 / tree_.length : 1;
+      const RowWrench<S> wrench = closure_wrench(pose, row);
+      residual[r] = scale * closure_residual(pose, row);
+      for (const PathStep& step : closure.path) {
+        const Node<S>& node = tree_.nodes[step.node];
+        jacobian(r, node.column) += scale * step.sign * power_of(node, state_[step.node], pose.p_B, wrench);
+      }
+      ++r;
+    }
+  }
+}
+
+template <class S>
+void System<S>::prescribed(const VectorX& y, const DriveSample& target, VectorX& residual, MatrixX& jacobian) {
+  const double scale = 1 / tree_.length;
+  int r = tree_.closure_rows, k = 0;
+  if (!drive_.point.empty()) {
+    const typename S::Vector Q = position(state_, drive_.tool);
+    for (const int component : drive_.point) {
+      residual[r] = scale * (Q[component] - target.value[k++]);
+      RowWrench<S> unit;
+      unit.force[component] = 1;
+      for (const int n : drive_.tool_path)
+        jacobian(r, tree_.nodes[n].column) += scale * power_of(tree_.nodes[n], state_[n], Q, unit);
+      ++r;
+    }
+  }
+  if (!drive_.com.empty()) {
+    masses_.update(tree_, state_);
+    const typename S::Vector G = masses_.com();
+    for (const int component : drive_.com) {
+      residual[r] = scale * (G[component] - target.value[k++]);
+      for (std::size_t n = 1; n < tree_.nodes.size(); ++n)
+        if (tree_.nodes[n].motion != NodeMotion::weld)
+          jacobian(r, tree_.nodes[n].column) +=
+              scale * masses_.com_gradient(tree_.nodes[n], state_[n], static_cast<int>(n))[component];
+      ++r;
+    }
+  }
+  for (const LinearQuantity& quantity : drive_.linear) {
+    const double unit = quantity.is_length ? scale : 1;
+    residual[r] = unit * (quantity.value(y.data()) - target.value[k++]);
+    for (const auto& [column, coefficient] : quantity.terms) jacobian(r, column) += unit * coefficient;
+    ++r;
+  }
+  if (!drive_.rotation.empty()) {
+    const Vector3 gap = rotation_gap<S>(target.rotation, orientation(state_, drive_.tool));
+    for (const int component : drive_.rotation) {
+      residual[r] = gap[component];
+      for (const int n : drive_.tool_path)
+        if (tree_.nodes[n].motion == NodeMotion::turn)
+          jacobian(r, tree_.nodes[n].column) +=
+              tree_.nodes[n].ratio * angular_to_3d(typename S::Angular(state_[n].R_WN * S::turn_axis()))[component];
+      ++r;
+    }
+  }
+}
+
+template <class S>
+bool System<S>::aligned() const {
+  for (const Closure<S>& closure : tree_.closures)
+    if (!is_aligned(closure_pose(state_, closure), closure)) return false;
+  return true;
+}
+
+template <class S>
+DriveSample System<S>::measure(const VectorX& y) const {
+  DriveSample sample;
+  sample.value.resize(drive_.values());
+  int k = 0;
+  for (const int component : drive_.point) sample.value[k++] = position(state_, drive_.tool)[component];
+  if (!drive_.com.empty()) {
+    MassDistribution<S> masses(tree_);
+    masses.update(tree_, state_);
+    for (const int component : drive_.com) sample.value[k++] = masses.com()[component];
+  }
+  for (const LinearQuantity& quantity : drive_.linear) sample.value[k++] = quantity.value(y.data());
+  sample.rotation = to_matrix(orientation(state_, drive_.tool));
+  sample.rate.setZero(drive_.values());
+  sample.acceleration.setZero(drive_.values());
+  return sample;
+}
+
+template class System<Planar>;
+template class System<Spatial>;
+
+}  // namespace balance

@@ -1,0 +1,48 @@
+#pragma once
+/// All equations that pin a configuration, loop closures first and prescribed quantities after them, as one dense system.
+/// For everything that happens once: assembly, ranks, end poses, and mechanisms with redundant constraints.
+/// Private to kinematics, motion and dynamics.
+
+#include "balance/kinematics/drive.hpp"
+#include "balance/kinematics/drive_sample.hpp"
+
+namespace balance {
+
+template <class S>
+class System {
+ public:
+  /// @param tree must outlive the system
+  System(const Tree<S>& tree, Drive<S> drive);
+
+  int rows() const { return tree_.closure_rows + drive_.rows(); }
+  int closure_rows() const { return tree_.closure_rows; }
+  int columns() const { return tree_.columns; }
+  const Drive<S>& drive() const { return drive_; }
+  const Tree<S>& tree() const { return tree_; }
+  const State<S>& state() const { return state_; }
+  const MassDistribution<S>& masses() const { return masses_; }
+
+  /// Residual and Jacobian at y. Lengths are divided by the characteristic length and columns that are lengths are
+  /// multiplied by it, so that all entries are comparable numbers.
+  void evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, MatrixX& jacobian);
+
+  /// All joints' frames point the way they should at the configuration last evaluated.
+  bool aligned() const;
+
+  /// Present values of the driven quantities at the configuration last evaluated.
+  DriveSample measure(const VectorX& y) const;
+
+ private:
+  void closures(VectorX& residual, MatrixX& jacobian);
+  void prescribed(const VectorX& y, const DriveSample& target, VectorX& residual, MatrixX& jacobian);
+
+  const Tree<S>& tree_;
+  Drive<S> drive_;
+  State<S> state_;
+  MassDistribution<S> masses_;
+};
+
+extern template class System<Planar>;
+extern template class System<Spatial>;
+
+}  // namespace balance

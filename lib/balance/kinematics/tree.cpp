@@ -1,0 +1,340 @@
+#include "balance/kinematics/tree.hpp"
+
+#include "balance/base/rotation.hpp"
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+
+namespace balance {
+
+template <>
+Planar::Inertia inertia_about_origin<Planar>(double mass, const Vector3& com, const Matrix3& about_com) {
+  return {mass, mass * com.head<2>(), about_com(2, 2) + mass * com.head<2>().squaredNorm()};
+}
+
+template <>
+Spatial::Inertia inertia_about_origin<Spatial>(double mass, const Vector3& com, const Matrix3& about_com) {
+  return {mass, mass * com, about_com + mass * (com.squaredNorm() * Matrix3::Identity() - com * com.transpose())};
+}
+
+template <>
+Planar::Inertia moved<Planar>(const Planar::Inertia& inertia, const Planar::Rotation& R, const Vector2& p) {
+  const Vector2 moment = R * inertia.moment;
+  return {inertia.mass, moment + inertia.mass * p,
+          inertia.second + 2 * p.dot(moment) + inertia.mass * p.squaredNorm()};
+}
+
+template <>
+Spatial::Inertia moved<Spatial>(const Spatial::Inertia& inertia, const Spatial::Rotation& R, const Vector3& p) {
+  const Vector3 moment = R * inertia.moment;
+  const Matrix3 second = R.matrix * inertia.second * R.matrix.transpose();
+  const Matrix3 E = Matrix3::Identity();
+  return {inertia.mass, moment + inertia.mass * p,
+          second + 2 * p.dot(moment) * E - p * moment.transpose() - moment * p.transpose() +
+              inertia.mass * (p.squaredNorm() * E - p * p.transpose())};
+}
+
+namespace {
+
+/// One elementary motion of a joint: about or along `direction`, in the first body's axes at coordinate zero.
+struct Step {
+  NodeMotion motion;
+  Vector3 direction;
+  int index;   ///< coordinate within the joint
+};
+
+std::vector<Step> steps(const Joint& joint) {
+  using enum NodeMotion;
+  const Vector3 u = joint.axis, v = joint.axis2, z = Vector3::UnitZ();
+  switch (joint.type) {
+    case JointType::fixed: return {};
+    case JointType::revolute: return {{turn, u, 0}};
+    case JointType::prismatic: return {{slide, u, 0}};
+    case JointType::pin_slot: return {{slide, u, 0}, {turn, z, 1}};
+    case JointType::cylindrical: return {{slide, u, 1}, {turn, u, 0}};
+    case JointType::universal: return {{turn, u, 0}, {turn, v, 1}};
+    case JointType::spherical: return {{turn, Vector3::UnitX(), 0}, {turn, Vector3::UnitY(), 1}, {turn, z, 2}};
+    case JointType::planar: return {{slide, v, 0}, {slide, u.cross(v), 1}, {turn, u, 2}};
+  }
+  return {};
+}
+
+/// Axes in which a node turns about z or slides along its space's slide direction.
+template <class S>
+Matrix3 node_axes(const Step& step);
+template <>
+Matrix3 node_axes<Spatial>(const Step& step) {
+  return frame_with_z_along(step.direction);
+}
+template <>
+Matrix3 node_axes<Planar>(const Step& step) {
+  if (step.motion == NodeMotion::turn) return Matrix3::Identity();
+  Matrix3 R = Matrix3::Identity();
+  const Vector3& d = step.direction;
+  R.topLeftCorner<2, 2>() << d.x(), -d.y(), d.y(), d.x();
+  return R;
+}
+
+/// The axes in which the constraints of a cut joint are simple: z (planar: x) along the joint's axis; universal: x along
+/// the second axis.
+template <class S>
+Matrix3 closure_axes(const Joint& joint) {
+  if constexpr (std::is_same_v<S, Planar>) {
+    const bool slides = joint.type == JointType::prismatic || joint.type == JointType::pin_slot;
+    return slides ? node_axes<Planar>({NodeMotion::slide, joint.axis, 0}) : Matrix3::Identity();
+  } else {
+    if (joint.type == JointType::spherical || joint.type == JointType::fixed) return Matrix3::Identity();
+    if (joint.type != JointType::universal && joint.type != JointType::planar) return frame_with_z_along(joint.axis);
+    Matrix3 R;
+    R << joint.axis2, joint.axis.cross(joint.axis2), joint.axis;
+    return R;
+  }
+}
+
+template <class S>
+void set_rows(JointType type, Closure<S>& closure) {
+  using enum ClosureRow::Kind;
+  const ClosureRow x{along, 0, 0}, y{along, 1, 0}, z{along, 2, 0};
+  if constexpr (std::is_same_v<S, Planar>) {
+    const ClosureRow angle{dot, 1, 0};
+    switch (type) {
+      case JointType::revolute: closure.rows = {x, y}; break;
+      case JointType::prismatic: closure.rows = {y, angle}, closure.aligned = {0}; break;
+      case JointType::pin_slot: closure.rows = {y}; break;
+      case JointType::fixed: closure.rows = {x, y, angle}, closure.aligned = {0}; break;
+      default: throw std::invalid_argument("joint type does not exist in the plane");
+    }
+  } else {
+    const ClosureRow xz{dot, 0, 2}, yz{dot, 1, 2}, zx{dot, 2, 0}, xy{dot, 0, 1};
+    switch (type) {
+      case JointType::revolute: closure.rows = {x, y, z, xz, yz}, closure.aligned = {2}; break;
+      case JointType::prismatic: closure.rows = {x, y, yz, zx, xy}, closure.aligned = {0, 2}; break;
+      case JointType::fixed: closure.rows = {x, y, z, yz, zx, xy}, closure.aligned = {0, 2}; break;
+      case JointType::cylindrical: closure.rows = {x, y, xz, yz}, closure.aligned = {2}; break;
+      case JointType::universal: closure.rows = {x, y, z, zx}; break;
+      case JointType::spherical: closure.rows = {x, y, z}; break;
+      case JointType::planar: closure.rows = {z, xz, yz}, closure.aligned = {2}; break;
+      default: throw std::invalid_argument("joint type does not exist in space");
+    }
+  }
+}
+
+/// q[coordinate] = ratio · q[root] + offset after following the couplings.
+struct Root {
+  int coordinate;
+  double ratio = 1, offset = 0;
+};
+
+Root root_of(const Mechanism& mechanism, int coordinate) {
+  Root root{coordinate};
+  for (std::size_t guard = 0; guard <= mechanism.couplings.size(); ++guard) {
+    const auto it = std::find_if(mechanism.couplings.begin(), mechanism.couplings.end(),
+                                 [&](const Coupling& c) { return c.follower == root.coordinate; });
+    if (it == mechanism.couplings.end()) return root;
+    root.offset += root.ratio * it->offset;
+    root.ratio *= it->ratio;
+    root.coordinate = it->leader;
+  }
+  throw std::invalid_argument("couplings follow each other in a circle");
+}
+
+template <class S>
+class Compiler {
+ public:
+  Compiler(const Mechanism& mechanism, const std::vector<int>& needed)
+      : mechanism_(mechanism), spanning_(span(mechanism, needed)) {}
+
+  Tree<S> run() {
+    tree_.length = characteristic_length(mechanism_);
+    tree_.nodes.emplace_back();
+    tree_.bodies.resize(mechanism_.bodies.size());
+    tree_.joint_nodes.assign(mechanism_.joints.size(), -1);
+    tree_.joint_first_nodes.assign(mechanism_.joints.size(), -1);
+    tree_.joint_forward.assign(mechanism_.joints.size(), true);
+    number_columns();
+    for (const TreeEdge& edge : spanning_.edges) add_joint(edge);
+    for (const int joint : spanning_.cut) add_closure(joint);
+    add_masses();
+    for (Closure<S>& closure : tree_.closures) {
+      find_path(closure);
+      tree_.closure_rows += static_cast<int>(closure.rows.size());
+    }
+    return std::move(tree_);
+  }
+
+ private:
+  void number_columns() {
+    std::vector<bool> in_tree(mechanism_.joints.size(), false);
+    for (const TreeEdge& edge : spanning_.edges) in_tree[edge.joint] = true;
+    std::map<int, int> columns;
+    tree_.sources.resize(mechanism_.coordinates.size());
+    // columns in the order of the tree keep the loops' blocks together
+    for (const TreeEdge& edge : spanning_.edges)
+      for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
+        if (mechanism_.coordinates[c].joint != edge.joint) continue;
+        const int root = root_of(mechanism_, static_cast<int>(c)).coordinate;
+        if (columns.emplace(root, tree_.columns).second) {
+          ++tree_.columns;
+          tree_.column_kind_length.push_back(mechanism_.coordinates[root].kind == CoordinateKind::length);
+        }
+      }
+    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
+      if (!in_tree[mechanism_.coordinates[c].joint]) continue;
+      const Root root = root_of(mechanism_, static_cast<int>(c));
+      tree_.sources[c] = {columns.at(root.coordinate), root.ratio, root.offset};
+    }
+  }
+
+  int coordinate_of(int joint, int index) const {
+    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c)
+      if (mechanism_.coordinates[c].joint == joint && mechanism_.coordinates[c].index == index)
+        return static_cast<int>(c);
+    throw std::invalid_argument("joint has no such coordinate");
+  }
+
+  int add_node(int parent, const Matrix3& R, const Vector3& p, NodeMotion motion, const CoordinateSource& source,
+               double sign) {
+    Node<S> node;
+    node.parent = parent;
+    node.motion = motion;
+    node.column = source.column;
+    node.ratio = sign * source.ratio;
+    node.offset = sign * source.offset;
+    node.R_PF = to_rotation<S>(R);
+    node.p_PF = to_vector<S>(p);
+    tree_.nodes.push_back(node);
+    return static_cast<int>(tree_.nodes.size()) - 1;
+  }
+
+  void add_joint(const TreeEdge& edge) {
+    const Joint& joint = mechanism_.joints[edge.joint];
+    std::vector<Step> chain = steps(joint);
+    Vector3 start = joint.point_first, end = joint.point_second;
+    Matrix3 R_parent_child = joint.rotation;
+    if (!edge.forward) {   // walked backwards: the motions in reverse order and sense, seen from the second body
+      std::reverse(chain.begin(), chain.end());
+      for (Step& step : chain) step.direction = joint.rotation.transpose() * step.direction;
+      std::swap(start, end);
+      R_parent_child = joint.rotation.transpose();
+    }
+    const FixedFrame<S> parent = tree_.bodies[edge.parent];
+    int node = parent.node;
+    Matrix3 R = to_matrix(parent.R_N);                         // axes of the parent body in the current node
+    Vector3 p = R * start + to_3d(parent.p_N);
+    tree_.joint_first_nodes[edge.joint] = static_cast<int>(tree_.nodes.size());
+    if (chain.empty()) node = add_node(node, R, p, NodeMotion::weld, {}, 1), R.setIdentity(), p.setZero();
+    for (const Step& step : chain) {
+      const Matrix3 axes = node_axes<S>(step);
+      node = add_node(node, R * axes, p, step.motion, tree_.sources[coordinate_of(edge.joint, step.index)],
+                      edge.forward ? 1 : -1);
+      R = axes.transpose();
+      p.setZero();
+    }
+    tree_.joint_nodes[edge.joint] = node;
+    tree_.joint_forward[edge.joint] = edge.forward;
+    const Matrix3 R_NB = R * R_parent_child;
+    const FixedFrame<S> child{node, to_rotation<S>(R_NB), to_vector<S>(Vector3(-(R_NB * end)))};
+    if (edge.split)
+      weld(edge.joint, child, edge.child);
+    else
+      tree_.bodies[edge.child] = child;
+  }
+
+  /// Closes the loop of a split joint: the copy that the joint carries is its second body.
+  void weld(int joint, const FixedFrame<S>& copy, int body) {
+    splits_.push_back({joint, copy, body});
+  }
+
+  static FixedFrame<S> on(const FixedFrame<S>& body, const Matrix3& R, const Vector3& p) {
+    return {body.node, body.R_N * to_rotation<S>(R), body.p_N + body.R_N * to_vector<S>(p)};
+  }
+
+  void add_closure(int j) {
+    const Joint& joint = mechanism_.joints[j];
+    const Matrix3 axes = closure_axes<S>(joint);
+    Closure<S> closure;
+    closure.joint = j;
+    closure.a = on(tree_.bodies[joint.first], axes, joint.point_first);
+    closure.b = on(tree_.bodies[joint.second], joint.rotation.transpose() * axes, joint.point_second);
+    set_rows(joint.type, closure);
+    tree_.closures.push_back(closure);
+  }
+
+  void add_masses() {
+    for (const auto& split : splits_) {
+      Closure<S> closure;
+      closure.joint = split.joint;
+      closure.split = true;
+      const Vector3 at = mechanism_.joints[split.joint].point_second;
+      closure.a = on(split.copy, Matrix3::Identity(), at);
+      closure.b = on(tree_.bodies[split.body], Matrix3::Identity(), at);
+      set_rows(JointType::fixed, closure);
+      tree_.closures.push_back(closure);
+    }
+    for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) {
+      const Body& body = mechanism_.bodies[b];
+      add_element(tree_.bodies[b], inertia_about_origin<S>(body.mass, body.com, body.inertia));
+    }
+    for (const Attachment& extra : mechanism_.attachments)
+      add_element(tree_.bodies[extra.body], inertia_about_origin<S>(extra.mass, extra.position, extra.inertia));
+    for (const Disc& disc : mechanism_.discs) add_disc(disc);
+  }
+
+  void add_disc(const Disc& disc) {
+    const FixedFrame<S>& carrier = tree_.bodies[disc.body];
+    const Matrix3 axes = node_axes<S>({NodeMotion::turn, disc.axis, 0});
+    const Matrix3 R = to_matrix(carrier.R_N) * axes;
+    const Vector3 p = to_3d(carrier.p_N) + to_matrix(carrier.R_N) * disc.position;
+    CoordinateSource source = tree_.sources[disc.follows];
+    source.ratio *= disc.ratio;
+    source.offset *= disc.ratio;
+    const int node = add_node(carrier.node, R, p, NodeMotion::turn, source, 1);
+    // the disc's own frame: its CoM, the carrier's axes at coordinate zero
+    const FixedFrame<S> frame{node, to_rotation<S>(axes.transpose()), S::Vector::Zero()};
+    add_element(frame, inertia_about_origin<S>(disc.mass, Vector3::Zero(), disc.inertia));
+  }
+
+  void add_element(const FixedFrame<S>& frame, const typename S::Inertia& inertia) {
+    tree_.elements.push_back({frame, inertia});
+    if (frame.node == 0) return;   // fixed to the ground: neither moves nor counts
+    const typename S::Inertia in_node = moved<S>(inertia, frame.R_N, frame.p_N);
+    Node<S>& node = tree_.nodes[frame.node];
+    tree_.mass += inertia.mass;
+    node.inertia.mass += in_node.mass;
+    node.inertia.moment += in_node.moment;
+    node.inertia.second += in_node.second;
+    node.massless = false;
+  }
+
+  void find_path(Closure<S>& closure) {
+    std::vector<double> sign(tree_.nodes.size(), 0);
+    for (int n = closure.b.node; n > 0; n = tree_.nodes[n].parent) sign[n] += 1;
+    for (int n = closure.a.node; n > 0; n = tree_.nodes[n].parent) sign[n] -= 1;
+    for (std::size_t n = 0; n < sign.size(); ++n)
+      if (sign[n] != 0 && tree_.nodes[n].motion != NodeMotion::weld) closure.path.push_back({static_cast<int>(n), sign[n]});
+  }
+
+  struct Split {
+    int joint;
+    FixedFrame<S> copy;
+    int body;
+  };
+
+  const Mechanism& mechanism_;
+  SpanningTree spanning_;
+  Tree<S> tree_;
+  std::vector<Split> splits_;
+};
+
+}  // namespace
+
+template <class S>
+Tree<S> compile(const Mechanism& mechanism, const std::vector<int>& needed) {
+  return Compiler<S>(mechanism, needed).run();
+}
+
+template Tree<Planar> compile<Planar>(const Mechanism&, const std::vector<int>&);
+template Tree<Spatial> compile<Spatial>(const Mechanism&, const std::vector<int>&);
+
+}  // namespace balance

@@ -1,0 +1,79 @@
+#include "balance/model/mechanism.hpp"
+
+#include <algorithm>
+
+namespace balance {
+
+int freedom(JointType type) {
+  switch (type) {
+    case JointType::fixed: return 0;
+    case JointType::revolute:
+    case JointType::prismatic: return 1;
+    case JointType::pin_slot:
+    case JointType::cylindrical:
+    case JointType::universal: return 2;
+    case JointType::spherical:
+    case JointType::planar: return 3;
+  }
+  return 0;
+}
+
+namespace {
+
+struct Part {
+  const char* suffix;
+  CoordinateKind kind;
+};
+
+std::vector<Part> parts(JointType type) {
+  using enum CoordinateKind;
+  switch (type) {
+    case JointType::fixed: return {};
+    case JointType::revolute: return {{"", angle}};
+    case JointType::prismatic: return {{"", length}};
+    case JointType::pin_slot: return {{".slide", length}, {".angle", angle}};
+    case JointType::cylindrical: return {{".angle", angle}, {".slide", length}};
+    case JointType::universal: return {{".1", angle}, {".2", angle}};
+    case JointType::spherical: return {{".1", angle}, {".2", angle}, {".3", angle}};
+    case JointType::planar: return {{".x", length}, {".y", length}, {".angle", angle}};
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<Coordinate> list_coordinates(SpaceKind /*space*/, const std::vector<Joint>& joints) {
+  std::vector<Coordinate> all;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    int index = 0;
+    for (const Part& part : parts(joints[j].type))
+      all.push_back({joints[j].name + part.suffix, static_cast<int>(j), index++, part.kind});
+  }
+  return all;
+}
+
+double characteristic_length(const Mechanism& mechanism) {
+  double length = 0;
+  for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
+    std::vector<Vector3> places;
+    for (const NamedPoint& point : mechanism.bodies[b].points) places.push_back(point.position);
+    for (const Joint& joint : mechanism.joints) {
+      if (joint.first == static_cast<int>(b)) places.push_back(joint.point_first);
+      if (joint.second == static_cast<int>(b)) places.push_back(joint.point_second);
+    }
+    if (b != static_cast<std::size_t>(ground)) places.emplace_back(Vector3::Zero());
+    for (const Vector3& p : places)
+      for (const Vector3& q : places) length = std::max(length, (p - q).norm());
+  }
+  return length > 0 ? length : 1;
+}
+
+double total_mass(const Mechanism& mechanism) {
+  double mass = 0;
+  for (const Body& body : mechanism.bodies) mass += body.mass;
+  for (const Attachment& attachment : mechanism.attachments) mass += attachment.mass;
+  for (const Disc& disc : mechanism.discs) mass += disc.mass;
+  return mass;
+}
+
+}  // namespace balance

@@ -1,0 +1,183 @@
+#pragma once
+/// A mechanism as its designer wrote it: bodies connected by joints to each other and to the ground. Plain
+/// values; indices instead of names; never changed by an algorithm. SI units throughout.
+///
+/// Planar mechanisms use the same types: positions have z = 0, axes of rotation are z, an inertia has only its zz entry.
+
+#include "balance/base/types.hpp"
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+enum class SpaceKind { planar, spatial };
+
+/// The rigid body that does not move; always bodies[0].
+inline constexpr int ground = 0;
+
+/// A named place on a body, in the body's axes from the body's origin [m].
+struct NamedPoint {
+  std::string name;
+  Vector3 position;
+};
+
+/// bodies[0] is the ground (mass 0, inertia 0); every other body has a positive mass.
+struct Body {
+  std::string name;
+  double mass = 0;                     ///< [kg]
+  Vector3 com = Vector3::Zero();       ///< from the body's origin, body axes [m]
+  Matrix3 inertia = Matrix3::Zero();   ///< about the CoM, body axes [kg m^2]; off-diagonal entries are −∫xy dm
+  std::vector<NamedPoint> points;
+};
+
+enum class JointType { revolute, prismatic, fixed, pin_slot, cylindrical, universal, spherical, planar };
+
+/// A joint lets `second` move relative to `first`. At coordinates zero the second body's frame has the rotation
+/// `rotation` in the first one's. With P = point_first, Q = point_second (each in its body's axes), u = axis, v = axis2
+/// (unit vectors in the first body's axes) and r = Q − P:
+///
+/// | type        | coordinates  | motion                                                                    |
+/// | ----------- | ------------ | ------------------------------------------------------------------------- |
+/// | revolute    | angle        | r = 0; rotation about u                                                   |
+/// | prismatic   | slide        | r = slide u; no rotation                                                  |
+/// | fixed       | none         | r = 0; no rotation                                                        |
+/// | pin_slot    | slide, angle | planar: r = slide u; free rotation                                        |
+/// | cylindrical | angle, slide | r = slide u; rotation about u                                             |
+/// | universal   | 1, 2         | r = 0; rotation by the first about u, then by the second about the turned v |
+/// | spherical   | 1, 2, 3      | r = 0; successive rotations about x, the turned y, the twice turned z     |
+/// | planar      | x, y, angle  | r = x v + y (u × v); rotation about u                                     |
+struct Joint {
+  std::string name;
+  JointType type = JointType::revolute;
+  int first = ground;
+  int second = ground;
+  Vector3 point_first = Vector3::Zero();
+  Vector3 point_second = Vector3::Zero();
+  Vector3 axis = Vector3::UnitZ();    ///< planar prismatic and pin_slot: direction of the slide
+  Vector3 axis2 = Vector3::UnitX();   ///< universal: second axis; planar: direction of x; else unused
+  Matrix3 rotation = Matrix3::Identity();
+};
+
+/// Number of coordinates of a joint type.
+int freedom(JointType type);
+
+/// What one coordinate of a joint measures.
+enum class CoordinateKind { angle, length };
+
+/// One scalar coordinate of a joint. Mechanism::coordinates lists them joint by joint.
+struct Coordinate {
+  std::string name;   ///< "J" where the joint has one coordinate, else "J.angle", "J.slide", "J.x", "J.1", …
+  int joint = 0;
+  int index = 0;      ///< within the joint
+  CoordinateKind kind = CoordinateKind::angle;
+};
+
+/// Gear or belt: q[follower] = ratio · q[leader] + offset.
+struct Coupling {
+  int follower = 0;   ///< coordinate
+  int leader = 0;     ///< coordinate
+  double ratio = 1;
+  double offset = 0;
+};
+
+enum class AttachmentKind { counterweight, payload };
+
+/// A mass (a point, or a body with inertia) fixed to a body.
+struct Attachment {
+  std::string name;
+  AttachmentKind kind = AttachmentKind::counterweight;
+  int body = 0;
+  Vector3 position = Vector3::Zero();   ///< of its CoM, in the body's axes [m]
+  double mass = 0;                      ///< [kg], zero allowed (a free mass may vanish)
+  Matrix3 inertia = Matrix3::Zero();    ///< about its CoM, in the body's axes [kg m^2]
+};
+
+/// A rotor carried by a body at `position` (its CoM, on its axis), turning relative to it by ratio · q[follows] about `axis`.
+struct Disc {
+  std::string name;
+  int body = 0;                         ///< the carrier
+  Vector3 position = Vector3::Zero();   ///< in the carrier's axes [m]
+  Vector3 axis = Vector3::UnitZ();      ///< unit vector in the carrier's axes
+  int follows = 0;                      ///< coordinate
+  double ratio = 1;
+  double mass = 0;                      ///< [kg]
+  Matrix3 inertia = Matrix3::Zero();    ///< about its CoM, in the carrier's axes at coordinate zero [kg m^2]
+};
+
+enum class Frame { world, body };
+
+/// A force and a moment that the surroundings apply to a body. Constant (one row) or piecewise linear in time.
+struct Load {
+  std::string name;
+  int body = 0;
+  Vector3 point = Vector3::Zero();   ///< where the force acts, in the body's axes [m]
+  Frame frame = Frame::world;        ///< axes in which force and moment are given
+  std::vector<double> time;          ///< empty for a constant load, else increasing [s]; held beyond its ends
+  std::vector<Vector3> force;        ///< one entry, or one per time [N]
+  std::vector<Vector3> moment;       ///< same length as force [N m]
+};
+
+/// A linear spring between a point of each of two bodies: tension stiffness · (length − free_length).
+struct Spring {
+  std::string name;
+  int first = 0;
+  int second = 0;
+  Vector3 point_first = Vector3::Zero();
+  Vector3 point_second = Vector3::Zero();
+  double stiffness = 0;     ///< [N/m]
+  double free_length = 0;   ///< [m]; zero is a zero-free-length spring
+};
+
+/// Friction in a joint coordinate: it resists with viscous · q̇ + coulomb · sign(q̇).
+struct Friction {
+  int coordinate = 0;
+  double viscous = 0;   ///< [N m s/rad] or [N s/m]
+  double coulomb = 0;   ///< [N m] or [N]
+};
+
+/// The point of interest of one body.
+struct Tool {
+  int body = 0;
+  std::string point;                    ///< its name on the body
+  Vector3 position = Vector3::Zero();   ///< in the body's axes [m]
+};
+
+/// A rough value of one joint coordinate that helps to pick the assembly mode.
+struct CoordinateValue {
+  int coordinate = 0;
+  double value = 0;
+};
+
+struct Mechanism {
+  std::string name;
+  SpaceKind space = SpaceKind::planar;
+  Vector3 gravity = Vector3::Zero();   ///< [m/s^2]
+  std::vector<Body> bodies;            ///< bodies[0] is the ground
+  std::vector<Joint> joints;
+  std::vector<Coordinate> coordinates; ///< of all joints, in order: list_coordinates(joints)
+  std::vector<Coupling> couplings;
+  std::vector<Attachment> attachments;
+  std::vector<Disc> discs;
+  std::vector<Load> loads;
+  std::vector<Spring> springs;
+  std::vector<Friction> friction;
+  std::vector<int> actuators;          ///< coordinates that a motor drives
+  std::optional<Tool> tool;
+  std::vector<CoordinateValue> assembly;
+};
+
+/// The coordinates of all joints, joint by joint, with their names.
+std::vector<Coordinate> list_coordinates(SpaceKind space, const std::vector<Joint>& joints);
+
+/// A length that is typical of the mechanism: the largest distance of a named or joint point from its body's
+/// origin or, for the ground, between two of its points; positive. It scales every comparison with zero.
+double characteristic_length(const Mechanism& mechanism);
+
+/// Mass of everything that moves: bodies, attachments, discs [kg].
+double total_mass(const Mechanism& mechanism);
+
+}  // namespace balance

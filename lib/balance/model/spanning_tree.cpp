@@ -1,0 +1,130 @@
+#include "balance/model/spanning_tree.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <queue>
+#include <stdexcept>
+#include <tuple>
+
+namespace balance {
+
+namespace {
+
+/// Number of joints between each body and the ground.
+std::vector<int> distances_from_ground(const Mechanism& mechanism) {
+  std::vector<int> distance(mechanism.bodies.size(), -1);
+  std::queue<int> open;
+  distance[ground] = 0;
+  open.push(ground);
+  while (!open.empty()) {
+    const int body = open.front();
+    open.pop();
+    for (const Joint& joint : mechanism.joints) {
+      if (joint.first != body && joint.second != body) continue;
+      const int other = joint.first == body ? joint.second : joint.first;
+      if (distance[other] >= 0) continue;
+      distance[other] = distance[body] + 1;
+      open.push(other);
+    }
+  }
+  return distance;
+}
+
+std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<int>& needed) {
+  std::vector<bool> keep(mechanism.joints.size(), false);
+  const auto mark = [&](int coordinate) { keep[mechanism.coordinates[coordinate].joint] = true; };
+  for (const int coordinate : needed) mark(coordinate);
+  for (const int coordinate : mechanism.actuators) mark(coordinate);
+  for (const Coupling& coupling : mechanism.couplings) mark(coupling.follower), mark(coupling.leader);
+  for (const Disc& disc : mechanism.discs) mark(disc.follows);
+  for (const Friction& friction : mechanism.friction) mark(friction.coordinate);
+  return keep;
+}
+
+int find(std::vector<int>& parent, int i) {
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+/// Walks the chosen joints from the ground outwards.
+std::vector<TreeEdge> walk(const Mechanism& mechanism, const std::vector<bool>& chosen) {
+  std::vector<TreeEdge> edges;
+  std::vector<bool> reached(mechanism.bodies.size(), false);
+  std::vector<int> open = {ground};
+  reached[ground] = true;
+  while (!open.empty()) {
+    const int body = open.back();
+    open.pop_back();
+    for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
+      const Joint& joint = mechanism.joints[j];
+      if (!chosen[j] || (joint.first != body && joint.second != body)) continue;
+      const int other = joint.first == body ? joint.second : joint.first;
+      if (reached[other]) continue;
+      reached[other] = true;
+      edges.push_back({static_cast<int>(j), body, other, joint.first == body, false});
+      open.push_back(other);
+    }
+  }
+  if (std::find(reached.begin(), reached.end(), false) != reached.end())
+    throw std::invalid_argument("a body is not connected to the ground");
+  return edges;
+}
+
+}  // namespace
+
+SpanningTree span(const Mechanism& mechanism, const std::vector<int>& needed) {
+  const std::vector<int> distance = distances_from_ground(mechanism);
+  const std::vector<bool> keep = joints_needed(mechanism, needed);
+  std::vector<int> order(mechanism.joints.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto rank = [&](int j) {
+    const Joint& joint = mechanism.joints[j];
+    return std::tuple(!keep[j], freedom(joint.type), std::min(distance[joint.first], distance[joint.second]), j);
+  };
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return rank(a) < rank(b); });
+
+  std::vector<int> group(mechanism.bodies.size());
+  std::iota(group.begin(), group.end(), 0);
+  std::vector<bool> chosen(mechanism.joints.size(), false);
+  SpanningTree tree;
+  std::vector<int> split;
+  for (const int j : order) {
+    const int a = find(group, mechanism.joints[j].first), b = find(group, mechanism.joints[j].second);
+    if (a != b) {
+      group[a] = b;
+      chosen[j] = true;
+    } else {
+      (keep[j] ? split : tree.cut).push_back(j);
+    }
+  }
+  std::sort(tree.cut.begin(), tree.cut.end());
+  tree.edges = walk(mechanism, chosen);
+  for (const int j : split)
+    tree.edges.push_back({j, mechanism.joints[j].first, mechanism.joints[j].second, true, true});
+  return tree;
+}
+
+std::vector<int> loop_bodies(const Mechanism& mechanism, const SpanningTree& tree, int joint) {
+  std::vector<int> parent(mechanism.bodies.size(), -1);
+  for (const TreeEdge& edge : tree.edges)
+    if (!edge.split) parent[edge.child] = edge.parent;
+  const auto to_ground = [&](int body) {
+    std::vector<int> path;
+    for (; body >= 0; body = parent[body]) path.push_back(body);
+    return path;
+  };
+  std::vector<int> a = to_ground(mechanism.joints[joint].first), b = to_ground(mechanism.joints[joint].second);
+  while (a.size() > 1 && b.size() > 1 && a[a.size() - 2] == b[b.size() - 2]) a.pop_back(), b.pop_back();
+  if (!a.empty() && !b.empty() && a.back() == b.back()) b.pop_back();
+  a.insert(a.end(), b.rbegin(), b.rend());
+  return a;
+}
+
+int count_freedoms(const Mechanism& mechanism) {
+  const int per_body = mechanism.space == SpaceKind::planar ? 3 : 6;
+  int freedoms = per_body * (static_cast<int>(mechanism.bodies.size()) - 1) - static_cast<int>(mechanism.couplings.size());
+  for (const Joint& joint : mechanism.joints) freedoms -= per_body - freedom(joint.type);
+  return freedoms;
+}
+
+}  // namespace balance

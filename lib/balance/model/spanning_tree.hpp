@@ -1,0 +1,38 @@
+#pragma once
+/// Which joints' coordinates describe the mechanism and where its loops are cut.
+
+#include "balance/model/mechanism.hpp"
+
+#include <vector>
+
+namespace balance {
+
+/// How a joint of the spanning tree is walked: from `parent` to `child`.
+struct TreeEdge {
+  int joint = 0;
+  int parent = 0;        ///< body
+  int child = 0;         ///< body; meaningless for a split edge
+  bool forward = true;   ///< the parent is the joint's first body
+  /// The joint closes a loop, yet its coordinates are needed: it carries a massless copy of its child, and the loop is closed
+  /// by welding that copy to the child.
+  bool split = false;
+};
+
+struct SpanningTree {
+  std::vector<TreeEdge> edges;   ///< parents before children; every moving body is the child of one unsplit edge
+  std::vector<int> cut;          ///< joints enforced as loop closures, in the mechanism's order
+};
+
+/// Cuts the joints that leave the fewest coordinates; among equals those farthest from the ground, which keeps chains short.
+/// Joints whose coordinates are named in `needed`, in a coupling, as an actuator, for a disc or for friction are never cut.
+/// @param needed coordinates that must be available
+/// @throws std::invalid_argument if a body is not connected to the ground
+SpanningTree span(const Mechanism& mechanism, const std::vector<int>& needed);
+
+/// Bodies around the loop that a joint outside the tree closes, from its first body to its second.
+std::vector<int> loop_bodies(const Mechanism& mechanism, const SpanningTree& tree, int joint);
+
+/// Degrees of freedom by counting (Grübler–Kutzbach), couplings included.
+int count_freedoms(const Mechanism& mechanism);
+
+}  // namespace balance

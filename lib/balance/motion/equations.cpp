@@ -1,0 +1,212 @@
+#include "balance/motion/equations.hpp"
+
+#include <set>
+
+namespace balance {
+
+template <class S>
+Equations<S>::Equations(const Tree<S>& tree, const Drive<S>& drive, bool redundant)
+    : tree_(tree), drive_(drive), redundant_(redundant), masses_(tree) {
+  for (const Closure<S>& closure : tree.closures)
+    for (const ClosureRow& row : closure.rows)
+      row_scale_.push_back(row.kind == ClosureRow::Kind::along ? 1 / tree.length : 1);
+  row_scale_.insert(row_scale_.end(), drive.point.size() + drive.com.size(), 1 / tree.length);
+  for (const LinearQuantity& quantity : drive.linear) row_scale_.push_back(quantity.is_length ? 1 / tree.length : 1);
+  row_scale_.insert(row_scale_.end(), drive.rotation.size(), 1);
+  for (int c = 0; c < tree.columns; ++c) column_scale_.push_back(tree.column_kind_length[c] ? tree.length : 1);
+  for (const Node<S>& node : tree.nodes) node_scale_.push_back(node.column < 0 ? 0 : column_scale_[node.column]);
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n)
+    if (tree.nodes[n].motion != NodeMotion::weld) moving_.push_back(static_cast<int>(n));
+  build();
+}
+
+template <class S>
+std::vector<typename Equations<S>::Entry> Equations<S>::entries_of(const std::vector<int>& nodes, int row) {
+  std::vector<Entry> entries;
+  std::set<int> seen;
+  for (const int n : nodes) {
+    const int column = tree_.nodes[n].column;
+    const int index = redundant_ ? row * columns() + column : sparse_.index(row, column);
+    entries.push_back({index, !seen.insert(column).second});
+  }
+  return entries;
+}
+
+template <class S>
+void Equations<S>::build() {
+  Eigen::MatrixXi pattern = Eigen::MatrixXi::Zero(rows(), columns());
+  const auto mark = [&](int row, const std::vector<int>& nodes) {
+    for (const int n : nodes) pattern(row, tree_.nodes[n].column) = 1;
+  };
+  std::vector<std::vector<int>> paths;
+  int row = 0;
+  for (const Closure<S>& closure : tree_.closures) {
+    std::vector<int> nodes;
+    for (const PathStep& step : closure.path) nodes.push_back(step.node);
+    for (std::size_t r = 0; r < closure.rows.size(); ++r) mark(row++, nodes);
+    paths.push_back(nodes);
+  }
+  for (std::size_t k = 0; k < drive_.point.size(); ++k) mark(row++, drive_.tool_path);
+  for (std::size_t k = 0; k < drive_.com.size(); ++k) mark(row++, moving_);
+  for (const LinearQuantity& quantity : drive_.linear) {
+    for (const auto& [column, coefficient] : quantity.terms) pattern(row, column) = 1;
+    ++row;
+  }
+  for (std::size_t k = 0; k < drive_.rotation.size(); ++k) mark(row++, drive_.tool_path);
+
+  if (redundant_)
+    dense_.setZero(rows(), columns());
+  else
+    structurally_singular_ = rows() != columns() || !sparse_.analyse(pattern);
+  if (structurally_singular_) return;
+
+  row = 0;
+  for (std::size_t c = 0; c < paths.size(); ++c) {
+    std::vector<Entry> all;
+    for (std::size_t r = 0; r < tree_.closures[c].rows.size(); ++r)
+      for (const Entry& entry : entries_of(paths[c], row++)) all.push_back(entry);
+    closure_entries_.push_back(all);
+  }
+  for (std::size_t k = 0; k < drive_.point.size(); ++k) point_entries_.push_back(entries_of(drive_.tool_path, row++));
+  for (std::size_t k = 0; k < drive_.com.size(); ++k) com_entries_.push_back(entries_of(moving_, row++));
+  for (const LinearQuantity& quantity : drive_.linear) {   // constant entries, written once
+    for (const auto& [column, coefficient] : quantity.terms)
+      slot(redundant_ ? row * columns() + column : sparse_.index(row, column)) +=
+          coefficient * row_scale_[row] * column_scale_[column];
+    ++row;
+  }
+  for (std::size_t k = 0; k < drive_.rotation.size(); ++k) rotation_entries_.push_back(entries_of(drive_.tool_path, row++));
+}
+
+template <class S>
+void Equations<S>::fill(const State<S>& state, const double* y, const DriveSample& target, double* residual) {
+  fill_closures(state, residual);
+  int row = tree_.closure_rows;
+  if (!drive_.point.empty()) fill_point(state, target, residual + row);
+  row += static_cast<int>(drive_.point.size());
+  if (!drive_.com.empty()) fill_com(state, target, residual + row);
+  row += static_cast<int>(drive_.com.size());
+  int k = static_cast<int>(drive_.point.size() + drive_.com.size());
+  for (const LinearQuantity& quantity : drive_.linear) {
+    residual[row] = row_scale_[row] * (quantity.value(y) - target.value[k++]);
+    ++row;
+  }
+  if (!drive_.rotation.empty()) fill_rotation(state, target, residual + row);
+}
+
+template <class S>
+void Equations<S>::fill_closures(const State<S>& state, double* residual) {
+  for (std::size_t c = 0; c < tree_.closures.size(); ++c) {
+    const Closure<S>& closure = tree_.closures[c];
+    const ClosurePose<S> pose = closure_pose(state, closure);
+    const Entry* entry = closure_entries_[c].data();
+    for (const ClosureRow& row : closure.rows) {
+      RowWrench<S> wrench = closure_wrench(pose, row);
+      const double scale = row.kind == ClosureRow::Kind::along ? 1 / tree_.length : 1;
+      wrench.force *= scale;
+      *residual++ = scale * closure_residual(pose, row);
+      for (const PathStep& step : closure.path)
+        put(*entry++, step.sign * node_scale_[step.node] *
+                          power_of(tree_.nodes[step.node], state[step.node], pose.p_B, wrench));
+    }
+  }
+}
+
+template <class S>
+void Equations<S>::fill_point(const State<S>& state, const DriveSample& target, double* residual) {
+  const typename S::Vector Q = position(state, drive_.tool);
+  for (std::size_t k = 0; k < drive_.point.size(); ++k) {
+    RowWrench<S> unit;
+    unit.force[drive_.point[k]] = 1 / tree_.length;
+    residual[k] = (Q[drive_.point[k]] - target.value[k]) / tree_.length;
+    const Entry* entry = point_entries_[k].data();
+    for (const int n : drive_.tool_path)
+      put(*entry++, node_scale_[n] * power_of(tree_.nodes[n], state[n], Q, unit));
+  }
+}
+
+template <class S>
+void Equations<S>::fill_com(const State<S>& state, const DriveSample& target, double* residual) {
+  masses_.update(tree_, state);
+  const typename S::Vector G = masses_.com();
+  const std::size_t first = drive_.point.size();
+  for (std::size_t k = 0; k < drive_.com.size(); ++k)
+    residual[k] = (G[drive_.com[k]] - target.value[first + k]) / tree_.length;
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    const int n = moving_[i];
+    const typename S::Vector gradient = node_scale_[n] / tree_.length * masses_.com_gradient(tree_.nodes[n], state[n], n);
+    for (std::size_t k = 0; k < drive_.com.size(); ++k) put(com_entries_[k][i], gradient[drive_.com[k]]);
+  }
+}
+
+template <class S>
+void Equations<S>::fill_rotation(const State<S>& state, const DriveSample& target, double* residual) {
+  const Vector3 gap = rotation_gap<S>(target.rotation, orientation(state, drive_.tool));
+  for (std::size_t k = 0; k < drive_.rotation.size(); ++k) {
+    residual[k] = gap[drive_.rotation[k]];
+    const Entry* entry = rotation_entries_[k].data();
+    for (const int n : drive_.tool_path) {
+      const bool turns = tree_.nodes[n].motion == NodeMotion::turn;
+      put(*entry++, turns ? tree_.nodes[n].ratio * angular_to_3d(typename S::Angular(
+                                                       state[n].R_WN * S::turn_axis()))[drive_.rotation[k]]
+                          : 0);
+    }
+  }
+}
+
+template <class S>
+bool Equations<S>::factorise() {
+  constexpr double smallest = 1e-10;   // of entries scaled to the order of one
+  if (!redundant_) return sparse_.factorise() > smallest;
+  qr_.setThreshold(smallest);
+  qr_.compute(dense_);
+  return qr_.rank() == columns();
+}
+
+template <class S>
+void Equations<S>::solve(double* x) {
+  if (redundant_) {
+    const VectorX solution = qr_.solve(Eigen::Map<const VectorX>(x, rows()));
+    for (int c = 0; c < columns(); ++c) x[c] = solution[c];
+  } else {
+    sparse_.solve(x);
+  }
+  for (int c = 0; c < columns(); ++c) x[c] *= column_scale_[c];
+}
+
+template <class S>
+void Equations<S>::rate_rows(const DriveSample& target, double* out) const {
+  int row = 0;
+  for (; row < tree_.closure_rows; ++row) out[row] = 0;
+  for (int k = 0; k < drive_.values(); ++k, ++row) out[row] = row_scale_[row] * target.rate[k];
+  for (const int component : drive_.rotation) out[row++] = target.angular_velocity[component];
+}
+
+template <class S>
+void Equations<S>::acceleration_rows(const State<S>& state, const DriveSample& target, double* out) const {
+  int row = 0;
+  for (const Closure<S>& closure : tree_.closures) {
+    closure_bias(state, closure, closure_pose(state, closure), out + row);
+    for (std::size_t r = 0; r < closure.rows.size(); ++r, ++row) out[row] *= -row_scale_[row];
+  }
+  int k = 0;
+  if (!drive_.point.empty()) {
+    const typename S::Vector a = point_acceleration<S>(state[drive_.tool.node], drive_.tool.p_N);
+    for (const int component : drive_.point) out[row] = row_scale_[row] * (target.acceleration[k++] - a[component]), ++row;
+  }
+  if (!drive_.com.empty()) {
+    const typename S::Vector a = com_acceleration(tree_, state);
+    for (const int component : drive_.com) out[row] = row_scale_[row] * (target.acceleration[k++] - a[component]), ++row;
+  }
+  for (std::size_t i = 0; i < drive_.linear.size(); ++i, ++row) out[row] = row_scale_[row] * target.acceleration[k++];
+  if (!drive_.rotation.empty()) {
+    const NodeState<S>& tool = state[drive_.tool.node];
+    const Vector3 alpha = angular_to_3d(typename S::Angular(tool.R_WN * tool.angular_acceleration));
+    for (const int component : drive_.rotation) out[row++] = target.angular_acceleration[component] - alpha[component];
+  }
+}
+
+template class Equations<Planar>;
+template class Equations<Spatial>;
+
+}  // namespace balance

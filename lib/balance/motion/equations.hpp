@@ -1,0 +1,82 @@
+#pragma once
+/// Closures and prescribed quantities as one square system with a fixed sparsity: the hot loop's counterpart of System. Rows
+/// that are lengths are divided by the characteristic length, columns that are lengths multiplied by it.
+/// Private to motion and dynamics.
+
+#include "balance/base/block_triangular.hpp"
+#include "balance/kinematics/drive.hpp"
+#include "balance/kinematics/drive_sample.hpp"
+
+#include <Eigen/QR>
+
+#include <vector>
+
+namespace balance {
+
+template <class S>
+class Equations {
+ public:
+  /// @param redundant more rows than columns: least squares on the dense matrix instead of a sparse factorisation
+  Equations(const Tree<S>& tree, const Drive<S>& drive, bool redundant);
+
+  int rows() const { return static_cast<int>(row_scale_.size()); }
+  int columns() const { return static_cast<int>(column_scale_.size()); }
+  const std::vector<double>& column_scale() const { return column_scale_; }
+  const std::vector<double>& row_scale() const { return row_scale_; }
+  /// No choice of lengths could make the drive determine the motion.
+  bool structurally_singular() const { return structurally_singular_; }
+
+  /// Writes the matrix and the residual at the poses in `state`.
+  void fill(const State<S>& state, const double* y, const DriveSample& target, double* residual);
+  /// @return false if the matrix is singular
+  bool factorise();
+  /// Turns `rows()` right-hand sides into `columns()` unknowns, in place, unscaled on return. Array length: max of both.
+  void solve(double* x);
+  int determinant_sign() const { return redundant_ ? 0 : sparse_.determinant_sign(); }
+
+  /// Right-hand sides for rates and accelerations. State: for the latter velocities and velocity-caused accelerations.
+  void rate_rows(const DriveSample& target, double* out) const;
+  void acceleration_rows(const State<S>& state, const DriveSample& target, double* out) const;
+
+  /// Entry of the scaled matrix last filled.
+  double entry(int row, int column) const { return redundant_ ? dense_(row, column) : sparse_.at(row, column); }
+
+ private:
+  struct Entry {
+    int index;     ///< into the storage
+    bool add;      ///< an earlier node of the same row moves the same column
+  };
+
+  void build();
+  void fill_closures(const State<S>& state, double* residual);
+  void fill_point(const State<S>& state, const DriveSample& target, double* residual);
+  void fill_com(const State<S>& state, const DriveSample& target, double* residual);
+  void fill_rotation(const State<S>& state, const DriveSample& target, double* residual);
+  double& slot(int index) { return redundant_ ? dense_.data()[index] : sparse_.at_index(index); }
+  void put(const Entry& entry, double value) {
+    double& at = slot(entry.index);
+    at = entry.add ? at + value : value;
+  }
+  std::vector<Entry> entries_of(const std::vector<int>& nodes, int row);
+
+  const Tree<S>& tree_;
+  const Drive<S>& drive_;
+  bool redundant_;
+  bool structurally_singular_ = false;
+  std::vector<double> row_scale_, column_scale_;
+  std::vector<double> node_scale_;                  ///< per node: scale of the column that it moves
+  std::vector<std::vector<Entry>> closure_entries_; ///< per closure: rows × path
+  std::vector<std::vector<Entry>> point_entries_;   ///< per point row: along the tool's path
+  std::vector<std::vector<Entry>> com_entries_;     ///< per com row: all moving nodes
+  std::vector<std::vector<Entry>> rotation_entries_;
+  std::vector<int> moving_;                         ///< nodes that are no welds
+  MassDistribution<S> masses_;
+  BlockTriangular sparse_;
+  Samples dense_;
+  Eigen::ColPivHouseholderQR<MatrixX> qr_;
+};
+
+extern template class Equations<Planar>;
+extern template class Equations<Spatial>;
+
+}  // namespace balance

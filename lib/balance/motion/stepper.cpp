@@ -1,0 +1,252 @@
+#include "balance/motion/stepper.hpp"
+
+#include "balance/kinematics/joint_coordinates.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace balance {
+
+namespace {
+
+constexpr double solved = 1e-13;          // scaled residual that needs no further Newton step
+constexpr double longest_correction = 0.1;   // of a prediction, in radians or characteristic lengths
+constexpr int newton_steps = 8;
+constexpr int halvings = 24;
+
+/// Largest coordinate of a place fixed to the ground, in characteristic lengths: what round-off is proportional to.
+double extent(const Mechanism& mechanism) {
+  double largest = 1;
+  const double length = characteristic_length(mechanism);
+  for (const Joint& joint : mechanism.joints)
+    for (const int side : {joint.first, joint.second})
+      if (side == ground)
+        largest = std::max(largest, (side == joint.first ? joint.point_first : joint.point_second).norm() / length);
+  return largest;
+}
+
+}  // namespace
+
+template <class S>
+Stepper<S>::Stepper(const Mechanism& mechanism, const Tree<S>& tree, const Plan<S>& plan)
+    : mechanism_(mechanism),
+      tree_(tree),
+      plan_(plan),
+      equations_(tree, plan.drive, plan.redundant),
+      round_off_(solved * extent(mechanism)),
+      state_(tree.nodes.size()) {
+  const int n = tree.columns;
+  for (Moment* moment : {&now_, &before_}) moment->y.setZero(n), moment->dy.setZero(n), moment->ddy.setZero(n);
+  predicted_.setZero(n);
+  trial_.setZero(n);
+  x_.assign(std::max(n, equations_.rows()), 0);
+  direct_ = tree.closures.empty() && plan.drive.rows() == static_cast<int>(plan.drive.linear.size());
+  for (const LinearQuantity& quantity : plan.drive.linear)
+    direct_ = direct_ && quantity.terms.size() == 1 && quantity.terms[0].second != 0;
+}
+
+template <class S>
+bool Stepper<S>::begin() {
+  now_.y = plan_.start;
+  now_.time = 0;
+  has_before_ = false;
+  plan_.schedule->at(0, Side::after, sample_);
+  if (direct_ && !equations_.structurally_singular()) {
+    set_direct(0);
+    return true;
+  }
+  trial_ = now_.y;
+  if (equations_.structurally_singular() || !newton(trial_)) {
+    stop(Attempt::no_convergence, 0);
+    return false;
+  }
+  now_.y = trial_;
+  sign_ = equations_.determinant_sign();
+  differentiate();
+  return true;
+}
+
+template <class S>
+void Stepper<S>::set_direct(double time) {
+  now_.time = time;
+  for (std::size_t k = 0; k < plan_.drive.linear.size(); ++k) {
+    const LinearQuantity& quantity = plan_.drive.linear[k];
+    const auto& [column, coefficient] = quantity.terms[0];
+    const double inverse = 1 / coefficient;
+    now_.y[column] = (sample_.value[k] - quantity.constant) * inverse;
+    now_.dy[column] = sample_.rate[k] * inverse;
+    now_.ddy[column] = sample_.acceleration[k] * inverse;
+  }
+}
+
+template <class S>
+bool Stepper<S>::newton(VectorX& y) {
+  double last = INFINITY;
+  for (iterations_ = 0; iterations_ <= newton_steps; ++iterations_) {
+    poses(tree_, y.data(), state_);
+    equations_.fill(state_, y.data(), sample_, x_.data());
+    double worst = 0;
+    for (int r = 0; r < equations_.rows(); ++r) worst = std::max(worst, std::abs(x_[r]));
+    if (!std::isfinite(worst) || !equations_.factorise()) return false;
+    // either small, or as small as round-off allows
+    if (worst <= round_off_ || (worst <= 10 * round_off_ && worst >= last)) return true;
+    last = worst;
+    equations_.solve(x_.data());
+    for (int c = 0; c < tree_.columns; ++c) y[c] -= x_[c];
+  }
+  return false;
+}
+
+template <class S>
+void Stepper<S>::predict(double time) {
+  const double h = time - now_.time;
+  const double H = now_.time - before_.time;
+  if (!has_before_ || std::abs(H - h) > 1e-6 * h) {
+    predicted_.noalias() = now_.y + h * now_.dy + (h * h / 2) * now_.ddy;
+    return;
+  }
+  // the quintic through the last two configurations with their derivatives, continued by one step
+  for (int c = 0; c < tree_.columns; ++c) {
+    const double V = h * now_.dy[c], A = h * h * now_.ddy[c];
+    const double p = before_.y[c] - now_.y[c] + V - A / 2;
+    const double q = h * before_.dy[c] - V + A;
+    const double r = h * h * before_.ddy[c] - A;
+    const double x3 = -(r + 20 * p + 8 * q) / 2;
+    const double x5 = q + 4 * p + x3;
+    const double x4 = p + x3 + x5;
+    predicted_[c] = now_.y[c] + V + A / 2 + x3 + x4 + x5;
+  }
+}
+
+template <class S>
+typename Stepper<S>::Attempt Stepper<S>::step(double time) {
+  plan_.schedule->at(time, Side::after, sample_);
+  if (direct_) {
+    set_direct(time);
+    return Attempt::done;
+  }
+  predict(time);
+  trial_ = predicted_;
+  if (!newton(trial_)) return Attempt::no_convergence;
+  const std::vector<double>& scale = equations_.column_scale();
+  for (int c = 0; c < tree_.columns; ++c)
+    if (std::abs(trial_[c] - predicted_[c]) > longest_correction * scale[c]) return Attempt::far;
+  if (equations_.determinant_sign() != sign_) return Attempt::flipped;
+  std::swap(before_, now_);
+  has_before_ = true;
+  now_.time = time;
+  now_.y = trial_;
+  differentiate();
+  return Attempt::done;
+}
+
+template <class S>
+void Stepper<S>::differentiate() {
+  equations_.rate_rows(sample_, x_.data());
+  equations_.solve(x_.data());
+  std::copy_n(x_.data(), tree_.columns, now_.dy.data());
+  velocities(tree_, now_.dy.data(), state_);
+  accelerations<S>(tree_, now_.dy.data(), nullptr, S::Vector::Zero(), state_);
+  equations_.acceleration_rows(state_, sample_, x_.data());
+  equations_.solve(x_.data());
+  std::copy_n(x_.data(), tree_.columns, now_.ddy.data());
+}
+
+template <class S>
+void Stepper<S>::accelerate(Side side) {
+  plan_.schedule->at(now_.time, side, sample_);
+  if (direct_) return set_direct(now_.time);
+  accelerations<S>(tree_, now_.dy.data(), nullptr, S::Vector::Zero(), state_);
+  equations_.acceleration_rows(state_, sample_, x_.data());
+  equations_.solve(x_.data());
+  std::copy_n(x_.data(), tree_.columns, now_.ddy.data());
+  if (side == Side::after) has_before_ = false;   // nothing smooth to continue
+}
+
+template <class S>
+bool Stepper<S>::advance(double time) {
+  Attempt attempt = step(time);
+  if (attempt == Attempt::done) return true;
+  const double start = now_.time;
+  double size = (time - start) / 2;
+  const double smallest = std::ldexp(time - start, -halvings);
+  int total = iterations_;
+  while (now_.time < time) {
+    // the last piece ends exactly where it should
+    const double next = time - now_.time < 1.5 * size ? time : now_.time + size;
+    attempt = step(next);
+    total += iterations_;
+    if (attempt == Attempt::done) {
+      size *= 2;
+    } else if ((size /= 2) < smallest) {
+      stop(attempt, now_.time);
+      return false;
+    }
+  }
+  iterations_ = total;
+  return true;
+}
+
+template <class S>
+double Stepper<S>::mobility() {
+  if (direct_) return 1;
+  const int rows = equations_.rows(), n = tree_.columns;
+  MatrixX matrix(rows, n);
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < n; ++c) matrix(r, c) = equations_.entry(r, c);
+  const MatrixX normal = matrix.transpose() * matrix;
+  const double smallest = Eigen::SelfAdjointEigenSolver<MatrixX>(normal, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  return std::sqrt(std::max(0.0, smallest));
+}
+
+/// Which matrix has lost rank at the last good configuration?
+template <class S>
+void Stepper<S>::stop(Attempt attempt, double time) {
+  System<S> system(tree_, plan_.drive);
+  VectorX residual;
+  MatrixX jacobian;
+  plan_.schedule->at(std::min(time, plan_.schedule->duration()), Side::after, sample_);
+  system.evaluate(now_.y, sample_, residual, jacobian);
+  const int rank = tree_.columns - plan_.freedoms;
+  const auto relative = [](const MatrixX& matrix, int k) {
+    if (k == 0 || matrix.size() == 0) return 1.0;
+    const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
+    return values[0] > 0 ? values[k - 1] / values[0] : 0.0;
+  };
+  const double loops = relative(jacobian.topRows(tree_.closure_rows), rank);
+  const double all = relative(jacobian, std::min<int>(tree_.columns, static_cast<int>(jacobian.rows())));
+  constexpr double lost = 0.02;   // at distance ε from a singularity the values are of the order √ε
+  outcome_.time = time;
+  char text[200];
+  std::string where;
+  for (std::size_t c = 0; c < tree_.sources.size() && c < 12; ++c) {
+    if (tree_.sources[c].column < 0) continue;
+    std::snprintf(text, sizeof text, "%s%s %.6g", where.empty() ? "" : ", ", mechanism_.coordinates[c].name.c_str(),
+                  tree_.sources[c].ratio * now_.y[tree_.sources[c].column] + tree_.sources[c].offset);
+    where += text;
+  }
+  const char* what;
+  if (loops < lost && loops < 10 * all) {
+    outcome_.status = MotionStatus::constraint_singularity;
+    what = "constraint singularity: the loop closures lose rank, the mechanism gains a freedom";
+  } else if (all < lost) {
+    outcome_.status = MotionStatus::drive_singularity;
+    what = "drive singularity: the prescribed quantities no longer determine the motion (the path may leave the workspace here)";
+  } else if (attempt == Attempt::no_convergence) {
+    outcome_.status = MotionStatus::unreachable;
+    what = "the prescribed values cannot be reached";
+  } else {
+    outcome_.status = MotionStatus::assembly_jump;
+    what = "the motion could only go on by a jump to another assembly mode";
+  }
+  std::snprintf(text, sizeof text, "at t = %.9g s: ", time);
+  outcome_.reason = text + std::string(what) + "; configuration: " + where;
+}
+
+template class Stepper<Planar>;
+template class Stepper<Spatial>;
+
+}  // namespace balance

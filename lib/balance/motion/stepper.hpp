@@ -1,0 +1,76 @@
+#pragma once
+/// Follows a plan through time: predictor from the last two configurations, Newton on closures and prescribed quantities,
+/// then velocities and accelerations from the same factorised matrix. Private to motion and dynamics.
+
+#include "balance/motion/equations.hpp"
+#include "balance/motion/plan.hpp"
+
+#include <vector>
+
+namespace balance {
+
+template <class S>
+class Stepper {
+ public:
+  /// @param tree, plan must outlive the stepper; the plan must be done
+  Stepper(const Mechanism& mechanism, const Tree<S>& tree, const Plan<S>& plan);
+
+  /// Time 0. Also true of advance: on false outcome() says why, and the last good configuration stays.
+  bool begin();
+  /// On to a later time, in as many steps as it takes to stay on the same assembly mode.
+  bool advance(double time);
+  /// Accelerations on one side of the present time (advance() leaves those of the side `after`).
+  void accelerate(Side side);
+
+  const double* y() const { return now_.y.data(); }
+  const double* dy() const { return now_.dy.data(); }
+  const double* ddy() const { return now_.ddy.data(); }
+  double time() const { return now_.time; }
+  int iterations() const { return iterations_; }
+  const MotionOutcome& outcome() const { return outcome_; }
+  const Equations<S>& equations() const { return equations_; }
+
+  /// No equation has to be solved: every coordinate is prescribed. Then state() holds nothing.
+  bool direct() const { return direct_; }
+  /// Poses and velocities now; accelerations are scratch.
+  State<S>& state() { return state_; }
+
+  /// Smallest singular value of the scaled matrix at the present configuration.
+  double mobility();
+
+ private:
+  struct Moment {
+    double time = 0;
+    VectorX y, dy, ddy;
+  };
+
+  enum class Attempt { done, no_convergence, far, flipped };
+
+  Attempt step(double time);
+  bool newton(VectorX& y);
+  void predict(double time);
+  void differentiate();
+  void set_direct(double time);
+  void stop(Attempt attempt, double time);
+
+  const Mechanism& mechanism_;
+  const Tree<S>& tree_;
+  const Plan<S>& plan_;
+  Equations<S> equations_;
+  bool direct_ = false;
+  double round_off_;                    ///< scaled residual that cannot be improved upon
+  State<S> state_;
+  DriveSample sample_;
+  Moment now_, before_;
+  bool has_before_ = false;
+  int sign_ = 0;                        ///< of the determinant
+  int iterations_ = 0;
+  VectorX predicted_, trial_;
+  std::vector<double> x_;               ///< right-hand side, then solution
+  MotionOutcome outcome_;
+};
+
+extern template class Stepper<Planar>;
+extern template class Stepper<Spatial>;
+
+}  // namespace balance

@@ -1,0 +1,196 @@
+#include "balance/study/simulate.hpp"
+
+#include "balance/base/rotation.hpp"
+#include "balance/dynamics/observer.hpp"
+#include "balance/study/metrics.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+void name_columns(const Mechanism& mechanism, Result& result) {
+  const bool planar = mechanism.space == SpaceKind::planar;
+  result.axes = planar ? 2 : 3;
+  result.moment_axes = planar ? 1 : 3;
+  for (const Coordinate& coordinate : mechanism.coordinates) {
+    result.coordinate_names.push_back(coordinate.name);
+    result.coordinate_units.push_back(coordinate.kind == CoordinateKind::angle ? "rad" : "m");
+  }
+  for (const Joint& joint : mechanism.joints) result.joint_names.push_back(joint.name);
+  for (const int actuator : mechanism.actuators) {
+    result.actuator_names.push_back(mechanism.coordinates[actuator].name);
+    result.actuator_units.push_back(mechanism.coordinates[actuator].kind == CoordinateKind::angle ? "N m" : "N");
+  }
+}
+
+void size_arrays(const Mechanism& mechanism, long rows, Result& result) {
+  const auto C = static_cast<Eigen::Index>(result.coordinate_names.size());
+  const auto A = static_cast<Eigen::Index>(result.actuator_names.size());
+  const auto J = static_cast<Eigen::Index>(result.joint_names.size());
+  result.time.resize(rows);
+  for (auto* array : {&result.joint_position, &result.joint_velocity, &result.joint_acceleration}) array->resize(rows, C);
+  for (auto* array : {&result.torque, &result.power}) array->resize(rows, A);
+  for (auto* array : {&result.com_position, &result.com_velocity, &result.com_acceleration, &result.shaking_force,
+                      &result.ground_force})
+    array->resize(rows, result.axes);
+  for (auto* array : {&result.shaking_moment, &result.ground_moment}) array->resize(rows, result.moment_axes);
+  result.joint_force.resize(rows, J * result.axes);
+  result.joint_moment.resize(rows, J * result.moment_axes);
+  for (auto* array : {&result.kinetic_energy, &result.potential_energy, &result.mobility}) array->resize(rows, 1);
+  result.newton_iterations.resize(rows);
+  if (!mechanism.tool) return;
+  result.tool_position.resize(rows, result.axes);
+  result.tool_orientation.resize(rows, mechanism.space == SpaceKind::planar ? 1 : 4);
+}
+
+template <int N>
+void put(Samples& array, long row, int column, const Eigen::Matrix<double, N, 1>& v) {
+  for (int k = 0; k < N; ++k) array(row, column + k) = v[k];
+}
+void put(Samples& array, long row, int column, double v) { array(row, column) = v; }
+void put(Samples& array, long row, const std::vector<double>& values) {
+  for (std::size_t k = 0; k < values.size(); ++k) array(row, static_cast<Eigen::Index>(k)) = values[k];
+}
+
+void put_orientation(Samples& array, long row, const Observation<Planar>& seen) { array(row, 0) = seen.tool_angle; }
+void put_orientation(Samples& array, long row, const Observation<Spatial>& seen) {
+  Eigen::Vector4d q = quaternion_of(seen.tool_rotation.matrix);
+  if (row > 0 && array.row(row - 1).dot(q) < 0) q = -q;   // of the two signs the one that goes on smoothly
+  array.row(row) = q;
+}
+
+template <class S>
+class Run {
+ public:
+  Run(const Mechanism& mechanism, const Trajectory& trajectory)
+      : mechanism_(mechanism),
+        trajectory_(trajectory),
+        tree_(compile<S>(mechanism, prescribed_coordinates(trajectory))),
+        plan_(make_plan(mechanism, tree_, trajectory)) {}
+
+  Result run() {
+    Result result;
+    result.outcome = plan_.outcome;
+    if (plan_.outcome.status != MotionStatus::done) return result;
+    Observer<S> observer(mechanism_, tree_, plan_.freedoms, to_vector<S>(trajectory_.about));
+    if (!observer.actuation().mismatch().empty()) {
+      result.outcome = {MotionStatus::mismatch, 0, observer.actuation().mismatch(), {}};
+      return result;
+    }
+    Stepper<S> stepper(mechanism_, tree_, plan_);
+    name_columns(mechanism_, result);
+    result.about = trajectory_.about;
+    Jumps jumps;
+    name_columns(mechanism_, jumps.sides);
+    size_arrays(mechanism_, trajectory_.samples, result);
+    size_arrays(mechanism_, 2 * static_cast<long>(plan_.schedule->jumps().size()), jumps.sides);
+    if (!walk(stepper, observer, result, jumps)) {
+      Result stopped;
+      stopped.outcome = outcome_;
+      return stopped;
+    }
+    add_metrics(result, jumps);
+    result.outcome = {MotionStatus::done, plan_.schedule->duration(), "", observer.actuation().notes()};
+    return result;
+  }
+
+ private:
+  /// Through all samples and jumps in the order of time.
+  bool walk(Stepper<S>& stepper, Observer<S>& observer, Result& result, Jumps& jumps) {
+    const double duration = plan_.schedule->duration();
+    const long N = trajectory_.samples;
+    const std::vector<double>& times = plan_.schedule->jumps();
+    std::size_t j = 0;
+    for (long k = 0; k < N; ++k) {
+      const double time = k == N - 1 ? duration : duration * static_cast<double>(k) / static_cast<double>(N - 1);
+      for (; j < times.size() && times[j] <= time * (1 + 1e-12); ++j) {
+        const bool here = std::abs(times[j] - time) <= 1e-12 * duration;
+        if (!move(stepper, here ? time : times[j])) return false;
+        const long row = 2 * static_cast<long>(j);
+        jumps.next_sample.push_back(k);
+        jumps.on_sample.push_back(here);
+        stepper.accelerate(Side::before);
+        if (!record(stepper, observer, jumps.sides, row)) return false;
+        stepper.accelerate(Side::after);
+        if (!record(stepper, observer, jumps.sides, row + 1)) return false;
+      }
+      if (!move(stepper, time) || !record(stepper, observer, result, k)) return false;
+    }
+    return true;
+  }
+
+  bool move(Stepper<S>& stepper, double time) {
+    if (started_ && stepper.time() == time) return true;
+    const bool moved = started_ ? stepper.advance(time) : stepper.begin();
+    started_ = true;
+    if (!moved) outcome_ = stepper.outcome();
+    return moved;
+  }
+
+  bool record(Stepper<S>& stepper, Observer<S>& observer, Result& result, long row) {
+    const bool held = observer.observe(stepper, Detail::everything);
+    const int sign = observer.actuation().determinant_sign();
+    if (!held || (sign_ != 0 && sign != sign_)) return lose_grip(stepper.time());
+    sign_ = sign;
+    write(stepper, observer.last(), result, row);
+    return true;
+  }
+
+  bool lose_grip(double time) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "at t = %.9g s: actuation singularity: the actuators do not hold the mechanism in a configuration reached there",
+                  time);
+    outcome_ = {MotionStatus::actuation_singularity, time, text, {}};
+    return false;
+  }
+
+  void write(Stepper<S>& stepper, const Observation<S>& seen, Result& result, long row) {
+    result.time[row] = stepper.time();
+    put(result.joint_position, row, seen.position);
+    put(result.joint_velocity, row, seen.velocity);
+    put(result.joint_acceleration, row, seen.acceleration);
+    put(result.torque, row, seen.effort);
+    put(result.power, row, seen.power);
+    put(result.com_position, row, 0, seen.com);
+    put(result.com_velocity, row, 0, seen.com_velocity);
+    put(result.com_acceleration, row, 0, seen.com_acceleration);
+    put(result.shaking_force, row, 0, seen.shaking_force);
+    put(result.shaking_moment, row, 0, seen.shaking_moment);
+    put(result.ground_force, row, 0, seen.ground_force);
+    put(result.ground_moment, row, 0, seen.ground_moment);
+    for (std::size_t joint = 0; joint < seen.joint_force.size(); ++joint) {
+      put(result.joint_force, row, static_cast<int>(joint) * S::dimension, seen.joint_force[joint]);
+      put(result.joint_moment, row, static_cast<int>(joint) * S::angular, seen.joint_moment[joint]);
+    }
+    result.kinetic_energy(row, 0) = seen.kinetic_energy;
+    result.potential_energy(row, 0) = seen.potential_energy;
+    result.mobility(row, 0) = stepper.mobility();
+    result.newton_iterations[row] = stepper.iterations();
+    if (!mechanism_.tool) return;
+    put(result.tool_position, row, 0, seen.tool_position);
+    put_orientation(result.tool_orientation, row, seen);
+  }
+
+  const Mechanism& mechanism_;
+  const Trajectory& trajectory_;
+  Tree<S> tree_;
+  Plan<S> plan_;
+  bool started_ = false;
+  int sign_ = 0;
+  MotionOutcome outcome_;
+};
+
+}  // namespace
+
+Result simulate(const Mechanism& mechanism, const Trajectory& trajectory) {
+  if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
+  return mechanism.space == SpaceKind::planar ? Run<Planar>(mechanism, trajectory).run()
+                                              : Run<Spatial>(mechanism, trajectory).run();
+}
+
+}  // namespace balance
