@@ -23,6 +23,12 @@ std::string Cursor::found() const {
   return "";
 }
 
+void Cursor::missing(const std::string& key) const {
+  std::vector<std::string> keys;
+  for (const Node& one : node_->keys) keys.push_back(one.text);
+  fail(fmt::format("missing key: expected {}, found {}", key, keys.empty() ? found() : "only " + listed(keys, "and")));
+}
+
 std::vector<Cursor> Cursor::items(const std::string& what) const {
   if (!is_list()) expected(what);
   std::vector<Cursor> all;
@@ -114,7 +120,7 @@ bool read_fields(const Cursor& map, const std::string& what, const std::vector<F
       const bool there = std::any_of(given.begin(), given.end(), [&](const Member& m) { return m.name == field.name; });
       // A misspelt key is one mistake, not two.
       if (field.need == Need::required && !there && !unknown)
-        map.fail(fmt::format("missing key: expected {}, found {}", in_quotes(field.name), map.found()));
+        map.missing(in_quotes(field.name));
     }
   });
 }

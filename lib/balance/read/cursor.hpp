@@ -28,6 +28,8 @@ class Cursor {
   [[noreturn]] void expected(const std::string& what) const;
   /// Throws a Problem with this text.
   [[noreturn]] void fail(const std::string& text) const;
+  /// Throws the Problem that this mapping lacks a key.
+  [[noreturn]] void missing(const std::string& key) const;
   /// "a list of 3", "a mapping", "'abc'", "nothing".
   std::string found() const;
 

@@ -47,16 +47,18 @@ std::string nearest_hint(std::string_view word, const std::vector<std::string>& 
   return best.empty() ? "" : fmt::format("; nearest is {}", in_quotes(best));
 }
 
-std::string one_of(const std::vector<std::string>& names) {
+std::string listed(const std::vector<std::string>& names, const std::string& last) {
   constexpr std::size_t most = 24;
   std::string text;
   const std::size_t shown = std::min(names.size(), most);
   for (std::size_t i = 0; i < shown; ++i) {
-    if (i > 0) text += i + 1 == names.size() ? " or " : ", ";
+    if (i > 0) text += i + 1 == names.size() ? " " + last + " " : ", ";
     text += names[i];
   }
   return shown < names.size() ? text + ", …" : text;
 }
+
+std::string one_of(const std::vector<std::string>& names) { return listed(names, "or"); }
 
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest = 60;

@@ -17,7 +17,10 @@ std::string nearest(std::string_view word, const std::vector<std::string>& names
 /// "; nearest is 'crank1'" or, without any names, nothing.
 std::string nearest_hint(std::string_view word, const std::vector<std::string>& names);
 
-/// "a, b or c"; long lists are cut.
+/// "a, b <last> c"; long lists are cut.
+std::string listed(const std::vector<std::string>& names, const std::string& last);
+
+/// "a, b or c".
 std::string one_of(const std::vector<std::string>& names);
 
 /// The text in single quotes, shortened, control characters made visible.

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <limits>
 #include <map>
 
 namespace balance::read {
@@ -21,8 +22,15 @@ std::string trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
 }
 
-/// A plain number; infinite if it is too large for a double.
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+/// A plain number; not finite if it is too large for a double or one of YAML's words for such.
 std::optional<double> plain_number(std::string text) {
+  const std::string word = lower_case(text);
+  if (word == ".nan" || word == ".inf" || word == "+.inf" || word == "-.inf") return std::numeric_limits<double>::infinity();
   if (text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+') text.erase(0, 1);
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -33,9 +41,7 @@ std::optional<double> plain_number(std::string text) {
 }
 
 bool is_truth_value(const std::string& text) {
-  std::string lower = text;
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string lower = lower_case(text);
   return lower == "true" || lower == "false" || lower == "yes" || lower == "no" || lower == "on" || lower == "off";
 }
 
@@ -163,27 +169,29 @@ double Parameters::evaluate(const Cursor& scalar) {
   const std::string what = "a number, an expression or {free: [lower, upper]}";
   const std::string text = trimmed(scalar.word(what));
   if (text.empty() || is_truth_value(text)) scalar.expected(what);
-  double value = 0;
-  if (const auto number = plain_number(text)) {
-    value = *number;
-  } else {
-    const ExpressionNames used = names_in(text);
-    for (const std::string& name : used.functions)
-      if (const auto& known = function_names(); std::find(known.begin(), known.end(), name) == known.end())
-        scalar.fail(fmt::format("expected a number or an expression, found {}: there is no function {}{}",
-                                in_quotes(text), in_quotes(name), nearest_hint(name, known)));
-    for (const std::string& name : used.values)
-      if (std::find(names_.begin(), names_.end(), name) == names_.end())
-        scalar.fail(fmt::format("expected a number or an expression, found {}: there is no parameter {}{}",
-                                in_quotes(text), in_quotes(name), nearest_hint(name, names_)));
-    try {
-      value = calculator_.evaluate(text);
-    } catch (const ExpressionError& wrong) {
-      scalar.fail(fmt::format("expected a number or an expression, found {}: {}", in_quotes(text), wrong.what()));
-    }
-  }
+  const std::optional<double> number = plain_number(text);
+  const double value = number ? *number : evaluate_expression(scalar, text);
   if (!std::isfinite(value)) scalar.fail(fmt::format("expected a finite number, found {}", in_quotes(text)));
   return value;
+}
+
+double Parameters::evaluate_expression(const Cursor& scalar, const std::string& text) {
+  const auto wrong = [&](const std::string& why) {
+    scalar.fail(fmt::format("expected a number or an expression, found {}: {}", in_quotes(text), why));
+  };
+  const auto check = [&](const std::string& name, const std::vector<std::string>& known, const char* what) {
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      wrong(fmt::format("there is no {} {}{}", what, in_quotes(name), nearest_hint(name, known)));
+  };
+  const ExpressionNames used = names_in(text);
+  for (const std::string& name : used.functions) check(name, function_names(), "function");
+  for (const std::string& name : used.values) check(name, names_, "parameter");
+  try {
+    return calculator_.evaluate(text);
+  } catch (const ExpressionError& error) {
+    wrong(error.what());
+    throw;
+  }
 }
 
 FreeValue Parameters::evaluate_free(const Cursor& map) {

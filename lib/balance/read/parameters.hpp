@@ -34,6 +34,8 @@ class Parameters {
   const std::vector<FreeNumber>& free_numbers() const { return free_numbers_; }
 
  private:
+  double evaluate_expression(const Cursor& scalar, const std::string& text);
+
   Calculator calculator_;
   std::vector<std::string> names_;
   std::vector<FreeNumber> free_numbers_;

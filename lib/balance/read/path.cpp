@@ -56,8 +56,8 @@ CirclePath read_circle(const Cursor& at, Draft& draft, const Trajectory& traject
   if (!draft.planar())
     fields.push_back({"normal", Need::required, [&](const Cursor& c) { circle.normal = read_direction(c, draft); }});
   if (!read_fields(at, "a circle {centre, angle or turns}", fields)) return circle;
-  if (!centre) at.fail("missing key: expected 'centre', found " + at.found());
-  if (!angle) at.fail("missing key: expected 'angle' or 'turns', found " + at.found());
+  if (!centre) at.missing("'centre'");
+  if (!angle) at.missing("'angle' or 'turns'");
   if (const auto start = moved_point(trajectory.from, trajectory.drive)) {
     const Vector3 radius = *start - circle.centre;
     if (!(radius.cross(circle.normal).norm() > 0))

@@ -1,3 +1,4 @@
+#include "balance/read/nearest.hpp"
 #include "balance/read/path.hpp"
 #include "balance/read/pose.hpp"
 #include "balance/read/sections.hpp"
@@ -148,7 +149,7 @@ void put_together(const Cursor& at, const TrajectoryText& text, const Timing& ow
   if (text.law)
     trajectory.law.kind = read_law(*text.law);
   else if (path == nullptr || !is_table(*path))
-    at.fail("missing key: expected 'law', found " + at.found());
+    at.missing("'law'");
   for (const auto& ramps : {text.ramp, text.ramps})
     if (ramps) read_ramps(*ramps, draft, trajectory.law);
   if (text.components) {
@@ -203,7 +204,7 @@ void add_built_in(const Cursor& motion, const Timing& timing, const char* name, 
   const DriveKind moved = by_tool ? DriveKind::tool : by_joints ? DriveKind::joints : DriveKind::com;
   trajectory.drive = law == LawKind::bang_bang && by_tool ? DriveKind::com : moved;
   match_pose(*timing.to_at, to, from, moved, draft);
-  if (!timing.duration) motion.fail("missing key: expected 'duration', found " + motion.found());
+  if (!timing.duration) motion.missing("'duration'");
   trajectory.from = from;
   trajectory.to = to;
   trajectory.duration = *timing.duration;
@@ -228,7 +229,7 @@ void read_trajectories(const Cursor* motion, const Cursor* trajectories, Draft& 
     const bool declared = !draft.study.trajectories.empty();
     if (!declared)
       for (const auto& [pose, name] : {std::pair{&shared.from, "from"}, {&shared.to, "to"}})
-        if (!*pose) motion->fail(fmt::format("missing key: expected '{}', found {}", name, motion->found()));
+        if (!*pose) motion->missing(in_quotes(name));
     if (!shared.from || !shared.to) return;
     // A motion that only serves declared trajectories need not carry the built-in ones.
     if (declared && !shared.duration) return;
