@@ -1,0 +1,83 @@
+"""The JSON Schema takes every mechanism in configs and in the reader's tests, and refuses what no spec may have."""
+
+import json
+import os
+import pathlib
+import re
+import sys
+
+import jsonschema
+import yaml
+
+here = pathlib.Path(__file__).parent
+configs = pathlib.Path(os.environ.get("CONFIGS", here.parents[1] / "configs"))
+
+
+class Loader(yaml.SafeLoader):
+    """YAML 1.2 as far as it matters: `on` and `no` are words, not truth values."""
+
+
+Loader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in resolvers if tag != "tag:yaml.org,2002:bool"]
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+
+
+def read(text):
+    return yaml.load(text, Loader)
+
+
+def specs():
+    """The mechanisms in configs and the two complete specs that the reader's tests spoil, by name."""
+    for path in sorted(configs.glob("*.yaml")):
+        yield path.name, read(path.read_text(encoding="utf-8"))
+    raw_strings = re.findall(r'R"\((.*?)\)"', (here / "specs.hpp").read_text(encoding="utf-8"), re.DOTALL)
+    for number, text in enumerate(raw_strings):
+        yield f"specs.hpp, spec {number}", read(text)
+
+
+def mistakes(spec):
+    """The spec with one mistake at a time: (name, wrong spec)."""
+
+    def changed(change):
+        copy = json.loads(json.dumps(spec))
+        change(copy)
+        return copy
+
+    first_body = next(iter(spec["bodies"]))
+    first_joint = next(iter(spec["joints"]))
+    yield "unknown key", changed(lambda s: s.update(bodeis={}))
+    yield "no space", changed(lambda s: s.pop("space"))
+    yield "another space", changed(lambda s: s.update(space="flat"))
+    yield "no mass", changed(lambda s: s["bodies"][first_body].pop("mass"))
+    yield "a mass that is a list", changed(lambda s: s["bodies"][first_body].update(mass=[1]))
+    yield "one bound", changed(lambda s: s["bodies"][first_body].update(mass={"free": [1]}))
+    yield "an unknown type", changed(lambda s: s["joints"][first_joint].update(type="hinge"))
+    yield "one end", changed(lambda s: s["joints"][first_joint].update(connects=["ground.O"]))
+    yield "a unit of nothing", changed(lambda s: s.update(units={"length": "inch"}))
+    yield "a motion without an end", changed(lambda s: s.update(motion={"duration": 1, "form": {}}))
+    yield "an unknown law", changed(lambda s: s.update(trajectories={"t": {"law": "fast", "drive": "tool"}}))
+
+
+def is_mechanism(spec):
+    return isinstance(spec, dict) and "bodies" in spec
+
+
+def main():
+    schema = json.loads((configs / "balance.schema.json").read_text(encoding="utf-8"))
+    jsonschema.Draft7Validator.check_schema(schema)
+    validator = jsonschema.Draft7Validator(schema)
+    failures = []
+    mechanisms = {name: spec for name, spec in specs() if is_mechanism(spec)}
+    for name, spec in mechanisms.items():
+        for error in validator.iter_errors(spec):
+            failures.append(f"{name}: {'.'.join(map(str, error.absolute_path))}: {error.message}")
+        for mistake, wrong in mistakes(spec):
+            if validator.is_valid(wrong):
+                failures.append(f"{name}: the schema takes {mistake}")
+    print("\n".join(failures) or f"{len(mechanisms)} mechanisms fit the schema")
+    return 1 if failures or not mechanisms else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
