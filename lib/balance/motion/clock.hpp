@@ -16,7 +16,12 @@ class Clock {
   /// @param duration how long it takes, positive [s]
   /// @param tolerance times nearer than this to a jump of the law count as the jump itself [s]
   Clock(const Law& law, double start, double duration, double tolerance)
-      : law_(law), jumps_(balance::jumps(law)), start_(start), duration_(duration), tolerance_(tolerance / duration) {}
+      : law_(law),
+        jumps_(balance::jumps(law)),
+        start_(start),
+        duration_(duration),
+        rate_(1 / duration),
+        tolerance_(tolerance / duration) {}
 
   /// s, ds/dt [1/s] and d²s/dt² [1/s^2]; before the start and after the end the values there.
   LawValue at(double time, Side side) const {
@@ -27,7 +32,7 @@ class Clock {
       if (std::abs(tau - jump) <= tolerance_) tau = jump;
     }
     const LawValue value = evaluate(law_, tau, side);
-    return {value.s, value.ds / duration_, value.dds / (duration_ * duration_)};
+    return {value.s, value.ds * rate_, value.dds * rate_ * rate_};
   }
 
   double start() const { return start_; }
@@ -43,6 +48,7 @@ class Clock {
   Law law_;
   std::vector<double> jumps_;  ///< as parts of the duration
   double start_, duration_;
+  double rate_;       ///< of τ [1/s]
   double tolerance_;  ///< as a part of the duration
 };
 
