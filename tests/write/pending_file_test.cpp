@@ -1,0 +1,121 @@
+#include "balance/write/pending_file.hpp"
+
+#include "balance/base/error.hpp"
+#include "sample.hpp"
+
+#include <sys/stat.h>
+
+#include <doctest/doctest.h>
+
+using namespace balance;
+using sample::content;
+using sample::Folder;
+
+namespace {
+
+void put(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
+
+}  // namespace
+
+TEST_CASE("a file has its name only after it is committed") {
+  const Folder folder;
+  const std::string path = folder / "out";
+  PendingFile file(path, Existing::keep);
+  file.write("complete");
+  CHECK_FALSE(std::filesystem::exists(path));
+  CHECK(std::filesystem::path(file.temporary()).parent_path() == std::filesystem::path(path).parent_path());
+  file.commit();
+  CHECK(content(path) == "complete");
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a file that is given up leaves nothing and keeps the older one") {
+  const Folder folder;
+  const std::string path = folder / "out";
+  put(path, "old");
+  {
+    PendingFile file(path, Existing::replace);
+    file.write("half");
+    CHECK(content(path) == "old");
+  }
+  CHECK(content(path) == "old");
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("an older file is replaced only when that is asked for") {
+  const Folder folder;
+  const std::string path = folder / "out";
+  put(path, "old");
+  CHECK_THROWS_WITH_AS(PendingFile(path, Existing::keep),
+                       ("cannot write " + path + ": it exists already; --force replaces it").c_str(), SystemError);
+  CHECK_THROWS_AS(check_writable(path, Existing::keep), SystemError);
+  CHECK_NOTHROW(check_writable(path, Existing::replace));
+  PendingFile file(path, Existing::replace);
+  file.write("new");
+  file.commit();
+  CHECK(content(path) == "new");
+}
+
+TEST_CASE("a file that appears while another of its name is being written is not lost") {
+  const Folder folder;
+  const std::string path = folder / "out";
+  {
+    PendingFile file(path, Existing::keep);
+    file.write("mine");
+    put(path, "theirs");
+    CHECK_THROWS_AS(file.commit(), SystemError);
+  }
+  CHECK(content(path) == "theirs");
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a symbolic link stays a link and its target is written") {
+  const Folder folder;
+  const std::string target = folder / "target", link = folder / "link";
+  put(target, "old");
+  std::filesystem::create_symlink(target, link);
+  PendingFile file(link, Existing::replace);
+  file.write("new");
+  file.commit();
+  CHECK(std::filesystem::is_symlink(link));
+  CHECK(content(target) == "new");
+}
+
+TEST_CASE("what is no regular file is never replaced") {
+  const Folder folder;
+  CHECK_THROWS_WITH_AS(check_writable("/dev/null", Existing::replace),
+                       "cannot write /dev/null: it is not a regular file", SystemError);
+  CHECK_THROWS_AS(PendingFile("/dev/null", Existing::replace), SystemError);
+  CHECK_THROWS_AS(check_writable(folder / ".", Existing::replace), SystemError);
+  CHECK_THROWS_AS(check_writable("", Existing::replace), SystemError);
+}
+
+TEST_CASE("a folder that is missing or is a file is named with the system's reason") {
+  const Folder folder;
+  put(folder / "file", "");
+  const std::string below_file = folder / "file/out", below_nothing = folder / "nothing/out";
+  CHECK_THROWS_WITH_AS(PendingFile(below_file, Existing::keep),
+                       ("cannot write " + below_file + ": Not a directory").c_str(), SystemError);
+  CHECK_THROWS_WITH_AS(check_writable(below_nothing, Existing::keep),
+                       ("cannot write " + below_nothing + ": No such file or directory").c_str(), SystemError);
+}
+
+TEST_CASE("a name of the longest length that file systems allow can be written") {
+  const Folder folder;
+  const std::string path = folder / std::string(255, 'n');
+  PendingFile file(path, Existing::keep);
+  file.write("x");
+  file.commit();
+  CHECK(content(path) == "x");
+}
+
+TEST_CASE("a new file has the permissions that the user's mask allows") {
+  const Folder folder;
+  const mode_t mask = umask(027);
+  PendingFile file(folder / "out", Existing::keep);
+  file.commit();
+  umask(mask);
+  struct stat status {};
+  REQUIRE(stat((folder / "out").c_str(), &status) == 0);
+  CHECK((status.st_mode & 0777) == 0640);
+}
