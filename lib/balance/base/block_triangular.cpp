@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
+#include <utility>
 
 namespace balance {
 
@@ -90,59 +92,74 @@ class Components {
   int counter_ = 0;
 };
 
-/// In place, with row exchanges; returns the smallest pivot relative to its row's largest original entry and flips `sign`.
-double factorise_block(double* a, int* pivots, int n, int& sign) {
-  double quality = 1;
+/// In place, with row exchanges; the diagonal holds the pivots' reciprocals. N is the size where it is known when compiling:
+/// the blocks of most mechanisms are so small that loops would cost more than the arithmetic.
+/// Returns the smallest pivot and flips `sign` with every exchange and every negative pivot.
+template <int N>
+double factorise_block(double* a, int* pivots, int size, int& sign) {
+  const int n = N > 0 ? N : size;
+  double smallest = INFINITY;
   for (int k = 0; k < n; ++k) {
     int best = k;
+    double largest = std::abs(a[k * n + k]);
     for (int i = k + 1; i < n; ++i)
-      if (std::abs(a[i * n + k]) > std::abs(a[best * n + k])) best = i;
+      if (std::abs(a[i * n + k]) > largest) largest = std::abs(a[i * n + k]), best = i;
     pivots[k] = best;
     if (best != k) {
-      std::swap_ranges(a + k * n, a + (k + 1) * n, a + best * n);
+      for (int j = 0; j < n; ++j) std::swap(a[k * n + j], a[best * n + j]);
       sign = -sign;
     }
-    const double pivot = a[k * n + k];
-    quality = std::min(quality, std::abs(pivot));
-    if (pivot == 0) return 0;
-    if (pivot < 0) sign = -sign;
-    const double inverse = 1 / pivot;
+    smallest = std::min(smallest, largest);
+    if (!(largest > 0)) return 0;
+    const double inverse = 1 / a[k * n + k];
+    if (inverse < 0) sign = -sign;
+    a[k * n + k] = inverse;
     for (int i = k + 1; i < n; ++i) {
       const double factor = a[i * n + k] *= inverse;
       for (int j = k + 1; j < n; ++j) a[i * n + j] -= factor * a[k * n + j];
     }
   }
-  return quality;
+  return smallest;
 }
 
-void solve_block(const double* a, const int* pivots, int n, double* x) {
+template <int N>
+void solve_block(const double* a, const int* pivots, int size, double* x) {
+  const int n = N > 0 ? N : size;
   for (int k = 0; k < n; ++k)
     if (pivots[k] != k) std::swap(x[k], x[pivots[k]]);
-  for (int i = 1; i < n; ++i) {
-    double sum = x[i];
-    for (int j = 0; j < i; ++j) sum -= a[i * n + j] * x[j];
-    x[i] = sum;
-  }
+  for (int i = 1; i < n; ++i)
+    for (int j = 0; j < i; ++j) x[i] -= a[i * n + j] * x[j];
   for (int i = n - 1; i >= 0; --i) {
-    double sum = x[i];
-    for (int j = i + 1; j < n; ++j) sum -= a[i * n + j] * x[j];
-    x[i] = sum / a[i * n + i];
+    for (int j = i + 1; j < n; ++j) x[i] -= a[i * n + j] * x[j];
+    x[i] *= a[i * n + i];
   }
 }
 
-void solve_block_transposed(const double* a, const int* pivots, int n, double* x) {
+template <int N>
+void solve_block_transposed(const double* a, const int* pivots, int size, double* x) {
+  const int n = N > 0 ? N : size;
   for (int i = 0; i < n; ++i) {
-    double sum = x[i];
-    for (int j = 0; j < i; ++j) sum -= a[j * n + i] * x[j];
-    x[i] = sum / a[i * n + i];
+    for (int j = 0; j < i; ++j) x[i] -= a[j * n + i] * x[j];
+    x[i] *= a[i * n + i];
   }
-  for (int i = n - 1; i >= 0; --i) {
-    double sum = x[i];
-    for (int j = i + 1; j < n; ++j) sum -= a[j * n + i] * x[j];
-    x[i] = sum;
-  }
+  for (int i = n - 1; i >= 0; --i)
+    for (int j = i + 1; j < n; ++j) x[i] -= a[j * n + i] * x[j];
   for (int k = n - 1; k >= 0; --k)
     if (pivots[k] != k) std::swap(x[k], x[pivots[k]]);
+}
+
+/// Calls `work` with the size as a compile-time constant where it is small, else 0.
+template <class Work>
+auto by_size(int n, const Work& work) {
+  switch (n) {
+    case 1: return work(std::integral_constant<int, 1>{});
+    case 2: return work(std::integral_constant<int, 2>{});
+    case 3: return work(std::integral_constant<int, 3>{});
+    case 4: return work(std::integral_constant<int, 4>{});
+    case 5: return work(std::integral_constant<int, 5>{});
+    case 6: return work(std::integral_constant<int, 6>{});
+    default: return work(std::integral_constant<int, 0>{});
+  }
 }
 
 }  // namespace
@@ -182,9 +199,14 @@ double BlockTriangular::factorise() {
   sign_ = 1;
   for (const Block& block : blocks_) {
     double* factors = factors_.data() + block.offset;
-    for (int i = 0; i < block.size; ++i)
-      std::copy_n(&values_[(block.begin + i) * n + block.begin], block.size, factors + i * block.size);
-    quality = std::min(quality, factorise_block(factors, &pivots_[block.begin], block.size, sign_));
+    for (int i = 0; i < block.size; ++i) {
+      const double* row = &values_[(block.begin + i) * n + block.begin];
+      for (int j = 0; j < block.size; ++j) factors[i * block.size + j] = row[j];
+    }
+    const double smallest = by_size(block.size, [&](auto n) {
+      return factorise_block<n>(factors, &pivots_[block.begin], block.size, sign_);
+    });
+    quality = std::min(quality, smallest);
     if (quality == 0) return 0;
   }
   return quality;
@@ -200,7 +222,9 @@ void BlockTriangular::solve(double* x) {
       for (int j = first_[i]; j < block.begin; ++j) sum -= values[j] * work_[j];
       work_[i] = sum;
     }
-    solve_block(factors_.data() + block.offset, &pivots_[block.begin], block.size, &work_[block.begin]);
+    by_size(block.size, [&](auto n) {
+      solve_block<n>(factors_.data() + block.offset, &pivots_[block.begin], block.size, &work_[block.begin]);
+    });
   }
   for (int column = 0; column < n; ++column) x[column] = work_[column_position_[column]];
 }
@@ -209,7 +233,9 @@ void BlockTriangular::solve_transposed(double* x) {
   const int n = size();
   for (int column = 0; column < n; ++column) work_[column_position_[column]] = x[column];
   for (auto block = blocks_.rbegin(); block != blocks_.rend(); ++block) {
-    solve_block_transposed(factors_.data() + block->offset, &pivots_[block->begin], block->size, &work_[block->begin]);
+    by_size(block->size, [&](auto n) {
+      solve_block_transposed<n>(factors_.data() + block->offset, &pivots_[block->begin], block->size, &work_[block->begin]);
+    });
     for (int i = block->begin; i < block->begin + block->size; ++i) {
       const double* values = &values_[i * n];
       for (int j = first_[i]; j < block->begin; ++j) work_[j] -= values[j] * work_[i];

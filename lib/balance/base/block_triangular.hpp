@@ -22,12 +22,12 @@ class BlockTriangular {
   /// Entry (row, column) of the matrix, to be written before factorise(). Entries outside the pattern stay zero.
   double& at(int row, int column) { return values_[row_position_[row] * size() + column_position_[column]]; }
   double at(int row, int column) const { return values_[row_position_[row] * size() + column_position_[column]]; }
-  /// The index of an entry for at_index(), which saves two look-ups in a hot loop.
+  /// The place of an entry in storage(), which saves two look-ups in a hot loop.
   int index(int row, int column) const { return row_position_[row] * size() + column_position_[column]; }
-  double& at_index(int index) { return values_[index]; }
+  double* storage() { return values_.data(); }
 
   /// LU with partial pivoting of the diagonal blocks.
-  /// @return smallest |pivot| relative to the largest entry of its block's row; 0 if singular
+  /// @return the smallest |pivot|, 0 if singular; a measure of regularity for matrices with entries of the order of one
   double factorise();
 
   /// Sign of the determinant of the matrix last factorised, up to a factor that never changes.

@@ -72,7 +72,7 @@ template <class S>
 bool Actuation<S>::solve_regular(const Equations<S>& equations, const double* tau) {
   for (std::size_t a = 0; a < actuated_.size(); ++a) efforts_[a] = tau[actuated_[a].column] / actuated_[a].ratio;
   if (closures_ == 0) return true;
-  for (const Gathered& entry : gathered_) passive_.at_index(entry.index) = equations.entry(entry.row, entry.column);
+  for (const Gathered& entry : gathered_) passive_.storage()[entry.index] = equations.entry(entry.row, entry.column);
   if (passive_.factorise() < 1e-10) return false;
   const std::vector<double>&columns = equations.column_scale(), &rows = equations.row_scale();
   for (int k = 0; k < closures_; ++k) multipliers_[k] = columns[passive_columns_[k]] * tau[passive_columns_[k]];

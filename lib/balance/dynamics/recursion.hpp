@@ -18,8 +18,7 @@ struct Wrench {
 /// Force and moment that give one node its acceleration.
 template <class S>
 inline void add_inertia_wrench(const typename S::Inertia& inertia, const NodeState<S>& s, Wrench<S>& wrench) {
-  wrench.force += inertia.mass * s.acceleration + cross(s.angular_acceleration, inertia.moment) +
-                  cross(s.angular_velocity, typename S::Vector(cross(s.angular_velocity, inertia.moment)));
+  wrench.force += inertia.mass * s.acceleration + turning(s.angular_velocity, s.angular_acceleration) * inertia.moment;
   wrench.moment += inertia.second * s.angular_acceleration + gyroscopic(s.angular_velocity, inertia.second) +
                    cross(inertia.moment, s.acceleration);
 }
@@ -35,8 +34,7 @@ inline void pass_on(const NodeState<S>& s, const Wrench<S>& wrench, Wrench<S>& p
 /// The node's wrench along its own motion.
 template <class S>
 inline double along_motion(const Node<S>& node, const Wrench<S>& wrench) {
-  return node.ratio * (node.motion == NodeMotion::turn ? dot(S::turn_axis(), wrench.moment)
-                                                       : dot(S::slide_direction(), wrench.force));
+  return node.ratio * (node.motion == NodeMotion::turn ? about_axis(wrench.moment) : along_slide(wrench.force));
 }
 
 /// @param wrenches on entry what the surroundings do not supply (minus the external wrenches), on return what every node's

@@ -49,9 +49,8 @@ inline RowWrench<S> closure_wrench(const ClosurePose<S>& pose, const ClosureRow&
 template <class S>
 inline double power_of(const Node<S>& node, const NodeState<S>& state, const typename S::Vector& Q, const RowWrench<S>& wrench) {
   if (node.motion == NodeMotion::slide)
-    return node.ratio * dot(wrench.force, typename S::Vector(state.R_WN * S::slide_direction()));
-  const typename S::Angular e = state.R_WN * S::turn_axis();
-  return node.ratio * dot(e, typename S::Angular(wrench.moment + cross(typename S::Vector(Q - state.p_WN), wrench.force)));
+    return node.ratio * dot(wrench.force, slide_axis(state.R_WN));
+  return node.ratio * dot(turn_axis(state.R_WN), typename S::Angular(wrench.moment + cross(typename S::Vector(Q - state.p_WN), wrench.force)));
 }
 
 /// Second derivative of every row when no coordinate accelerates. State: velocities, and accelerations with ddy = null.

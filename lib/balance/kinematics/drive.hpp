@@ -63,8 +63,8 @@ struct MassDistribution {
   /// Change of the CoM's position per unit of the node's coordinate.
   typename S::Vector com_gradient(const Node<S>& node, const NodeState<S>& state, int n) const {
     if (node.motion == NodeMotion::slide)
-      return node.ratio * mass[n] / mass[0] * typename S::Vector(state.R_WN * S::slide_direction());
-    const typename S::Angular e = state.R_WN * S::turn_axis();
+      return node.ratio * mass[n] / mass[0] * slide_axis(state.R_WN);
+    const typename S::Angular e = turn_axis(state.R_WN);
     return node.ratio / mass[0] * typename S::Vector(cross(e, typename S::Vector(moment[n] - mass[n] * state.p_WN)));
   }
 };

@@ -62,6 +62,8 @@ inline Vector2 cross(double w, const Vector2& r) { return {-w * r.y(), w * r.x()
 inline double cross(const Vector2& r, const Vector2& f) { return r.x() * f.y() - r.y() * f.x(); }
 inline double cross(double, double) { return 0; }
 inline double dot(double a, double b) { return a * b; }
+/// World direction of the axis that a node's joint turns about.
+inline double turn_axis(const Planar::Rotation&) { return 1; }
 inline Vector2 operator*(const Planar::Rotation& R, const Vector2& v) {
   return {R.c * v.x() - R.s * v.y(), R.s * v.x() + R.c * v.y()};
 }
@@ -80,6 +82,22 @@ inline Planar::Rotation turned(const Planar::Rotation& R, double c, double s) { 
 inline Vector2 axis(const Planar::Rotation& R, int k) { return k == 0 ? Vector2(R.c, R.s) : Vector2(-R.s, R.c); }
 inline double gyroscopic(double, double) { return 0; }
 
+/// What the velocity and acceleration of a frame do to a vector fixed to it: v ↦ α × v + ω × (ω × v).
+struct PlanarTurning {
+  double alpha, square;
+  Vector2 operator*(const Vector2& v) const { return {-alpha * v.y() - square * v.x(), alpha * v.x() - square * v.y()}; }
+};
+inline PlanarTurning turning(double w, double alpha) { return {alpha, w * w}; }
+
+// About and along the joint axis, written out because the compiler may not drop a product with zero.
+inline void add_about_axis(double& w, double rate) { w += rate; }
+/// ω × (rate about the axis).
+inline double cross_with_axis(double, double) { return 0; }
+inline double about_axis(double moment) { return moment; }
+inline double along_slide(const Vector2& v) { return v.x(); }
+inline void add_along_slide(Vector2& v, double rate) { v.x() += rate; }
+inline Vector2 slide_axis(const Planar::Rotation& R) { return {R.c, R.s}; }
+
 // ---- space ----
 
 inline Vector3 cross(const Vector3& a, const Vector3& b) {
@@ -87,6 +105,7 @@ inline Vector3 cross(const Vector3& a, const Vector3& b) {
 }
 inline double dot(const Vector3& a, const Vector3& b) { return a.x() * b.x() + a.y() * b.y() + a.z() * b.z(); }
 inline double dot(const Vector2& a, const Vector2& b) { return a.x() * b.x() + a.y() * b.y(); }
+inline Vector3 turn_axis(const Spatial::Rotation& R) { return R.matrix.col(2); }
 inline Vector3 operator*(const Spatial::Rotation& R, const Vector3& v) { return R.matrix * v; }
 inline Vector3 unrotate(const Spatial::Rotation& R, const Vector3& v) { return R.matrix.transpose() * v; }
 inline Spatial::Rotation operator*(const Spatial::Rotation& a, const Spatial::Rotation& b) {
@@ -103,6 +122,21 @@ inline Spatial::Rotation turned(const Spatial::Rotation& R, double c, double s) 
 inline Vector3 axis(const Spatial::Rotation& R, int k) { return R.matrix.col(k); }
 /// ω × Jω.
 inline Vector3 gyroscopic(const Vector3& w, const Matrix3& J) { return cross(w, Vector3(J * w)); }
+
+inline Matrix3 turning(const Vector3& w, const Vector3& alpha) {
+  const double xx = w.x() * w.x(), yy = w.y() * w.y(), zz = w.z() * w.z();
+  const double xy = w.x() * w.y(), xz = w.x() * w.z(), yz = w.y() * w.z();
+  Matrix3 K;
+  K << -yy - zz, xy - alpha.z(), xz + alpha.y(), xy + alpha.z(), -xx - zz, yz - alpha.x(), xz - alpha.y(), yz + alpha.x(),
+      -xx - yy;
+  return K;
+}
+inline void add_about_axis(Vector3& w, double rate) { w.z() += rate; }
+inline Vector3 cross_with_axis(const Vector3& w, double rate) { return {w.y() * rate, -w.x() * rate, 0}; }
+inline double about_axis(const Vector3& moment) { return moment.z(); }
+inline double along_slide(const Vector3& v) { return v.z(); }
+inline void add_along_slide(Vector3& v, double rate) { v.z() += rate; }
+inline Vector3 slide_axis(const Spatial::Rotation& R) { return R.matrix.col(2); }
 
 // ---- conversions from the model's three-dimensional values ----
 

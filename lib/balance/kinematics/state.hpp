@@ -40,7 +40,7 @@ inline void set_local_pose(const Node<S>& node, const double* y, NodeState<S>& s
     }
     case NodeMotion::slide:
       state.R_PN = node.R_PF;
-      state.p_PN = node.p_PF + node.R_PF * typename S::Vector((node.ratio * y[node.column] + node.offset) * S::slide_direction());
+      state.p_PN = node.p_PF + (node.ratio * y[node.column] + node.offset) * slide_axis(node.R_PF);
       break;
     case NodeMotion::weld:
       state.R_PN = node.R_PF;
@@ -59,33 +59,30 @@ inline void set_world_pose(const NodeState<S>& parent, NodeState<S>& state) {
 template <class S>
 inline void set_angular_velocity(const Node<S>& node, const double* dy, const NodeState<S>& parent, NodeState<S>& state) {
   state.angular_velocity = unrotate(state.R_PN, parent.angular_velocity);
-  if (node.motion == NodeMotion::turn)
-    state.angular_velocity += typename S::Angular(node.ratio * dy[node.column] * S::turn_axis());
+  if (node.motion == NodeMotion::turn) add_about_axis(state.angular_velocity, node.ratio * dy[node.column]);
 }
 
 template <class S>
 inline void set_velocity(const Node<S>& node, const double* dy, const NodeState<S>& parent, NodeState<S>& state) {
   state.velocity = unrotate(state.R_PN, typename S::Vector(parent.velocity + cross(parent.angular_velocity, state.p_PN)));
-  if (node.motion == NodeMotion::slide) state.velocity += node.ratio * dy[node.column] * S::slide_direction();
+  if (node.motion == NodeMotion::slide) add_along_slide(state.velocity, node.ratio * dy[node.column]);
 }
 
 /// @param ddy null: the accelerations that velocities alone cause
 template <class S>
 inline void set_acceleration(const Node<S>& node, const double* dy, const double* ddy, const NodeState<S>& parent,
                              NodeState<S>& state) {
-  const typename S::Vector r = state.p_PN;
-  const typename S::Angular w = parent.angular_velocity;
-  state.acceleration = unrotate(state.R_PN, typename S::Vector(parent.acceleration + cross(parent.angular_acceleration, r) +
-                                                               cross(w, typename S::Vector(cross(w, r)))));
+  state.acceleration = unrotate(
+      state.R_PN, typename S::Vector(parent.acceleration +
+                                     turning(parent.angular_velocity, parent.angular_acceleration) * state.p_PN));
   state.angular_acceleration = unrotate(state.R_PN, parent.angular_acceleration);
   if (node.motion == NodeMotion::turn) {
-    const typename S::Angular spin = node.ratio * dy[node.column] * S::turn_axis();
-    state.angular_acceleration += cross(state.angular_velocity, spin);
-    if (ddy) state.angular_acceleration += typename S::Angular(node.ratio * ddy[node.column] * S::turn_axis());
+    state.angular_acceleration += cross_with_axis(state.angular_velocity, node.ratio * dy[node.column]);
+    if (ddy) add_about_axis(state.angular_acceleration, node.ratio * ddy[node.column]);
   } else if (node.motion == NodeMotion::slide) {
     const typename S::Vector slip = node.ratio * dy[node.column] * S::slide_direction();
     state.acceleration += 2 * cross(state.angular_velocity, slip);
-    if (ddy) state.acceleration += node.ratio * ddy[node.column] * S::slide_direction();
+    if (ddy) add_along_slide(state.acceleration, node.ratio * ddy[node.column]);
   }
 }
 

@@ -75,7 +75,7 @@ void System<S>::prescribed(const VectorX& y, const DriveSample& target, VectorX&
       for (const int n : drive_.tool_path)
         if (tree_.nodes[n].motion == NodeMotion::turn)
           jacobian(r, tree_.nodes[n].column) +=
-              tree_.nodes[n].ratio * angular_to_3d(typename S::Angular(state_[n].R_WN * S::turn_axis()))[component];
+              tree_.nodes[n].ratio * angular_to_3d(turn_axis(state_[n].R_WN))[component];
       ++r;
     }
   }

@@ -62,16 +62,19 @@ void Equations<S>::build() {
 
   row = 0;
   for (std::size_t c = 0; c < paths.size(); ++c) {
-    std::vector<Entry> all;
-    for (std::size_t r = 0; r < tree_.closures[c].rows.size(); ++r)
-      for (const Entry& entry : entries_of(paths[c], row++)) all.push_back(entry);
+    const std::size_t count = tree_.closures[c].rows.size();
+    std::vector<Entry> all(count * paths[c].size());
+    for (std::size_t r = 0; r < count; ++r) {
+      const std::vector<Entry> along = entries_of(paths[c], row++);
+      for (std::size_t step = 0; step < along.size(); ++step) all[step * count + r] = along[step];
+    }
     closure_entries_.push_back(all);
   }
   for (std::size_t k = 0; k < drive_.point.size(); ++k) point_entries_.push_back(entries_of(drive_.tool_path, row++));
   for (std::size_t k = 0; k < drive_.com.size(); ++k) com_entries_.push_back(entries_of(moving_, row++));
   for (const LinearQuantity& quantity : drive_.linear) {   // constant entries, written once
     for (const auto& [column, coefficient] : quantity.terms)
-      slot(redundant_ ? row * columns() + column : sparse_.index(row, column)) +=
+      storage()[redundant_ ? row * columns() + column : sparse_.index(row, column)] +=
           coefficient * row_scale_[row] * column_scale_[column];
     ++row;
   }
@@ -96,18 +99,28 @@ void Equations<S>::fill(const State<S>& state, const double* y, const DriveSampl
 
 template <class S>
 void Equations<S>::fill_closures(const State<S>& state, double* residual) {
+  constexpr std::size_t most = S::dimension + S::angular;
+  const double shrink = 1 / tree_.length;
+  double* values = storage();
   for (std::size_t c = 0; c < tree_.closures.size(); ++c) {
     const Closure<S>& closure = tree_.closures[c];
     const ClosurePose<S> pose = closure_pose(state, closure);
+    const std::size_t rows = closure.rows.size();
+    RowWrench<S> wrenches[most];
+    for (std::size_t r = 0; r < rows; ++r) {
+      const bool length = closure.rows[r].kind == ClosureRow::Kind::along;
+      wrenches[r] = closure_wrench(pose, closure.rows[r]);
+      if (length) wrenches[r].force *= shrink;
+      *residual++ = (length ? shrink : 1) * closure_residual(pose, closure.rows[r]);
+    }
     const Entry* entry = closure_entries_[c].data();
-    for (const ClosureRow& row : closure.rows) {
-      RowWrench<S> wrench = closure_wrench(pose, row);
-      const double scale = row.kind == ClosureRow::Kind::along ? 1 / tree_.length : 1;
-      wrench.force *= scale;
-      *residual++ = scale * closure_residual(pose, row);
-      for (const PathStep& step : closure.path)
-        put(*entry++, step.sign * node_scale_[step.node] *
-                          power_of(tree_.nodes[step.node], state[step.node], pose.p_B, wrench));
+    for (const PathStep& step : closure.path) {
+      const Node<S>& node = tree_.nodes[step.node];
+      const double scale = step.sign * node_scale_[step.node];
+      for (std::size_t r = 0; r < rows; ++r, ++entry) {
+        const double value = scale * power_of(node, state[step.node], pose.p_B, wrenches[r]);
+        values[entry->index] = entry->add ? values[entry->index] + value : value;
+      }
     }
   }
 }
@@ -147,8 +160,7 @@ void Equations<S>::fill_rotation(const State<S>& state, const DriveSample& targe
     const Entry* entry = rotation_entries_[k].data();
     for (const int n : drive_.tool_path) {
       const bool turns = tree_.nodes[n].motion == NodeMotion::turn;
-      put(*entry++, turns ? tree_.nodes[n].ratio * angular_to_3d(typename S::Angular(
-                                                       state[n].R_WN * S::turn_axis()))[drive_.rotation[k]]
+      put(*entry++, turns ? tree_.nodes[n].ratio * angular_to_3d(turn_axis(state[n].R_WN))[drive_.rotation[k]]
                           : 0);
     }
   }

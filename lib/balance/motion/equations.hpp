@@ -52,9 +52,9 @@ class Equations {
   void fill_point(const State<S>& state, const DriveSample& target, double* residual);
   void fill_com(const State<S>& state, const DriveSample& target, double* residual);
   void fill_rotation(const State<S>& state, const DriveSample& target, double* residual);
-  double& slot(int index) { return redundant_ ? dense_.data()[index] : sparse_.at_index(index); }
+  double* storage() { return redundant_ ? dense_.data() : sparse_.storage(); }
   void put(const Entry& entry, double value) {
-    double& at = slot(entry.index);
+    double& at = storage()[entry.index];
     at = entry.add ? at + value : value;
   }
   std::vector<Entry> entries_of(const std::vector<int>& nodes, int row);
@@ -65,7 +65,7 @@ class Equations {
   bool structurally_singular_ = false;
   std::vector<double> row_scale_, column_scale_;
   std::vector<double> node_scale_;                  ///< per node: scale of the column that it moves
-  std::vector<std::vector<Entry>> closure_entries_; ///< per closure: rows × path
+  std::vector<std::vector<Entry>> closure_entries_; ///< per closure: path × rows
   std::vector<std::vector<Entry>> point_entries_;   ///< per point row: along the tool's path
   std::vector<std::vector<Entry>> com_entries_;     ///< per com row: all moving nodes
   std::vector<std::vector<Entry>> rotation_entries_;

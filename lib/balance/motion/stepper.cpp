@@ -12,7 +12,7 @@ namespace balance {
 
 namespace {
 
-constexpr double solved = 1e-13;          // scaled residual that needs no further Newton step
+constexpr double solved = 1e-12;             // scaled residual that needs no further Newton step
 constexpr double longest_correction = 0.1;   // of a prediction, in radians or characteristic lengths
 constexpr int newton_steps = 8;
 constexpr int halvings = 24;
