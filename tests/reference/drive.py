@@ -1,107 +1,22 @@
-"""Poses and trajectories: what a trajectory prescribes, and the motion that follows from it."""
+"""Trajectories: what one prescribes, and the motion that follows from it."""
 import numpy as np
 
 from laws import LAWS
 from mechanism import rotation_about, rotation_vector
+from solve import Unsolved, assemble, complex_step, gear_rows, gears, newton, pose_error, solve_rows, wrap
 
 LARGEST_STEP = 0.3   # of any angle between two solutions [rad], as the velocity predicts it
 
 
-class Unsolved(Exception):
-    pass
-
-
-def solve_rows(rows, values):
-    return np.linalg.lstsq(rows, values, rcond=1e-11)[0]
-
-
-def newton(mechanism, p, R, prescribe, largest=None):
-    """Closes all joints and meets what `prescribe(p, R) -> (errors, rows)` asks for, by the smallest steps."""
-    best = np.inf
-    for _ in range(60):
-        values, rows, _ = mechanism.constraints(p, R)
-        gear_values, gear_rows = gears(mechanism, p, R)
-        errors, drive_rows = prescribe(p, R)
-        residual = np.concatenate([values, gear_values, errors])
-        rows = np.vstack([rows, gear_rows, drive_rows]).real[:, mechanism.columns]
-        step = -solve_rows(rows, residual)
-        if largest:
-            step *= min(1.0, largest / max(np.abs(step).max(), 1e-300))
-        p, R = mechanism.move(p, R, step)
-        size = np.abs(step).max()
-        if size < 1e-9 and size >= best / 2:   # no longer getting better
-            return p, R
-        best = min(best, size)
-        if size < 1e-14:
-            return p, R
-    raise Unsolved(f"no convergence, last step {size:.1e}, residual {np.abs(residual).max():.1e}")
-
-
-def gears(mechanism, p, R):
-    if not mechanism.couplings:
-        return np.zeros(0), np.zeros((0, 6 * mechanism.n))
-    q, G = mechanism.coordinates(p, R, mechanism.near), mechanism.rates(p, R)
-    values = [q[follower] - ratio * q[leader] - offset for follower, leader, ratio, offset in mechanism.couplings]
-    # a follower's angle is known up to whole turns
-    values = [wrap(x) if mechanism.angular[c[0]] else x for x, c in zip(values, mechanism.couplings)]
-    return np.array(values), gear_rows(mechanism, p, R)
-
-
-def wrap(angle):
-    return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
-
-
-def stack(parts, width):
-    errors = [np.atleast_1d(e) for e, _ in parts]
-    rows = [np.atleast_2d(r) for _, r in parts]
-    return (np.concatenate(errors), np.vstack(rows)) if parts else (np.zeros(0), np.zeros((0, width)))
-
-
-def pose_error(mechanism, target, p, R, near):
-    """Errors and rows of a pose target."""
-    axes = 2 if mechanism.planar else 3
-    parts = []
-    if target.get("joints"):
-        q, G = mechanism.coordinates(p, R, near), mechanism.rates(p, R)
-        parts += [(q[c] - value, G[c]) for c, value in target["joints"].items()]
-    if "com" in target:
-        parts.append(((mechanism.com(p, R) - target["com"])[:axes], mechanism.com_rows(R)[:axes]))
-    if mechanism.tool:
-        body, place = mechanism.tool
-        rows = mechanism.tool_rows(R)
-        if "tool" in target:
-            parts.append(((p[body] + R[body] @ place - target["tool"])[:axes], rows[:axes]))
-        if "angle" in target:
-            parts.append((wrap(np.arctan2(R[body][1, 0], R[body][0, 0]) - target["angle"]), rows[5]))
-        if "orientation" in target:
-            parts.append((-rotation_vector(target["orientation"] @ R[body].T), rows[3:]))
-    return stack(parts, 6 * mechanism.n)
-
-
-def assemble(mechanism, target):
-    """A pose that meets the target, from the spec's rough joint values."""
-    q = np.zeros(len(mechanism.names))
-    rough = {**mechanism.assembly, **target.get("joints", {})}
-    for c, value in rough.items():
-        q[c] = value
-    for follower, leader, ratio, offset in mechanism.couplings:
-        q[follower] = ratio * q[leader] + offset
-    mechanism.near = q
-    p, R = mechanism.place(q)
-
-    def soft(p, R):
-        errors, rows = pose_error(mechanism, target, p, R, q)
-        now, G = mechanism.coordinates(p, R, q), mechanism.rates(p, R)
-        chosen = sorted(rough)
-        pull = 1e-2 * np.array([now[c] - q[c] for c in chosen])
-        return np.concatenate([errors, pull]), np.vstack([rows] + [1e-2 * G[[c]] for c in chosen])
-
-    for _ in range(3):   # a few damped steps towards both, then exactly
-        try:
-            p, R = newton(mechanism, p, R, soft, largest=0.2)
-        except Unsolved:
-            pass
-    return newton(mechanism, p, R, lambda p, R: pose_error(mechanism, target, p, R, q), largest=0.5)
+def arc(start, via, end):
+    """Centre and signed turn of the arc from start through via to end."""
+    a, b = via - start, end - start
+    normal = np.cross(a, b)
+    rows = np.array([a, b, normal])
+    centre = start + np.linalg.solve(rows, np.array([a @ a / 2, b @ b / 2, 0]))
+    x, y = start - centre, end - centre
+    z = normal / np.linalg.norm(normal)   # start, via, end run counter-clockwise about it
+    return centre, np.remainder(np.arctan2(np.cross(x, y) @ z, x @ y), 2 * np.pi) * z
 
 
 class Drive:
@@ -111,7 +26,7 @@ class Drive:
         entry = dict(raw["trajectories"][name])
         merged = {**raw["motion"], **entry}
         number = mechanism.spec.number
-        self.mechanism, self.kind, self.law = mechanism, entry.get("drive", "tool"), LAWS[entry["law"]]
+        self.mechanism, self.raw, self.kind, self.law = mechanism, entry, entry.get("drive", "tool"), LAWS[entry["law"]]
         self.duration, self.samples = number(merged["duration"]), int(number(merged["samples"]))
         self.about = mechanism.spec.vector(merged.get("about", [0, 0, 0]))
         self.path = entry.get("path", "line")
@@ -132,32 +47,55 @@ class Drive:
     def _choose(self, start, end):
         """Which rows are prescribed, and their values at both ends."""
         mechanism, dof = self.mechanism, self.freedoms
-        self.turns, self.joints, self.angle = False, [], False
+        self.joints, self.angle, self.points, self.turns = [], False, [], []
+        named = ["x", "y", "z", "rx", "ry", "rz"]
         if self.kind == "joints":
             listed = list(start.get("joints", {}))
             self.joints = listed if len(listed) == dof else mechanism.actuators[:dof]
-            self.points = 0
+        elif "components" in self.raw:
+            for name in self.raw["components"]:
+                if name == "angle":
+                    self.angle = True
+                else:
+                    (self.points if named.index(name) < 3 else self.turns).append(named.index(name) % 3)
         else:
-            self.points = min(dof, self.axes)
-            rest = dof - self.points
-            if rest and mechanism.tool and mechanism.planar:
+            self.points = list(range(min(dof, self.axes)))
+            rest = dof - len(self.points)
+            if "remaining" in self.raw:
+                self.joints = [mechanism.names.index(name) for name in self.raw["remaining"]]
+            elif rest and mechanism.tool and mechanism.planar:
                 self.angle = True
-            elif rest and mechanism.tool and rest == 3:
-                self.turns = True
+            elif mechanism.tool and rest == 1 and not mechanism.planar and self.kind == "tool":
+                self.turns = [2]
+            elif mechanism.tool and rest == 3:
+                self.turns = [0, 1, 2]
             elif rest:
                 self.joints = mechanism.actuators[-rest:]
-        self.start = self._values(self.p0, self.R0, self.q0)
+        R_start = self.R0[mechanism.tool[0]] if mechanism.tool else np.eye(3)
+        stops = [(0.0, self._values(self.p0, self.R0, self.q0), R_start)]
+        if self.path != "line" and "waypoints" in self.path:
+            for time, raw in zip(self.path["times"], self.path["waypoints"]):
+                stated = self._stated(mechanism.spec.pose(raw), stops[-1])
+                stops.append((mechanism.spec.number(time) / self.duration, *stated))
         if self.kind == "joints" and all(c in end.get("joints", {}) for c in self.joints):
-            self.end = np.array([end["joints"][c] for c in self.joints])
-            return
-        if self.path != "line":
-            self.end = self.start
-            return
-        p1, R1, q1 = self._end_pose(start, end)
-        self.end = self._values(p1, R1, q1)
-        if self.turns:
-            self.R_end = R1[mechanism.tool[0]]
-            self.turn = rotation_vector(self.R_end @ self.R0[mechanism.tool[0]].T)
+            stops.append((1.0, *self._stated(end, stops[-1])))
+        elif self.path != "line" and "circle" in self.path:
+            stops.append((1.0, *stops[0][1:]))
+        else:
+            p1, R1, q1 = self._end_pose(start, end)
+            stops.append((1.0, self._values(p1, R1, q1), R1[mechanism.tool[0]] if mechanism.tool else R_start))
+        self.stops = stops
+
+    def _stated(self, pose, before):
+        """The prescribed scalars and the rotation that a pose states; the rest stays as before."""
+        values, k = before[1].copy(), len(self.points)
+        if self.points and self.kind in pose:
+            values[:k] = pose[self.kind][self.points]
+        if self.angle and "angle" in pose:
+            values[k] = pose["angle"]
+        for i, c in enumerate(self.joints):
+            values[k + self.angle + i] = pose.get("joints", {}).get(c, values[k + self.angle + i])
+        return values, pose.get("orientation", before[2])
 
     def _end_pose(self, start, end):
         """From the start pose to the end pose in small steps of the targets."""
@@ -166,7 +104,8 @@ class Drive:
         now = {"joints": {c: q[c] for c in end.get("joints", {})}, "com": mechanism.com(p, R)}
         if mechanism.tool:
             body, place = mechanism.tool
-            now.update(tool=p[body] + R[body] @ place, angle=np.arctan2(R[body][1, 0], R[body][0, 0]), orientation=R[body])
+            now.update(tool=p[body] + R[body] @ place, orientation=R[body])
+            now.update(angle=np.arctan2(R[body][1, 0], R[body][0, 0]))
         for k in range(1, 61):
             x, target = k / 60, {}
             for key, value in end.items():
@@ -188,7 +127,7 @@ class Drive:
         if self.points:
             body, place = mechanism.tool if mechanism.tool else (0, np.zeros(3))
             point = mechanism.com(p, R) if self.kind == "com" else p[body] + R[body] @ place
-            values += list(point[:self.points])
+            values += list(point[self.points])
         if self.angle:
             body = mechanism.tool[0]
             values.append(np.arctan2(R[body][1, 0], R[body][0, 0]))
@@ -197,53 +136,61 @@ class Drive:
     def rows(self, p, R):
         mechanism, parts = self.mechanism, []
         if self.points:
-            parts.append((mechanism.com_rows(R) if self.kind == "com" else mechanism.tool_rows(R))[:self.points])
+            parts.append((mechanism.com_rows(R) if self.kind == "com" else mechanism.tool_rows(R))[self.points])
         if self.angle:
             parts.append(mechanism.tool_rows(R)[5:])
         if self.joints:
             parts.append(mechanism.rates(p, R)[self.joints])
         if self.turns:
-            parts.append(mechanism.tool_rows(R)[3:])
+            parts.append(mechanism.tool_rows(R)[3:][self.turns])
         return np.vstack(parts)
 
     def at(self, time):
-        """Values, rates, accelerations of the scalars; then rotation, angular velocity and acceleration."""
-        s, ds, dds = self.law(time / self.duration)
-        ds, dds = ds / self.duration, dds / self.duration**2
-        if self.path == "line":
-            way = self.end - self.start
-            value, rate, acceleration = self.start + s * way, ds * way, dds * way
-        else:
+        """Values of the scalars; rates and accelerations of all rows; the prescribed rotation."""
+        tau = time / self.duration
+        leg = max(k for k, stop in enumerate(self.stops[:-1]) if tau >= stop[0])
+        (t0, start, R_start), (t1, end, R_end) = self.stops[leg:leg + 2]
+        s, ds, dds = self.law((tau - t0) / (t1 - t0))
+        seconds = (t1 - t0) * self.duration
+        ds, dds = ds / seconds, dds / seconds**2
+        if self.path != "line" and "waypoints" not in self.path:
             value, rate, acceleration = self._around(s, ds, dds)
+        else:
+            value, rate, acceleration = start + s * (end - start), ds * (end - start), dds * (end - start)
         if not self.turns:
             return value, rate, acceleration, None
-        home = self.R0[self.mechanism.tool[0]]
-        return value, np.append(rate, ds * self.turn), np.append(acceleration, dds * self.turn), rotation_about(s * self.turn) @ home
+        turn = rotation_vector(R_end @ R_start.T)
+        return (value, np.append(rate, ds * turn[self.turns]), np.append(acceleration, dds * turn[self.turns]),
+                rotation_about(s * turn) @ R_start)
 
     def _around(self, s, ds, dds):
-        circle, spec = self.path["circle"], self.mechanism.spec
-        centre, normal = spec.vector(circle["centre"]), spec.vector(circle.get("normal", [0, 0, 1]))
-        full = spec.number(circle["angle"])
-        normal = normal / np.linalg.norm(normal)
-        arm = np.zeros(3)
-        arm[:self.points] = self.start[:self.points]
-        arm = arm - centre
-        r = rotation_about(s * full * normal) @ arm
-        w, dw = ds * full * normal, dds * full * normal
+        """On a circle; whatever else is prescribed goes straight."""
+        start, end, k = self.stops[0][1], self.stops[-1][1], len(self.points)
+        home, there = np.zeros(3), np.zeros(3)
+        home[self.points], there[self.points] = start[:k], end[:k]
+        spec = self.mechanism.spec
+        if "circle" in self.path:
+            circle = self.path["circle"]
+            centre, normal = spec.vector(circle["centre"]), spec.vector(circle.get("normal", [0, 0, 1]))
+            turn = spec.number(circle["angle"]) * normal / np.linalg.norm(normal)
+        else:
+            centre, turn = arc(home, spec.vector(self.path["arc"]["via"]), there)
+        r = rotation_about(s * turn) @ (home - centre)
+        w, dw = ds * turn, dds * turn
         rate = np.cross(w, r)
-        rest = np.zeros(len(self.start) - self.points)
-        k = self.points
-        return (np.append((centre + r)[:k], self.start[k:]), np.append(rate[:k], rest),
-                np.append((np.cross(dw, r) + np.cross(w, rate))[:k], rest))
+        value, way = start + s * (end - start), end - start
+        value[:k], rates, accelerations = (centre + r)[self.points], ds * way, dds * way
+        rates[:k], accelerations[:k] = rate[self.points], (np.cross(dw, r) + np.cross(w, rate))[self.points]
+        return value, rates, accelerations
 
     def errors(self, p, R, near, value, rotation):
         mechanism = self.mechanism
         now = self._values(p, R, mechanism.coordinates(p, R, near))
         error = now - value
         if self.angle:
-            error[self.points] = wrap(error[self.points])
+            error[len(self.points)] = wrap(error[len(self.points)])
         if self.turns:
-            error = np.append(error, -rotation_vector(rotation @ R[mechanism.tool[0]].T))
+            error = np.append(error, -rotation_vector(rotation @ R[mechanism.tool[0]].T)[self.turns])
         return error
 
 
@@ -273,7 +220,8 @@ def advance(drive, p, R, q, velocity, start, end):
     mechanism = drive.mechanism
     value, rate, _, rotation = drive.at(end * drive.duration)
     step = velocity[mechanism.columns] * (end - start) * drive.duration
-    p, R = newton(mechanism, *mechanism.move(p, R, step), lambda p, R: (drive.errors(p, R, q, value, rotation), drive.rows(p, R)))
+    p, R = mechanism.move(p, R, step)
+    p, R = newton(mechanism, p, R, lambda p, R: (drive.errors(p, R, q, value, rotation), drive.rows(p, R)))
     now = mechanism.coordinates(p, R, q)
     if end > start and np.abs(now - q)[:mechanism.spec_coordinates].max() > 1:
         raise Unsolved(f"a jump at {end:.4g} of the duration: {dict(zip(mechanism.names, np.round(now - q, 3)))}")
@@ -291,16 +239,3 @@ def padded(rows, drive_values):
 def jacobian(drive, p, R):
     """Rows of joints, gears and drive."""
     return np.vstack([drive.mechanism.constraints(p, R)[1], gear_rows(drive.mechanism, p, R), drive.rows(p, R)])
-
-
-def gear_rows(mechanism, p, R):
-    if not mechanism.couplings:
-        return np.zeros((0, 6 * mechanism.n))
-    G = mechanism.rates(p, R)
-    return np.array([G[follower] - ratio * G[leader] for follower, leader, ratio, _ in mechanism.couplings])
-
-
-def complex_step(mechanism, rows, p, R, velocity, size=1e-30):
-    v = velocity.reshape(mechanism.n, 6)
-    turned = np.array([r + 1j * size * np.cross(w, r.T).T for w, r in zip(v[:, 3:], R)])
-    return rows(p + 1j * size * v[:, :3], turned).imag / size

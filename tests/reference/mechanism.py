@@ -1,7 +1,7 @@
 """A mechanism in absolute coordinates: the pose of every body is unknown, every joint is a set of constraints.
 
-The state of n bodies is p (n, 3), the world position of each body's origin, and R (n, 3, 3), its rotation. Velocities are
-(v, w) per body, world axes, stacked to 6 n numbers, the ground included. Everything that returns rows is safe for
+The state of n bodies is p (n, 3), the world position of each body's origin, and R (n, 3, 3), its rotation. Velocities
+are (v, w) per body, world axes, stacked to 6 n numbers, the ground included. Everything that returns rows is safe for
 complex arguments, so its time derivative comes from a complex step.
 """
 import numpy as np
@@ -66,7 +66,8 @@ class Mechanism:
         index = self.names.index
         raw = spec.raw
         self.actuators = [index(name) for name in raw.get("actuators") or []]
-        self.couplings = [(index(c["joint"]), index(c["follows"]), spec.number(c.get("ratio", 1)), spec.number(c.get("offset", 0)))
+        number = spec.number
+        self.couplings = [(index(c["joint"]), index(c["follows"]), number(c["ratio"]), number(c.get("offset", 0)))
                           for c in raw.get("couplings") or []]
         self.friction = [(index(name), spec.number(f.get("viscous", 0)), spec.number(f.get("coulomb", 0)))
                          for name, f in (raw.get("friction") or {}).items()]
@@ -81,7 +82,8 @@ class Mechanism:
         for disc in spec.discs():
             self._add_disc(disc)
         self.coordinate_joint = [k for k, joint in enumerate(self.joints) for _ in JOINT_COORDINATES[joint["kind"]]]
-        self.angular = [part not in ("slide", "x", "y") for joint in self.joints for part in JOINT_COORDINATES[joint["kind"]]]
+        self.angular = [part not in ("slide", "x", "y")
+                        for joint in self.joints for part in JOINT_COORDINATES[joint["kind"]]]
         self.near = None   # the coordinates that angles stay close to
         self.n = len(self.lumps)
         self.mass = sum(m for lumps in self.lumps for m, _, _ in lumps)
@@ -91,8 +93,8 @@ class Mechanism:
     def _add_disc(self, disc):
         """A disc is one more body on one more revolute joint, geared to the coordinate that it follows."""
         self.lumps.append([(disc["mass"], np.zeros(3), disc["inertia"])])
-        self.joints.append(dict(name=disc["name"], kind="revolute", first=disc["carrier"], second=len(self.lumps) - 1, p=disc["at"],
-                                q=np.zeros(3), axis=disc["axis"], axis2=None, rotation=np.eye(3)))
+        self.joints.append(dict(name=disc["name"], kind="revolute", first=disc["carrier"], second=len(self.lumps) - 1,
+                                p=disc["at"], q=np.zeros(3), axis=disc["axis"], axis2=None, rotation=np.eye(3)))
         self.names.append(disc["name"])
         self.couplings.append((len(self.names) - 1, disc["follows"], disc["ratio"], 0.0))
 
@@ -153,6 +155,18 @@ class Mechanism:
             pairs = [(R[i] @ u, home @ joint["axis2"], u @ joint["axis2"])]
         for x, y, value in pairs:
             out.add(x @ y - value, (j, 0, cross(y, x)), (i, 0, -cross(y, x)))
+
+    def upside_down(self, R):
+        """Joints whose orientation conditions are met by the turned-over body, which the constraints cannot tell."""
+        found = []
+        for joint in self.joints:
+            held = {"prismatic": np.eye(3)[0], "fixed": np.eye(3)[0]}
+            if not self.planar:
+                held.update({kind: joint["axis"] for kind in ("revolute", "cylindrical", "planar")})
+            u = held.get(joint["kind"])
+            if u is not None and (R[joint["first"]] @ u) @ (R[joint["second"]] @ joint["rotation"].T @ u) < 0:
+                found.append(joint["name"])
+        return found
 
     def rates(self, p, R):
         """Rows that give every coordinate's rate."""
@@ -220,7 +234,8 @@ class Mechanism:
             return np.arctan2(-E[1, 2], E[2, 2]), np.arcsin(E[0, 2]), np.arctan2(-E[0, 1], E[0, 0])
         if kind == "planar":
             return v @ gap, cross(u, v) @ gap, turn
-        return {"revolute": (turn,), "prismatic": (slide,), "fixed": (), "pin-slot": (slide, turn), "cylindrical": (turn, slide)}[kind]
+        return {"revolute": (turn,), "prismatic": (slide,), "fixed": (), "pin-slot": (slide, turn),
+                "cylindrical": (turn, slide)}[kind]
 
     # bodies
 
@@ -230,8 +245,8 @@ class Mechanism:
     def com_rows(self, R):
         out = Rows(self.n)
         for d in np.eye(3):
-            out.add(0, *[(b, m / self.mass * d, m / self.mass * cross(R[b] @ c, d)) for b, lumps in enumerate(self.lumps)
-                         for m, c, _ in lumps])
+            out.add(0, *[(b, m / self.mass * d, m / self.mass * cross(R[b] @ c, d))
+                         for b, lumps in enumerate(self.lumps) for m, c, _ in lumps])
         return np.array(out.rows)
 
     def tool_rows(self, R):
@@ -252,10 +267,13 @@ class Mechanism:
         return p + full[:, :3], np.array([rotation_about(d) @ r for d, r in zip(full[:, 3:], R)])
 
     def place(self, q):
-        """A pose in which as many joints as possible have the coordinates q: bodies are placed one after another."""
+        """A pose in which as many joints as possible have the coordinates q: bodies are placed one after another, first
+        those whose orientation a joint holds."""
+        order = sorted(range(len(self.joints)), key=lambda k: self.joints[k]["kind"] not in ("prismatic", "fixed"))
         p, R, known = np.zeros((self.n, 3)), np.array([np.eye(3)] * self.n), {0}
         while len(known) < self.n:
-            for k, joint in enumerate(self.joints):
+            for k in order:
+                joint = self.joints[k]
                 i, j = joint["first"], joint["second"]
                 if (i in known) == (j in known):
                     continue

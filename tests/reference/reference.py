@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """A second opinion on `balance simulate`: inverse dynamics in absolute coordinates with Lagrange multipliers.
 
-Shares nothing with the program but the spec: no tree, no recursion, no loop joints; every body has six (planar: three) unknowns, every
-joint is a set of constraint forces. numpy and PyYAML only.
+Shares nothing with the program but the spec: no tree, no recursion, no loop joints; every body has six (planar: three)
+unknowns, every joint is a set of constraint forces. numpy and PyYAML only.
 
     reference.py spec.yaml trajectory [sample index ...]     prints JSON
 """
@@ -11,8 +11,9 @@ import sys
 
 import numpy as np
 
-from drive import Drive, complex_step, follow, gear_rows
+from drive import Drive, follow
 from mechanism import Mechanism, skew
+from solve import complex_step, gear_rows
 
 
 def at_time(load, time):
@@ -67,7 +68,8 @@ class Balance:
             arm_i, arm_j = self.R[i] @ spring["p"], self.R[j] @ spring["q"]
             line = self.p[j] + arm_j - self.p[i] - arm_i
             length = np.linalg.norm(line)
-            pull = spring["stiffness"] * (line if spring["free_length"] == 0 else (1 - spring["free_length"] / length) * line)
+            stretch = 1 - spring["free_length"] / length if spring["free_length"] else 1
+            pull = spring["stiffness"] * stretch * line
             self._push(i, arm_i, pull, np.zeros(3), False)
             self._push(j, arm_j, -pull, np.zeros(3), False)
 
@@ -150,13 +152,16 @@ def sample(drive, state):
     row = dict(
         index=state["index"], time=state["time"], condition=state["condition"], residual=balance.residual,
         joint_position=state["q"][:n], joint_velocity=balance.rates[:n], joint_acceleration=balance.rate_changes[:n],
-        torque=balance.torque, torque_open=balance.torque_open, power=balance.torque * balance.rates[mechanism.actuators],
+        torque=balance.torque, torque_open=balance.torque_open,
+        power=balance.torque * balance.rates[mechanism.actuators],
         com_position=mechanism.com(state["p"], state["R"])[axes], com_velocity=(com @ state["velocity"])[axes],
         com_acceleration=balance.force[axes] / mechanism.mass,
         shaking_force=balance.force[axes], shaking_moment=balance.moment[turns],
-        ground_force=(balance.outer_force - balance.force)[axes], ground_moment=(balance.outer_moment - balance.moment)[turns],
+        ground_force=(balance.outer_force - balance.force)[axes],
+        ground_moment=(balance.outer_moment - balance.moment)[turns],
         joint_force=wrench[:, :3][:, axes], joint_moment=wrench[:, 3:][:, turns],
-        joint_force_open=opened[:, :3][:, axes], joint_moment_open=opened[:, 3:][:, turns], kinetic_energy=balance.kinetic)
+        joint_force_open=opened[:, :3][:, axes], joint_moment_open=opened[:, 3:][:, turns],
+        kinetic_energy=balance.kinetic)
     if mechanism.tool:
         body, place = mechanism.tool
         R = state["R"][body]

@@ -18,10 +18,12 @@ Loader.yaml_implicit_resolvers = {
 
 OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
              ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: operator.pos}
-FUNCTIONS = {name: getattr(math, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "exp")}
+FUNCTIONS = {name: getattr(math, name)
+             for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "exp")}
 JOINT_COORDINATES = {
     "revolute": ("angle",), "prismatic": ("slide",), "fixed": (), "pin-slot": ("slide", "angle"),
-    "cylindrical": ("angle", "slide"), "universal": ("1", "2"), "spherical": ("1", "2", "3"), "planar": ("x", "y", "angle"),
+    "cylindrical": ("angle", "slide"), "universal": ("1", "2"), "spherical": ("1", "2", "3"),
+    "planar": ("x", "y", "angle"),
 }
 
 
@@ -153,9 +155,9 @@ class Spec:
                 inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
             else:
                 inertia = self.inertia(value, mass, np.zeros(3))
-            yield dict(name=name, carrier=self.body_names.index(raw["on"]), at=self.point(raw["on"], raw["at"]), axis=axis,
-                       follows=self.coordinate_names().index(raw["follows"]), ratio=self.number(raw.get("ratio", 1)), mass=mass,
-                       inertia=inertia)
+            yield dict(name=name, carrier=self.body_names.index(raw["on"]), at=self.point(raw["on"], raw["at"]),
+                       axis=axis, follows=self.coordinate_names().index(raw["follows"]),
+                       ratio=self.number(raw.get("ratio", 1)), mass=mass, inertia=inertia)
 
     def _followed_axis(self, carrier, coordinate):
         """The followed joint's axis in the carrier; the carrier must be one of the bodies that it connects."""

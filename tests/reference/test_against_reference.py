@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """`balance simulate` against the reference: every trajectory of every config, all quantities, at seven samples.
 
-Finds the program in the environment variable BALANCE, the mechanisms in CONFIGS. Arguments: configs, or config:trajectory."""
+Finds the program in the environment variable BALANCE, the mechanisms in CONFIGS and in specs/ beside this file.
+Arguments: configs, or config:trajectory."""
 import glob
 import multiprocessing
 import os
@@ -23,20 +24,21 @@ from reference import at_indices
 from spec import Spec
 
 CONFIGS = os.environ.get("CONFIGS", os.path.join(HERE, "..", "..", "configs"))
-# Both solve positions to about 1e-12 of their size; accelerations and forces lose up to the condition number of the
-# closures (a few hundred in the configs) twice.
-TOLERANCE = 1e-8
+# Both solve positions to about 1e-13 of their size; accelerations and forces lose up to the condition number of the
+# closures, a few hundred in the configs.
+TOLERANCE = 1e-10
 
 
 def cases(chosen):
-    for path in sorted(glob.glob(os.path.join(CONFIGS, "*.yaml"))) + sorted(glob.glob(os.path.join(HERE, "specs", "*.yaml"))):
+    folders = (CONFIGS, os.path.join(HERE, "specs"))
+    for path in (path for folder in folders for path in sorted(glob.glob(os.path.join(folder, "*.yaml")))):
         name = os.path.basename(path)[:-5]
         raw = Spec.load(path)
         if "bodies" not in raw or "motion" not in raw:
             continue
         for trajectory, entry in (raw.get("trajectories") or {}).items():
             path_kind = entry.get("path", "line")
-            known = entry.get("law") in LAWS and (path_kind == "line" or "circle" in path_kind) and "components" not in entry
+            known = entry.get("law") in LAWS and (path_kind == "line" or not {"table", "file"} & set(path_kind))
             if known and (not chosen or name in chosen or f"{name}:{trajectory}" in chosen):
                 yield path, trajectory
 
@@ -52,15 +54,18 @@ class Scales:
         def largest(*names):
             return max(np.abs(s[name]).max(initial=0) for s in samples for name in names if name in s)
         self.length = max(size_of(mechanism), largest("com_position"))
-        self.rate, self.acceleration = largest("joint_velocity") + 1e-9, largest("joint_acceleration") + 1e-9
-        self.force = max(largest("joint_force", "shaking_force", "ground_force"), mechanism.mass * self.length * self.acceleration)
-        self.moment = max(largest("torque", "joint_moment", "shaking_moment", "ground_moment"), self.force * self.length)
+        self.rate = largest("joint_velocity") + 1e-9
+        self.acceleration = max(largest("joint_acceleration"), self.rate**2)
+        self.force = max(largest("joint_force", "shaking_force", "ground_force"),
+                         mechanism.mass * self.length * self.acceleration)
+        self.moment = max(largest("torque", "joint_moment", "shaking_moment", "ground_moment"),
+                          self.force * self.length)
 
     def of(self, name):
-        return {"joint_position": 1, "joint_velocity": self.rate, "joint_acceleration": self.acceleration, "torque": self.moment,
-                "power": self.moment * self.rate, "kinetic_energy": self.moment, "com_position": self.length,
-                "com_velocity": self.length * self.rate, "com_acceleration": self.length * self.acceleration,
-                "tool_position": self.length, "tool_orientation": 1, "shaking_force": self.force, "ground_force": self.force,
+        return {"joint_position": 1, "joint_velocity": self.rate, "joint_acceleration": self.acceleration,
+                "power": self.moment * self.rate, "com_position": self.length, "com_velocity": self.length * self.rate,
+                "com_acceleration": self.length * self.acceleration, "tool_position": self.length,
+                "tool_orientation": 1, "shaking_force": self.force, "ground_force": self.force,
                 "joint_force": self.force}.get(name, self.moment)
 
 
@@ -86,12 +91,13 @@ def difference(name, found, sample, mechanism):
 def sticks(sample, mechanism):
     """Dry friction at rest may take any value up to its limit."""
     fastest = np.abs(sample["joint_velocity"]).max()
-    return any(coulomb and abs(sample["joint_velocity"][c]) <= 1e-9 * fastest + 1e-12 for c, _, coulomb in mechanism.friction)
+    return any(coulomb and abs(sample["joint_velocity"][c]) <= 1e-9 * fastest + 1e-12
+               for c, _, coulomb in mechanism.friction)
 
 
-QUANTITIES = ["joint_position", "joint_velocity", "joint_acceleration", "torque", "power", "com_position", "com_velocity",
-              "com_acceleration", "tool_position", "tool_orientation", "shaking_force", "shaking_moment", "ground_force",
-              "ground_moment", "joint_force", "joint_moment", "kinetic_energy"]
+QUANTITIES = ["joint_position", "joint_velocity", "joint_acceleration", "torque", "power", "com_position",
+              "com_velocity", "com_acceleration", "tool_position", "tool_orientation", "shaking_force",
+              "shaking_moment", "ground_force", "ground_moment", "joint_force", "joint_moment", "kinetic_energy"]
 
 
 def labels(result, name):
