@@ -106,8 +106,8 @@ class Drive:
             body, place = mechanism.tool
             now.update(tool=p[body] + R[body] @ place, orientation=R[body])
             now.update(angle=np.arctan2(R[body][1, 0], R[body][0, 0]))
-        for k in range(1, 61):
-            x, target = k / 60, {}
+        for k in range(1, 31):
+            x, target = k / 30, {}
             for key, value in end.items():
                 if key == "joints":
                     target[key] = {c: (1 - x) * now[key][c] + x * v for c, v in value.items()}

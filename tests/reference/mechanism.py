@@ -81,6 +81,8 @@ class Mechanism:
         self.spec_joints, self.spec_coordinates = len(self.joints), len(self.names)
         for disc in spec.discs():
             self._add_disc(disc)
+        for joint in self.joints:
+            joint["sides"] = across(Z if self.planar else joint["axis"])
         self.coordinate_joint = [k for k, joint in enumerate(self.joints) for _ in JOINT_COORDINATES[joint["kind"]]]
         self.angular = [part not in ("slide", "x", "y")
                         for joint in self.joints for part in JOINT_COORDINATES[joint["kind"]]]
@@ -136,7 +138,7 @@ class Mechanism:
     def _constrain_spatial(self, joint, p, R, out):
         i, j, kind, u = joint["first"], joint["second"], joint["kind"], joint["axis"]
         gap, rate = self._gap(joint, p, R)
-        sides = [R[i] @ a for a in across(u)]
+        sides = [R[i] @ a for a in joint["sides"]]
         if kind in ("revolute", "fixed", "universal", "spherical"):
             for d in np.eye(3):
                 out.add(d @ gap, *rate(d))
@@ -225,7 +227,7 @@ class Mechanism:
         def angle(axis, start, end):
             return np.arctan2(cross(axis, start) @ end, start @ end - (axis @ start) * (axis @ end))
 
-        side = across(u)[0]
+        side = joint["sides"][0]
         turn, slide = angle(u, side, E @ side), joint["axis"] @ gap
         if kind == "universal":
             w = E @ v
