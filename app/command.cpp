@@ -2,6 +2,10 @@
 
 #include "failure.hpp"
 
+#include "balance/base/error.hpp"
+
+#include <string_view>
+
 namespace balance::app {
 
 void add_spec_options(CLI::App& parser, SpecOptions& options) {
@@ -21,7 +25,13 @@ Study read_study(const SpecOptions& options) {
     }
     read.set.emplace_back(text.substr(0, equals), text.substr(equals + 1));
   }
-  return read_spec_file(options.spec, read);
+  try {
+    return read_spec_file(options.spec, read);
+  } catch (const SpecError& error) {
+    // The reader names the place of every mistake; one whose place is the command line is not the spec's.
+    if (std::string_view(error.what()).starts_with("--set ")) throw UsageError(error.what());
+    throw;
+  }
 }
 
 std::string shell_word(const std::string& text) {

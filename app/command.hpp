@@ -27,7 +27,8 @@ struct SpecOptions {
 
 void add_spec_options(CLI::App& parser, SpecOptions& options);
 
-/// Reads the spec with its overrides. @throws UsageError for an override that is not `name=value`; as read_spec_file
+/// Reads the spec with its overrides. @throws UsageError for an override that is not `name=value` or that the spec
+/// has no place for; otherwise as read_spec_file
 Study read_study(const SpecOptions& options);
 
 /// One word for a POSIX shell: quoted if it needs to be.

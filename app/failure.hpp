@@ -12,6 +12,11 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A call that cannot even be taken apart: the user needs to see the usage.
+class CallError : public UsageError {
+  using UsageError::UsageError;
+};
+
 /// The mechanism cannot do what was asked.
 class MotionFailure : public std::runtime_error {
  public:

@@ -41,21 +41,21 @@ ExitCode fail(ExitCode code, const std::string& message, const std::string& json
 /// --help and --version end the parsing too; everything else is a mistake.
 ExitCode finish_parsing(const CLI::App& program, const CLI::ParseError& error) {
   std::ostringstream out, err;
-  if (program.exit(error, out, err) != 0) throw UsageError(error.what());
+  if (program.exit(error, out, err) != 0) throw CallError(error.what());
   print(out.str());
   return ExitCode::done;
 }
 
-/// @throws UsageError: no command was called; `words` are those that the parser could not place
+/// @throws CallError: no command was called; `words` are those that the parser could not place
 [[noreturn]] void fail_without_command(const std::vector<Command>& commands, const std::vector<std::string>& words) {
   std::vector<std::string> names;
   for (const Command& command : commands) names.push_back(command.parser->get_name());
-  if (words.empty()) throw UsageError("a command is needed: " + read::one_of(names));
+  if (words.empty()) throw CallError("a command is needed: " + read::one_of(names));
   if (words.front().starts_with('-')) {
-    throw UsageError(read::in_quotes(words.front()) + " must stand behind a command: " + read::one_of(names));
+    throw CallError(read::in_quotes(words.front()) + " must stand behind a command: " + read::one_of(names));
   }
-  throw UsageError(read::in_quotes(words.front()) + " is no command: " + read::one_of(names) +
-                   read::nearest_hint(words.front(), names));
+  throw CallError(read::in_quotes(words.front()) + " is no command: " + read::one_of(names) +
+                  read::nearest_hint(words.front(), names));
 }
 
 ExitCode parse_and_run(int argc, char** argv) {
@@ -84,8 +84,10 @@ ExitCode translate(int argc, char** argv) {
   };
   try {
     return parse_and_run(argc, argv);
-  } catch (const UsageError& error) {
+  } catch (const CallError& error) {
     return failed(ExitCode::usage, "usage", std::string("error: ") + error.what() + "\n" + help, error.what());
+  } catch (const UsageError& error) {
+    return failed(ExitCode::usage, "usage", std::string("error: ") + error.what(), error.what());
   } catch (const SpecError& error) {
     // Begins with file:line:column, which editors look for at the start of a line.
     return failed(ExitCode::spec, "spec", error.what(), error.what());

@@ -1,0 +1,189 @@
+"""Options, help, exit codes and who says what where."""
+
+import json
+import os
+import unittest
+
+from _program import CONFIGS, SPEC, Case, run
+
+# A four-bar whose coupler is too short to reach.
+BROKEN = """\
+space: planar
+ground: {points: {A: [0, 0], D: [1, 0]}}
+bodies:
+  crank: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {A: [0, 0], B: [0.2, 0]}}
+  coupler: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {B: [0, 0], C: [0.2, 0]}}
+  rocker: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {D: [0, 0], C: [0.2, 0]}}
+joints:
+  A: {type: revolute, connects: [ground.A, crank.A]}
+  B: {type: revolute, connects: [crank.B, coupler.B]}
+  C: {type: revolute, connects: [coupler.C, rocker.C]}
+  D: {type: revolute, connects: [ground.D, rocker.D]}
+actuators: [A]
+motion: {duration: 1, samples: 11, from: {joints: {A: 0}}, to: {joints: {A: 1}}}
+trajectories: {turn: {law: cycloidal, drive: joints}}
+"""
+
+
+class Usage(Case):
+    def test_help_and_version_are_results(self):
+        for arguments in (["--help"], ["check", "--help"], ["simulate", "--help"]):
+            done = run(*arguments)
+            self.assert_quiet_success(done)
+            self.assertIn("balance simulate" if "check" not in arguments else "balance check", done.stdout)
+        done = run("--version")
+        self.assert_quiet_success(done)
+        self.assertRegex(done.stdout, r"^balance \d+\.\d+\.\d+\n$")
+
+    def test_wrong_usage_ends_with_2_and_says_what_is_wrong(self):
+        for arguments, part in (
+            ([], "a command is needed: check or simulate"),
+            (["simulat", SPEC], "nearest is 'simulate'"),
+            (["--json"], "'--json' must stand behind a command"),
+            (["--force", "check", SPEC], "'--force' must stand behind a command"),
+            (["check"], "spec is required"),
+            (["check", SPEC, "--nosuch"], "--nosuch"),
+            (["check", SPEC, SPEC], SPEC),
+            (["check", SPEC, "simulate", SPEC], "simulate"),
+            (["check", SPEC, "--set", "length=1"], "--set length: "),
+            (["check", SPEC, "--set", "l=1+"], "--set l: "),
+            (["check", SPEC, "--set", "l"], "--set needs name=value, not 'l'"),
+            (["simulate", SPEC, "-t", "cycloid", "--samples", "1"], "--samples"),
+            (["simulate", SPEC, "-t", "cycloid", "--samples", "many"], "--samples"),
+            (["simulate", SPEC, "-t", "cycloid", "--duration", "0"], "--duration needs a positive number"),
+            (["simulate", SPEC, "-t", "cycloid", "--duration", "nan"], "--duration needs a positive number"),
+            (["simulate", SPEC, "-t", "cycloid", "--about", "1,2,3"], "--about needs x,y in metres, not '1,2,3'"),
+            (["simulate", SPEC, "-t", "cycloid", "--about", "1,x"], "--about needs x,y"),
+            (["simulate", SPEC, "-t", "cycloid", "--compress"], "--output"),
+            (["simulate", SPEC, "-t", "cyclod"], "has no trajectory 'cyclod', only "),
+            (["simulate", SPEC, "-t", "cyclod"], "nearest is 'cycloid'"),
+        ):
+            with self.subTest(arguments=arguments):
+                done = run(*arguments)
+                self.assert_failure(done, 2, part)
+                self.assertEqual(done.stdout, "")
+
+    def test_a_wrong_spec_ends_with_3_at_file_line_and_column(self):
+        spec = self.write("wrong.yaml", "space: planar\nbodies: {a: {mas: 1}}\n")
+        for command in ("check", "simulate"):
+            done = run(command, spec)
+            self.assert_failure(done, 3)
+            self.assertRegex(done.stderr, r"^" + spec + r":\d+:\d+: ")
+            self.assertEqual(done.stdout, "")
+
+    def test_a_spec_without_a_motion_cannot_be_simulated(self):
+        spec = self.write("still.yaml", BROKEN.split("motion:", maxsplit=1)[0])
+        self.assert_failure(run("simulate", spec), 3, spec, "no motion")
+
+    def test_a_mechanism_that_cannot_do_it_ends_with_4_and_writes_nothing(self):
+        spec = self.write("short.yaml", BROKEN)
+        done = run("simulate", spec, "-t", "turn", "-o", self.path("out.h5"))
+        self.assert_failure(done, 4)
+        self.assertTrue(done.stderr.startswith("error: "), done.stderr)
+        self.assertEqual(done.stdout, "")
+        self.assertEqual(os.listdir(self.folder), ["short.yaml"])
+        self.assert_failure(run("check", spec), 4, "error: ")
+
+    def test_a_missing_spec_ends_with_5(self):
+        self.assert_failure(run("check", self.path("none.yaml")), 5, self.path("none.yaml"), "No such file")
+
+    def test_json_errors_are_one_document_on_stdout_and_the_message_on_stderr(self):
+        short = self.write("short.yaml", BROKEN)
+        wrong = self.write("wrong.yaml", "space: plana\n")
+        for kind, code, arguments in (
+            ("usage", 2, ["check", "--nosuch", SPEC]),
+            ("usage", 2, ["simulate", SPEC, "-t", "cyclod"]),
+            ("spec", 3, ["check", wrong]),
+            ("mechanism", 4, ["simulate", short, "-t", "turn"]),
+            ("mechanism", 4, ["check", short]),
+            ("system", 5, ["check", self.path("none.yaml")]),
+        ):
+            with self.subTest(arguments=arguments):
+                done = run(*arguments, "--json")
+                error = json.loads(done.stdout)["error"]
+                self.assertEqual((done.returncode, error["kind"]), (code, kind))
+                self.assertIn(error["message"], done.stderr)
+                if kind == "mechanism":
+                    self.assertIn(error["status"], ("not-assembled", "unreachable"))
+
+    def test_check_says_what_the_mechanism_is(self):
+        done = run("check", SPEC)
+        self.assert_quiet_success(done)
+        # 7 coordinates, two loops of two equations each: three freedoms; every leg has two elbows.
+        self.assertIn("degrees of freedom  3 (7 coordinates - 4 independent of 4 closure equations); by counting 3", done.stdout)
+        self.assertEqual(done.stdout.count("assembly: {"), 8)
+        report = json.loads(run("check", SPEC, "--json").stdout)
+        self.assertEqual((report["degrees_of_freedom"], len(report["loops"]), len(report["modes"])), (3, 2, 8))
+        self.assertAlmostEqual(report["total_mass"], 9, places=12)
+        # P3 section 4.1: the centre of mass where H starts
+        self.assertAlmostEqual(report["com"][0], -0.0669026392, places=9)
+        self.assertAlmostEqual(report["com"][1], -0.0386231395, places=9)
+
+    def test_every_assembly_line_picks_its_mode(self):
+        report = json.loads(run("check", SPEC, "--json").stdout)
+        with open(SPEC, encoding="utf-8") as file:
+            lines = file.read().splitlines()
+        start = next(i for i, line in enumerate(lines) if line.startswith("assembly:"))
+        for mode in report["modes"]:
+            spec = self.write("mode.yaml", "\n".join([*lines[:start], mode["assembly"], *lines[start + 1:]]))
+            picked = [m for m in json.loads(run("check", spec, "--json").stdout)["modes"] if m["selected"]]
+            self.assertEqual(len(picked), 1)
+            for name, value in mode["coordinates"].items():
+                self.assertAlmostEqual(picked[0]["coordinates"][name], value, places=6)
+
+    def test_without_a_trajectory_the_first_one_is_taken_and_said(self):
+        done = run("simulate", SPEC, "--samples", "11")
+        self.assertEqual(done.returncode, 0)
+        self.assertRegex(done.stderr, r"^note: no --trajectory given: '.*' is the first in the spec\n$")
+        self.assertEqual(run("simulate", SPEC, "--samples", "11", "--quiet").stderr, "")
+
+    def test_a_parameter_can_be_overridden(self):
+        report = json.loads(run("check", "--set", "l=0.2", SPEC, "--set", "xg=0.1", "--json").stdout)
+        spec = self.write("longer.yaml", open(SPEC, encoding="utf-8").read().replace("l: 0.18", "l: 0.2").replace("xg: 0.09", "xg: 0.1"))
+        written = json.loads(run("check", spec, "--json").stdout)
+        self.assertEqual(report["start"], written["start"])
+        self.assertNotEqual(report["start"], json.loads(run("check", SPEC, "--json").stdout)["start"])
+
+    def test_overrides_change_the_run(self):
+        def metrics(*options):
+            done = run("simulate", SPEC, "-t", "cycloid", "--json", *options)
+            self.assert_quiet_success(done)
+            result = json.loads(done.stdout)
+            return result, {metric["quantity"]: metric for metric in result["metrics"]}
+
+        result, base = metrics("--samples", "2001")
+        self.assertEqual((result["samples"], result["duration"], result["files"]), (2001, 0.1, []))
+        # The published figures for this motion, recomputed by two formulations
+        self.assertAlmostEqual(base["shaking_force"]["peak"], 869.7458473278, places=6)
+        self.assertAlmostEqual(base["shaking_force"]["peak_time"], 0.07505, places=12)
+        self.assertAlmostEqual(base["shaking_moment"]["peak"], 57.30320609995, places=6)
+        _, slow = metrics("--samples", "2001", "--duration", "0.2")
+        # Twice the time: a quarter of every acceleration
+        self.assertAlmostEqual(slow["shaking_force"]["peak"], base["shaking_force"]["peak"] / 4, places=6)
+        moved, elsewhere = metrics("--samples", "2001", "--about", "-1,0.5")
+        self.assertEqual(moved["about"], [-1, 0.5])
+        self.assertEqual(elsewhere["shaking_force"], base["shaking_force"])
+        self.assertNotAlmostEqual(elsewhere["shaking_moment"]["peak"], base["shaking_moment"]["peak"], places=3)
+
+    def test_every_config_can_be_asked_for_json(self):
+        for name in sorted(os.listdir(CONFIGS)):
+            if name.endswith(".yaml"):
+                done = run("check", os.path.join(CONFIGS, name), "--json")
+                self.assertIsInstance(json.loads(done.stdout), dict, name)
+
+    def test_a_result_that_does_not_arrive_is_a_failure(self):
+        for arguments in (["--help"], ["--version"], ["check", SPEC], ["check", SPEC, "--json"],
+                          ["simulate", SPEC, "-t", "cycloid", "--samples", "11"], ["check", "--nosuch", "--json"]):
+            with self.subTest(arguments=arguments), open("/dev/full", "w", encoding="utf-8") as full:
+                self.assert_failure(run(*arguments, stdout=full), 5)
+
+    def test_a_closed_stdout_is_a_failure_and_no_file_takes_its_place(self):
+        out = self.path("out.h5")
+        done = run("simulate", SPEC, "-t", "cycloid", "--samples", "11", "-o", out, stdout=None, preexec_fn=lambda: os.close(1))
+        self.assert_failure(done, 5, "standard output")
+        with open(out, "rb") as file:
+            self.assertNotIn(b"quantity  ", file.read())
+
+
+if __name__ == "__main__":
+    unittest.main()
