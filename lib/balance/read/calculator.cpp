@@ -35,6 +35,8 @@ void Calculator::define(const std::string& name, double value) {
 
 double Calculator::evaluate(const std::string& expression) {
   mu::Parser& parser = implementation_->parser;
+  if (expression.size() > longest_expression)
+    throw ExpressionError(fmt::format("it is longer than {} characters", longest_expression));
   try {
     parser.SetExpr(expression);
     const double value = parser.Eval();
@@ -73,6 +75,7 @@ void add_once(std::vector<std::string>& names, const std::string& name) {
 
 ExpressionNames names_in(const std::string& expression) {
   ExpressionNames names;
+  if (expression.size() > longest_expression) return names;
   for (std::size_t i = 0; i < expression.size();) {
     if (in_number(expression[i])) {
       i = after_number(expression, i);

@@ -30,12 +30,15 @@ class Calculator {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// Names in an expression in the order of their first use.
+/// Names in an expression in the order of their first use; none in one that is too long.
 struct ExpressionNames {
   std::vector<std::string> values;     ///< what is no function and not `pi`
   std::vector<std::string> functions;  ///< followed by a parenthesis
 };
 ExpressionNames names_in(const std::string& expression);
+
+/// Longer ones are refused, unread.
+inline constexpr std::size_t longest_expression = 1000;
 
 /// sqrt, sin, …
 const std::vector<std::string>& function_names();

@@ -119,8 +119,7 @@ bool read_fields(const Cursor& map, const std::string& what, const std::vector<F
     for (const Field& field : fields) {
       const bool there = std::any_of(given.begin(), given.end(), [&](const Member& m) { return m.name == field.name; });
       // A misspelt key is one mistake, not two.
-      if (field.need == Need::required && !there && !unknown)
-        map.missing(in_quotes(field.name));
+      if (field.need == Need::required && !there && !unknown) map.missing(in_quotes(field.name));
     }
   });
 }

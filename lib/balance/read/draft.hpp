@@ -7,14 +7,15 @@
 #include "balance/read/units.hpp"
 #include "balance/study/study.hpp"
 
-#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 namespace balance::read {
 
-/// A free number and where it stands: they are sorted into the document's order at the end.
+/// A free number, its bounds and start in SI, and where it stands: they are sorted into the document's order at the end. (Free
+/// parameters are listed apart: they have no unit.)
 struct PlacedFreeNumber {
   Place place;
   FreeNumber number;
@@ -28,7 +29,8 @@ struct Draft {
   Units units;
   Parameters parameters;
   std::vector<PlacedFreeNumber> free_numbers;
-  std::vector<Place> body_places;  ///< of the bodies' names, as mechanism.bodies
+  std::set<std::string> free_paths;  ///< of free_numbers: what several trajectories share is one number
+  std::vector<Place> body_places;    ///< of the bodies' names, as mechanism.bodies
 
   Mechanism& mechanism() { return study.mechanism; }
   bool planar() const { return study.mechanism.space == SpaceKind::planar; }

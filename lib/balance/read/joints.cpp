@@ -2,8 +2,12 @@
 #include "balance/read/sections.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
 namespace balance::read {
 
@@ -47,10 +51,10 @@ struct JointText {
   std::optional<Cursor> axis, axis2, rpy, quaternion, angle;
 };
 
-/// A direction at a right angle to `axis`: x turned with the frame that has z along the axis. If the axis is z, that is x.
+/// A direction at a right angle to `axis`: x if the axis is z, else the coordinate direction that is farthest from the axis,
+/// made perpendicular: deterministic, never badly conditioned.
 Vector3 perpendicular(const Vector3& axis) {
   if (axis == Vector3::UnitZ()) return Vector3::UnitX();
-  // The coordinate direction that is farthest from the axis, made perpendicular: deterministic, never badly conditioned.
   Eigen::Index least = 0;
   axis.cwiseAbs().minCoeff(&least);
   const Vector3 away = Vector3::Unit(least);
@@ -71,7 +75,7 @@ void read_second_axis(const JointText& text, Draft& draft, Joint& joint) {
   // Directions typed with ten digits pass; anything less square is a different joint.
   if (std::abs(cosine) > 1e-9)
     text.axis2->fail(fmt::format("expected a direction at a right angle to 'axis', found the angle {:.9g} degrees",
-                                 std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / M_PI));
+                                 std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi));
   // What is left of the tolerance is removed, so that every later step may rely on it.
   joint.axis2 = (joint.axis2 - joint.axis.dot(joint.axis2) * joint.axis).normalized();
 }

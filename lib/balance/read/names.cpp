@@ -16,21 +16,20 @@ std::vector<std::string> body_names(const Draft& draft) {
 }
 
 int find_body(const Cursor& at, const std::string& name, const Draft& draft) {
+  const auto& bodies = draft.study.mechanism.bodies;
+  const auto found = std::find_if(bodies.begin(), bodies.end(), [&](const Body& body) { return body.name == name; });
+  if (found != bodies.end()) return static_cast<int>(found - bodies.begin());
   const auto names = body_names(draft);
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end())
-    at.fail(fmt::format("expected a body ({}), found {}{}", one_of(names), in_quotes(name), nearest_hint(name, names)));
-  return static_cast<int>(found - names.begin());
+  at.fail(fmt::format("expected a body ({}), found {}{}", one_of(names), in_quotes(name), nearest_hint(name, names)));
 }
 
 /// Every body has a point `origin`, unless it defines one of that name elsewhere.
 Vector3 find_point(const Cursor& at, const std::string& name, const Body& body) {
   std::vector<std::string> names;
-  for (const NamedPoint& point : body.points) {
+  for (const NamedPoint& point : body.points)
     if (point.name == name) return point.position;
-    names.push_back(point.name);
-  }
   if (name == "origin") return Vector3::Zero();
+  for (const NamedPoint& point : body.points) names.push_back(point.name);
   names.emplace_back("origin");
   at.fail(fmt::format("expected a point of {} ({}), found {}{}", body.name, one_of(names), in_quotes(name),
                       nearest_hint(name, names)));
@@ -68,11 +67,12 @@ Vector3 read_place(const Cursor& at, Draft& draft, int body) {
 
 int find_coordinate(const Cursor& at, const std::string& name, const Draft& draft) {
   const Mechanism& mechanism = draft.study.mechanism;
+  const auto& coordinates = mechanism.coordinates;
+  const auto found =
+      std::find_if(coordinates.begin(), coordinates.end(), [&](const Coordinate& c) { return c.name == name; });
+  if (found != coordinates.end()) return static_cast<int>(found - coordinates.begin());
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < mechanism.coordinates.size(); ++i) {
-    if (mechanism.coordinates[i].name == name) return static_cast<int>(i);
-    names.push_back(mechanism.coordinates[i].name);
-  }
+  for (const Coordinate& coordinate : coordinates) names.push_back(coordinate.name);
   for (const Joint& joint : mechanism.joints) {
     if (joint.name != name) continue;
     if (freedom(joint.type) == 0)

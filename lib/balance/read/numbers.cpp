@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
-#include <algorithm>
 #include <cmath>
 
 namespace balance::read {
@@ -40,10 +39,7 @@ double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sig
   check_sign(at, free.start, sign);
   const FreeNumber number{at.path(), checked(at, free.lower * unit), checked(at, free.upper * unit),
                           checked(at, free.start * unit)};
-  auto& known = draft.free_numbers;
-  const bool again =
-      std::any_of(known.begin(), known.end(), [&](const auto& k) { return k.number.path == number.path; });
-  if (!again) known.push_back({at.node().place, number});
+  if (draft.free_paths.insert(number.path).second) draft.free_numbers.push_back({at.node().place, number});
   return number.start;
 }
 

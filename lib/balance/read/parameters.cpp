@@ -23,14 +23,16 @@ std::string trimmed(const std::string& text) {
 }
 
 std::string lower_case(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
 /// A plain number; not finite if it is too large for a double or one of YAML's words for such.
 std::optional<double> plain_number(std::string text) {
   const std::string word = lower_case(text);
-  if (word == ".nan" || word == ".inf" || word == "+.inf" || word == "-.inf") return std::numeric_limits<double>::infinity();
+  if (word == ".nan" || word == ".inf" || word == "+.inf" || word == "-.inf")
+    return std::numeric_limits<double>::infinity();
   if (text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+') text.erase(0, 1);
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -55,7 +57,9 @@ bool is_identifier(const std::string& name) {
 class Resolver {
  public:
   Resolver(const std::vector<Member>& members, Problems& problems, std::function<void(const Member&)> evaluate)
-      : members_(members), problems_(problems), evaluate_(std::move(evaluate)), state_(members.size()) {}
+      : members_(members), problems_(problems), evaluate_(std::move(evaluate)), state_(members.size()) {
+    for (std::size_t i = 0; i < members.size(); ++i) index_[members[i].name] = i;
+  }
 
   void run() {
     for (std::size_t i = 0; i < members_.size(); ++i) resolve(i);
@@ -83,8 +87,7 @@ class Resolver {
     std::vector<std::size_t> used;
     if (node.kind == Node::Kind::scalar)
       for (const std::string& name : names_in(node.text).values)
-        for (std::size_t i = 0; i < members_.size(); ++i)
-          if (members_[i].name == name) used.push_back(i);
+        if (const auto at = index_.find(name); at != index_.end()) used.push_back(at->second);
     for (const Node& item : node.items) {
       const auto more = used_by(item);
       used.insert(used.end(), more.begin(), more.end());
@@ -94,9 +97,11 @@ class Resolver {
 
   void report_cycle(std::size_t again) {
     const auto start = std::find(chain_.begin(), chain_.end(), again);
+    constexpr std::ptrdiff_t most_named = 12;
     std::string cycle;
     for (auto i = start; i != chain_.end(); ++i) {
-      cycle += members_[*i].name + " → ";
+      if (i - start < most_named) cycle += members_[*i].name + " → ";
+      if (i - start == most_named) cycle += "… → ";
       state_[*i] = State::failed;
     }
     problems_.guard([&] {
@@ -108,6 +113,7 @@ class Resolver {
   const std::vector<Member>& members_;
   Problems& problems_;
   std::function<void(const Member&)> evaluate_;
+  std::map<std::string, std::size_t> index_;
   std::vector<State> state_;
   std::vector<std::size_t> chain_;
 };
@@ -118,6 +124,7 @@ Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& ov
   std::vector<Member> all;
   if (section) problems.guard([&] { all = members(*section, "a mapping of parameters"); });
   for (const Member& member : all) names_.push_back(member.name);
+  known_ = {names_.begin(), names_.end()};
 
   std::erase_if(all, [&](const Member& member) {
     const auto& functions = function_names();
@@ -179,13 +186,15 @@ double Parameters::evaluate_expression(const Cursor& scalar, const std::string& 
   const auto wrong = [&](const std::string& why) {
     scalar.fail(fmt::format("expected a number or an expression, found {}: {}", in_quotes(text), why));
   };
-  const auto check = [&](const std::string& name, const std::vector<std::string>& known, const char* what) {
-    if (std::find(known.begin(), known.end(), name) == known.end())
-      wrong(fmt::format("there is no {} {}{}", what, in_quotes(name), nearest_hint(name, known)));
+  const auto unknown = [&](const char* what, const std::string& name, const std::vector<std::string>& known) {
+    wrong(fmt::format("there is no {} {}{}", what, in_quotes(name), nearest_hint(name, known)));
   };
+  const auto& functions = function_names();
   const ExpressionNames used = names_in(text);
-  for (const std::string& name : used.functions) check(name, function_names(), "function");
-  for (const std::string& name : used.values) check(name, names_, "parameter");
+  for (const std::string& name : used.functions)
+    if (std::find(functions.begin(), functions.end(), name) == functions.end()) unknown("function", name, functions);
+  for (const std::string& name : used.values)
+    if (known_.count(name) == 0) unknown("parameter", name, names_);
   try {
     return calculator_.evaluate(text);
   } catch (const ExpressionError& error) {

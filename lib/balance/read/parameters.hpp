@@ -6,6 +6,7 @@
 #include "balance/study/study.hpp"
 
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,7 +38,8 @@ class Parameters {
   double evaluate_expression(const Cursor& scalar, const std::string& text);
 
   Calculator calculator_;
-  std::vector<std::string> names_;
+  std::vector<std::string> names_;  ///< in the document's order, for messages
+  std::set<std::string> known_;     ///< the same, to look up
   std::vector<FreeNumber> free_numbers_;
 };
 

@@ -7,7 +7,6 @@ namespace balance::read {
 
 /// Reads `line`, `{circle: …}`, `{arc: …}`, `{waypoints: …}`, `{table: …}` or `{file: …}` into trajectory.path. The drive, the
 /// poses, the components and the duration must be there already; tables replace poses, components and duration.
-/// @param from_at where the trajectory's poses are complained about
 void read_path(const Cursor& at, Draft& draft, Trajectory& trajectory);
 
 /// Whether the path brings its own poses and times.
@@ -15,7 +14,7 @@ bool is_table(const Cursor& path);
 /// Whether the path needs an end pose.
 bool needs_end(const Cursor* path);
 
-/// The first two: `{table: [[t, …], …], columns: […]}` and `{file: motion.csv}`.
+/// Two of them: `{table: [[t, …], …], columns: […]}` and `{file: motion.csv}`.
 void read_table_path(const Cursor& table, const std::optional<Cursor>& columns, Draft& draft, Trajectory& trajectory);
 void read_file_path(const Cursor& file, Draft& draft, Trajectory& trajectory);
 

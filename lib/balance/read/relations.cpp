@@ -11,20 +11,16 @@ namespace balance::read {
 
 namespace {
 
-/// The coordinate that leads `coordinate` in the end, or −1 on a circle.
-bool leads_back(const std::vector<Coupling>& couplings, const Coupling& added) {
-  int at = added.leader;
-  for (std::size_t steps = 0; steps <= couplings.size(); ++steps) {
-    if (at == added.follower) return true;
-    const auto next =
-        std::find_if(couplings.begin(), couplings.end(), [&](const Coupling& c) { return c.follower == at; });
-    if (next == couplings.end()) return false;
-    at = next->leader;
-  }
-  return true;
+/// Who leads whom: the leader of every coordinate, −1 for those that follow nobody.
+using Leaders = std::vector<int>;
+
+/// Whether the chain of leaders above `leader` comes back to `follower`.
+bool is_circle(const Leaders& leaders, int follower, int leader) {
+  while (leader >= 0 && leader != follower) leader = leaders[static_cast<std::size_t>(leader)];
+  return leader == follower;
 }
 
-void read_coupling(const Cursor& at, Draft& draft) {
+void read_coupling(const Cursor& at, Draft& draft, Leaders& leaders) {
   Mechanism& mechanism = draft.mechanism();
   Coupling coupling;
   std::optional<Cursor> joint, ratio, offset;
@@ -45,23 +41,23 @@ void read_coupling(const Cursor& at, Draft& draft) {
     ratio->fail("expected a ratio other than 0 (a joint that does not move is 'fixed'), found 0");
   if (offset) coupling.offset = read_number(*offset, draft, unit(coupling.follower));
   const std::string name = mechanism.coordinates[static_cast<std::size_t>(coupling.follower)].name;
-  for (const Coupling& other : mechanism.couplings)
-    if (other.follower == coupling.follower)
-      joint->fail(fmt::format("expected a coordinate that follows one other, found {}, which is coupled twice",
-                              in_quotes(name)));
-  if (leads_back(mechanism.couplings, coupling))
+  int& led_by = leaders[static_cast<std::size_t>(coupling.follower)];
+  if (led_by >= 0)
+    joint->fail(
+        fmt::format("expected a coordinate that follows one other, found {}, which is coupled twice", in_quotes(name)));
+  if (is_circle(leaders, coupling.follower, coupling.leader))
     joint->fail(fmt::format(
         "circular coupling: expected a chain of couplings with an end, found that {} follows itself", in_quotes(name)));
+  led_by = coupling.leader;
   mechanism.couplings.push_back(coupling);
 }
 
 }  // namespace
 
 void read_couplings(const Cursor& section, Draft& draft) {
-  draft.problems.guard([&] {
-    for (const Cursor& item : section.items("a list of couplings {joint, follows, ratio}"))
-      draft.problems.guard([&] { read_coupling(item, draft); });
-  });
+  Leaders leaders(draft.mechanism().coordinates.size(), -1);
+  for (const Cursor& item : section.items("a list of couplings {joint, follows, ratio}"))
+    draft.problems.guard([&] { read_coupling(item, draft, leaders); });
 }
 
 void read_actuators(const Cursor& section, Draft& draft) {

@@ -27,7 +27,7 @@ TimeTable read_inline_table(const Cursor& at, Draft& draft, const std::vector<Co
 /// A file beside the spec with a column `time` and some of the possible columns, in any order, in the spec's units.
 TimeTable read_table_file(const Cursor& at, Draft& draft, const std::vector<Column>& possible);
 
-/// Throws a Problem at the given time unless the times increase. @param rows how to name row k: "row", "line"
+/// Throws a Problem at `at` unless the times increase.
 void check_times(const Cursor& at, const std::vector<double>& time);
 
 /// What a file holds, in the file's units.
