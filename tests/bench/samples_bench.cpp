@@ -12,7 +12,7 @@ namespace {
 
 /// Walks the whole trajectory; reports time per sample.
 void walk(benchmark::State& bench, const Mechanism& mechanism, const Trajectory& trajectory) {
-  const Tree<Planar> tree = compile<Planar>(mechanism, prescribed_coordinates(trajectory));
+  Tree<Planar> tree = compile<Planar>(mechanism, prescribed_coordinates(trajectory));
   const Plan<Planar> plan = make_plan(mechanism, tree, trajectory);
   Stepper<Planar> stepper(mechanism, tree, plan);
   Observer<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());

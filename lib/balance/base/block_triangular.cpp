@@ -122,28 +122,52 @@ double factorise_block(double* a, int* pivots, int size, int& sign) {
   return smallest;
 }
 
+/// The unknowns of a small block live in registers.
+template <int N>
+struct Local {
+  double values[N];
+  explicit Local(const double* x) {
+    for (int i = 0; i < N; ++i) values[i] = x[i];
+  }
+  void store(double* x) const {
+    for (int i = 0; i < N; ++i) x[i] = values[i];
+  }
+  double& operator[](int i) { return values[i]; }
+};
+template <>
+struct Local<0> {
+  double* x;
+  explicit Local(double* values) : x(values) {}
+  void store(double*) const {}
+  double& operator[](int i) { return x[i]; }
+};
+
 template <int N>
 void solve_block(const double* a, const int* pivots, int size, double* x) {
   const int n = N > 0 ? N : size;
   for (int k = 0; k < n; ++k)
     if (pivots[k] != k) std::swap(x[k], x[pivots[k]]);
+  Local<N> v(x);
   for (int i = 1; i < n; ++i)
-    for (int j = 0; j < i; ++j) x[i] -= a[i * n + j] * x[j];
+    for (int j = 0; j < i; ++j) v[i] -= a[i * n + j] * v[j];
   for (int i = n - 1; i >= 0; --i) {
-    for (int j = i + 1; j < n; ++j) x[i] -= a[i * n + j] * x[j];
-    x[i] *= a[i * n + i];
+    for (int j = i + 1; j < n; ++j) v[i] -= a[i * n + j] * v[j];
+    v[i] *= a[i * n + i];
   }
+  v.store(x);
 }
 
 template <int N>
 void solve_block_transposed(const double* a, const int* pivots, int size, double* x) {
   const int n = N > 0 ? N : size;
+  Local<N> v(x);
   for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < i; ++j) x[i] -= a[j * n + i] * x[j];
-    x[i] *= a[i * n + i];
+    for (int j = 0; j < i; ++j) v[i] -= a[j * n + i] * v[j];
+    v[i] *= a[i * n + i];
   }
   for (int i = n - 1; i >= 0; --i)
-    for (int j = i + 1; j < n; ++j) x[i] -= a[j * n + i] * x[j];
+    for (int j = i + 1; j < n; ++j) v[i] -= a[j * n + i] * v[j];
+  v.store(x);
   for (int k = n - 1; k >= 0; --k)
     if (pivots[k] != k) std::swap(x[k], x[pivots[k]]);
 }

@@ -29,15 +29,18 @@ Observer<S>::Observer(const Mechanism& mechanism, const Tree<S>& tree, int freed
     tool_ = drive.tool;
     if constexpr (std::is_same_v<S, Planar>) tool_angle_ = balance::tool_angle(tree, tool_);
   }
-  find_cut_coordinates();
+  sort_coordinates();
 }
 
 template <class S>
-void Observer<S>::find_cut_coordinates() {
+void Observer<S>::sort_coordinates() {
   std::vector<bool> listed(mechanism_.joints.size(), false);
   for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
-    if (tree_.sources[c].column >= 0) continue;
     const Coordinate& coordinate = mechanism_.coordinates[c];
+    if (tree_.sources[c].column >= 0 && !tree_.joint_floats[coordinate.joint]) {
+      own_.push_back({static_cast<int>(c), tree_.sources[c]});
+      continue;
+    }
     CutCoordinate cut{static_cast<int>(c), false, {}};
     if constexpr (std::is_same_v<S, Planar>) {
       if (coordinate.kind == CoordinateKind::angle) {   // the difference of two bodies' angles
@@ -60,7 +63,7 @@ void Observer<S>::find_cut_coordinates() {
 
 template <class S>
 bool Observer<S>::observe(Stepper<S>& stepper, Detail detail) {
-  set_state(stepper);
+  set_state(stepper, detail);
   for (auto& wrench : wrenches_) wrench = {};
   external_total_ = external_loads_ = {};
   if (!external_.none()) external_.subtract(*state_, stepper.time(), wrenches_, external_total_, external_loads_);
@@ -85,7 +88,7 @@ bool Observer<S>::observe(Stepper<S>& stepper, Detail detail) {
 
 /// Poses, velocities and accelerations of all nodes, the ground accelerated by −g.
 template <class S>
-void Observer<S>::set_state(Stepper<S>& stepper) {
+void Observer<S>::set_state(Stepper<S>& stepper, Detail detail) {
   state_ = &stepper.state();
   State<S>& state = *state_;
   if (!stepper.direct()) {
@@ -99,19 +102,18 @@ void Observer<S>::set_state(Stepper<S>& stepper) {
     set_local_pose(node, stepper.y(), state[n]);
     set_world_pose(parent, state[n]);
     set_angular_velocity(node, stepper.dy(), parent, state[n]);
-    set_velocity(node, stepper.dy(), parent, state[n]);
+    if (detail == Detail::everything) set_velocity(node, stepper.dy(), parent, state[n]);
     set_acceleration(node, stepper.dy(), stepper.ddy(), parent, state[n]);
   }
 }
 
 template <class S>
 void Observer<S>::read_coordinates(const Stepper<S>& stepper) {
-  for (std::size_t c = 0; c < tree_.sources.size(); ++c) {
-    const CoordinateSource& source = tree_.sources[c];
-    if (source.column < 0) continue;
-    seen_.position[c] = source.ratio * stepper.y()[source.column] + source.offset;
-    seen_.velocity[c] = source.ratio * stepper.dy()[source.column];
-    seen_.acceleration[c] = source.ratio * stepper.ddy()[source.column];
+  const double *y = stepper.y(), *dy = stepper.dy(), *ddy = stepper.ddy();
+  for (const TreeCoordinate& own : own_) {
+    seen_.position[own.coordinate] = own.source.ratio * y[own.source.column] + own.source.offset;
+    seen_.velocity[own.coordinate] = own.source.ratio * dy[own.source.column];
+    seen_.acceleration[own.coordinate] = own.source.ratio * ddy[own.source.column];
   }
   if (!cut_.empty()) read_cut_coordinates(stepper);
 }

@@ -48,15 +48,21 @@ class Observer {
   bool observe(Stepper<S>& stepper, Detail detail);
 
  private:
-  /// A cut joint's coordinate: linear in y where it is a planar angle, else read off the relative pose.
+  /// A coordinate that is none of y's: of a cut joint, linear in y where it is a planar angle, else read off the relative
+  /// pose; of a floating spherical joint.
   struct CutCoordinate {
     int coordinate;
     bool linear;
     LinearQuantity quantity;
   };
 
-  void find_cut_coordinates();
-  void set_state(Stepper<S>& stepper);
+  struct TreeCoordinate {
+    int coordinate;
+    CoordinateSource source;
+  };
+
+  void sort_coordinates();
+  void set_state(Stepper<S>& stepper, Detail detail);
   void read_coordinates(const Stepper<S>& stepper);
   void read_cut_coordinates(const Stepper<S>& stepper);
   void add_friction(const Stepper<S>& stepper);
@@ -71,6 +77,7 @@ class Observer {
   typename S::Vector gravity_, about_;
   ExternalForces<S> external_;
   Actuation<S> actuation_;
+  std::vector<TreeCoordinate> own_;
   std::vector<CutCoordinate> cut_;
   std::vector<int> cut_joints_;           ///< with coordinates that are not linear
   FixedFrame<S> tool_;

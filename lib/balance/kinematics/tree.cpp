@@ -3,6 +3,7 @@
 #include "balance/base/rotation.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <stdexcept>
 
@@ -143,7 +144,7 @@ template <class S>
 class Compiler {
  public:
   Compiler(const Mechanism& mechanism, const std::vector<int>& needed)
-      : mechanism_(mechanism), spanning_(span(mechanism, needed)) {}
+      : mechanism_(mechanism), needed_(joints_needed(mechanism, needed)), spanning_(span(mechanism, needed)) {}
 
   Tree<S> run() {
     tree_.length = characteristic_length(mechanism_);
@@ -152,6 +153,7 @@ class Compiler {
     tree_.joint_nodes.assign(mechanism_.joints.size(), -1);
     tree_.joint_first_nodes.assign(mechanism_.joints.size(), -1);
     tree_.joint_forward.assign(mechanism_.joints.size(), true);
+    tree_.joint_floats.assign(mechanism_.joints.size(), false);
     number_columns();
     for (const TreeEdge& edge : spanning_.edges) add_joint(edge);
     for (const int joint : spanning_.cut) add_closure(joint);
@@ -223,6 +225,10 @@ class Compiler {
     Matrix3 R = to_matrix(parent.R_N);                         // axes of the parent body in the current node
     Vector3 p = R * start + to_3d(parent.p_N);
     tree_.joint_first_nodes[edge.joint] = static_cast<int>(tree_.nodes.size());
+    if (joint.type == JointType::spherical && !needed_[edge.joint]) {
+      tree_.balls.push_back(static_cast<int>(tree_.nodes.size()));
+      tree_.joint_floats[edge.joint] = true;
+    }
     if (chain.empty()) node = add_node(node, R, p, NodeMotion::weld, {}, 1), R.setIdentity(), p.setZero();
     for (const Step& step : chain) {
       const Matrix3 axes = node_axes<S>(step);
@@ -322,6 +328,7 @@ class Compiler {
   };
 
   const Mechanism& mechanism_;
+  std::vector<bool> needed_;   ///< per joint
   SpanningTree spanning_;
   Tree<S> tree_;
   std::vector<Split> splits_;
@@ -334,6 +341,23 @@ Tree<S> compile(const Mechanism& mechanism, const std::vector<int>& needed) {
   return Compiler<S>(mechanism, needed).run();
 }
 
+template <class S>
+void rereference(Tree<S>& tree, int ball, double* y) {
+  Matrix3 all = Matrix3::Identity(), fixed = Matrix3::Identity();
+  for (int n = ball; n < ball + 3; ++n) {
+    const Node<S>& node = tree.nodes[n];
+    const double x = node.ratio * y[node.column] + node.offset;
+    all *= to_matrix(turned(node.R_PF, std::cos(x), std::sin(x)));
+    if (n > ball) fixed *= to_matrix(node.R_PF);
+    y[node.column] = -node.offset / node.ratio;
+  }
+  // products of rotations drift; the nearest rotation does not
+  const Eigen::Quaterniond exact = Eigen::Quaterniond(Matrix3(all * fixed.transpose())).normalized();
+  tree.nodes[ball].R_PF = to_rotation<S>(exact.toRotationMatrix());
+}
+
+template void rereference<Planar>(Tree<Planar>&, int, double*);
+template void rereference<Spatial>(Tree<Spatial>&, int, double*);
 template Tree<Planar> compile<Planar>(const Mechanism&, const std::vector<int>&);
 template Tree<Spatial> compile<Spatial>(const Mechanism&, const std::vector<int>&);
 

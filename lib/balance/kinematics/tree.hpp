@@ -80,6 +80,10 @@ struct Tree {
   std::vector<int> joint_nodes;               ///< per joint: the last node of its chain, −1 if cut
   std::vector<int> joint_first_nodes;         ///< per joint: the first node of its chain, −1 if cut
   std::vector<bool> joint_forward;            ///< per joint: the tree walks it from its first to its second body
+  /// First nodes of the spherical joints whose coordinates nobody prescribes, drives or couples: these may be counted from
+  /// another reference orientation at any time (rereference), so that they never reach their singular position.
+  std::vector<int> balls;
+  std::vector<bool> joint_floats;             ///< per joint: it is one of the balls, its sources hold at the start only
   std::vector<MassElement<S>> elements;       ///< bodies 1…, then attachments, then discs
   double mass = 0;
   double length = 1;                          ///< characteristic length
@@ -90,6 +94,10 @@ struct Tree {
 template <class S>
 Tree<S> compile(const Mechanism& mechanism, const std::vector<int>& needed);
 
+/// Counts a ball's coordinates from the present orientation on: they become zero, nothing moves.
+template <class S>
+void rereference(Tree<S>& tree, int ball, double* y);
+
 /// Inertia given about the CoM in a frame's axes, moved to that frame's origin.
 template <class S>
 typename S::Inertia inertia_about_origin(double mass, const Vector3& com, const Matrix3& about_com);
@@ -98,6 +106,8 @@ typename S::Inertia inertia_about_origin(double mass, const Vector3& com, const 
 template <class S>
 typename S::Inertia moved(const typename S::Inertia& inertia, const typename S::Rotation& R, const typename S::Vector& p);
 
+extern template void rereference<Planar>(Tree<Planar>&, int, double*);
+extern template void rereference<Spatial>(Tree<Spatial>&, int, double*);
 extern template Tree<Planar> compile<Planar>(const Mechanism&, const std::vector<int>&);
 extern template Tree<Spatial> compile<Spatial>(const Mechanism&, const std::vector<int>&);
 

@@ -30,17 +30,6 @@ std::vector<int> distances_from_ground(const Mechanism& mechanism) {
   return distance;
 }
 
-std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<int>& needed) {
-  std::vector<bool> keep(mechanism.joints.size(), false);
-  const auto mark = [&](int coordinate) { keep[mechanism.coordinates[coordinate].joint] = true; };
-  for (const int coordinate : needed) mark(coordinate);
-  for (const int coordinate : mechanism.actuators) mark(coordinate);
-  for (const Coupling& coupling : mechanism.couplings) mark(coupling.follower), mark(coupling.leader);
-  for (const Disc& disc : mechanism.discs) mark(disc.follows);
-  for (const Friction& friction : mechanism.friction) mark(friction.coordinate);
-  return keep;
-}
-
 int find(std::vector<int>& parent, int i) {
   while (parent[i] != i) i = parent[i] = parent[parent[i]];
   return i;
@@ -71,6 +60,17 @@ std::vector<TreeEdge> walk(const Mechanism& mechanism, const std::vector<bool>& 
 }
 
 }  // namespace
+
+std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<int>& needed) {
+  std::vector<bool> keep(mechanism.joints.size(), false);
+  const auto mark = [&](int coordinate) { keep[mechanism.coordinates[coordinate].joint] = true; };
+  for (const int coordinate : needed) mark(coordinate);
+  for (const int coordinate : mechanism.actuators) mark(coordinate);
+  for (const Coupling& coupling : mechanism.couplings) mark(coupling.follower), mark(coupling.leader);
+  for (const Disc& disc : mechanism.discs) mark(disc.follows);
+  for (const Friction& friction : mechanism.friction) mark(friction.coordinate);
+  return keep;
+}
 
 SpanningTree span(const Mechanism& mechanism, const std::vector<int>& needed) {
   const std::vector<int> distance = distances_from_ground(mechanism);

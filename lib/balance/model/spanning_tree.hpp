@@ -23,8 +23,11 @@ struct SpanningTree {
   std::vector<int> cut;          ///< joints enforced as loop closures, in the mechanism's order
 };
 
+/// Per joint: one of its coordinates is in `needed`, in a coupling, an actuator, followed by a disc or has friction.
+std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<int>& needed);
+
 /// Cuts the joints that leave the fewest coordinates; among equals those farthest from the ground, which keeps chains short.
-/// Joints whose coordinates are named in `needed`, in a coupling, as an actuator, for a disc or for friction are never cut.
+/// Joints that are needed are never cut.
 /// @param needed coordinates that must be available
 /// @throws std::invalid_argument if a body is not connected to the ground
 SpanningTree span(const Mechanism& mechanism, const std::vector<int>& needed);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 namespace balance {
 
@@ -31,7 +32,7 @@ double extent(const Mechanism& mechanism) {
 }  // namespace
 
 template <class S>
-Stepper<S>::Stepper(const Mechanism& mechanism, const Tree<S>& tree, const Plan<S>& plan)
+Stepper<S>::Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& plan)
     : mechanism_(mechanism),
       tree_(tree),
       plan_(plan),
@@ -39,7 +40,7 @@ Stepper<S>::Stepper(const Mechanism& mechanism, const Tree<S>& tree, const Plan<
       round_off_(solved * extent(mechanism)),
       state_(tree.nodes.size()) {
   const int n = tree.columns;
-  for (Moment* moment : {&now_, &before_}) moment->y.setZero(n), moment->dy.setZero(n), moment->ddy.setZero(n);
+  for (Moment* moment : {&now_, &before_, &older_}) moment->y.setZero(n), moment->dy.setZero(n), moment->ddy.setZero(n);
   predicted_.setZero(n);
   trial_.setZero(n);
   x_.assign(std::max(n, equations_.rows()), 0);
@@ -52,12 +53,13 @@ template <class S>
 bool Stepper<S>::begin() {
   now_.y = plan_.start;
   now_.time = 0;
-  has_before_ = false;
+  past_ = 0;
   plan_.schedule->at(0, Side::after, sample_);
   if (direct_ && !equations_.structurally_singular()) {
     set_direct(0);
     return true;
   }
+  turn_balls_back(0.5);
   trial_ = now_.y;
   if (equations_.structurally_singular() || !newton(trial_)) {
     stop(Attempt::no_convergence, 0);
@@ -100,24 +102,27 @@ bool Stepper<S>::newton(VectorX& y) {
   return false;
 }
 
+/// Continues the polynomial through the last configurations and their two derivatives by one step: degree 2 from one, 5 from
+/// two, 8 from three equidistant ones. The weights are those of Hermite interpolation.
 template <class S>
 void Stepper<S>::predict(double time) {
   const double h = time - now_.time;
-  const double H = now_.time - before_.time;
-  if (!has_before_ || std::abs(H - h) > 1e-6 * h) {
-    predicted_.noalias() = now_.y + h * now_.dy + (h * h / 2) * now_.ddy;
-    return;
-  }
-  // the quintic through the last two configurations with their derivatives, continued by one step
+  const auto equidistant = [h](const Moment& a, const Moment& b) { return std::abs(b.time - a.time - h) <= 1e-6 * h; };
+  const int known = past_ < 1 || !equidistant(before_, now_) ? 1 : past_ < 2 || !equidistant(older_, before_) ? 2 : 3;
+  const double hh = h * h;
   for (int c = 0; c < tree_.columns; ++c) {
-    const double V = h * now_.dy[c], A = h * h * now_.ddy[c];
-    const double p = before_.y[c] - now_.y[c] + V - A / 2;
-    const double q = h * before_.dy[c] - V + A;
-    const double r = h * h * before_.ddy[c] - A;
-    const double x3 = -(r + 20 * p + 8 * q) / 2;
-    const double x5 = q + 4 * p + x3;
-    const double x4 = p + x3 + x5;
-    predicted_[c] = now_.y[c] + V + A / 2 + x3 + x4 + x5;
+    const double y = now_.y[c], v = h * now_.dy[c], a = hh * now_.ddy[c];
+    if (known == 1) {
+      predicted_[c] = y + v + a / 2;
+      continue;
+    }
+    const double y1 = before_.y[c], v1 = h * before_.dy[c], a1 = hh * before_.ddy[c];
+    if (known == 2) {
+      predicted_[c] = 32 * y - 31 * y1 - 16 * v - 14 * v1 + 4 * a - 2 * a1;
+      continue;
+    }
+    const double y2 = older_.y[c], v2 = h * older_.dy[c], a2 = hh * older_.ddy[c];
+    predicted_[c] = 229.5 * y - 351 * y1 + 122.5 * y2 - 94.5 * v - 54 * v1 + 43.5 * v2 + 13.5 * a - 54 * a1 + 4.5 * a2;
   }
 }
 
@@ -135,12 +140,31 @@ typename Stepper<S>::Attempt Stepper<S>::step(double time) {
   for (int c = 0; c < tree_.columns; ++c)
     if (std::abs(trial_[c] - predicted_[c]) > longest_correction * scale[c]) return Attempt::far;
   if (equations_.determinant_sign() != sign_) return Attempt::flipped;
+  std::swap(older_, before_);
   std::swap(before_, now_);
-  has_before_ = true;
+  past_ = std::min(past_ + 1, 2);
   now_.time = time;
   now_.y = trial_;
+  if (turn_balls_back(1)) {   // same configuration, other coordinates
+    if (!newton(now_.y)) return Attempt::no_convergence;
+    sign_ = equations_.determinant_sign();
+    past_ = 0;
+  }
   differentiate();
   return Attempt::done;
+}
+
+/// Rereferences every ball whose middle angle is beyond the limit [rad]: at a right angle its coordinates fail.
+template <class S>
+bool Stepper<S>::turn_balls_back(double limit) {
+  bool any = false;
+  for (const int ball : tree_.balls) {
+    const double middle = std::remainder(now_.y[tree_.nodes[ball + 1].column], 2 * std::numbers::pi);
+    if (std::abs(middle) < limit) continue;
+    rereference(tree_, ball, now_.y.data());
+    any = true;
+  }
+  return any;
 }
 
 template <class S>
@@ -163,7 +187,7 @@ void Stepper<S>::accelerate(Side side) {
   equations_.acceleration_rows(state_, sample_, x_.data());
   equations_.solve(x_.data());
   std::copy_n(x_.data(), tree_.columns, now_.ddy.data());
-  if (side == Side::after) has_before_ = false;   // nothing smooth to continue
+  if (side == Side::after) past_ = 0;   // nothing smooth to continue
 }
 
 template <class S>

@@ -1,5 +1,5 @@
 #pragma once
-/// Follows a plan through time: predictor from the last two configurations, Newton on closures and prescribed quantities,
+/// Follows a plan through time: predictor from the last configurations, Newton on closures and prescribed quantities,
 /// then velocities and accelerations from the same factorised matrix. Private to motion and dynamics.
 
 #include "balance/motion/equations.hpp"
@@ -12,8 +12,8 @@ namespace balance {
 template <class S>
 class Stepper {
  public:
-  /// @param tree, plan must outlive the stepper; the plan must be done
-  Stepper(const Mechanism& mechanism, const Tree<S>& tree, const Plan<S>& plan);
+  /// @param tree, plan must outlive the stepper; the plan must be done. The stepper may rereference the tree's balls.
+  Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& plan);
 
   /// Time 0. Also true of advance: on false outcome() says why, and the last good configuration stays.
   bool begin();
@@ -50,19 +50,20 @@ class Stepper {
   bool newton(VectorX& y);
   void predict(double time);
   void differentiate();
+  bool turn_balls_back(double limit);
   void set_direct(double time);
   void stop(Attempt attempt, double time);
 
   const Mechanism& mechanism_;
-  const Tree<S>& tree_;
+  Tree<S>& tree_;
   const Plan<S>& plan_;
   Equations<S> equations_;
   bool direct_ = false;
   double round_off_;                    ///< scaled residual that cannot be improved upon
   State<S> state_;
   DriveSample sample_;
-  Moment now_, before_;
-  bool has_before_ = false;
+  Moment now_, before_, older_;
+  int past_ = 0;                        ///< how many of before_, older_ continue smoothly into now_
   int sign_ = 0;                        ///< of the determinant
   int iterations_ = 0;
   VectorX predicted_, trial_;

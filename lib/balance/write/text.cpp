@@ -8,10 +8,25 @@
 namespace balance {
 namespace {
 
-constexpr int label_width = 20;
+constexpr std::size_t label_width = 20;
+constexpr std::size_t line_width = 100;
 
 std::string line(const std::string& label, const std::string& value) {
   return fmt::format("{:<{}}{}\n", label, label_width, value);
+}
+
+/// Items between commas, on as many lines as they need.
+std::string wrapped(const std::string& label, const std::vector<std::string>& items) {
+  std::string text, current;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const std::string item = items[i] + (i + 1 < items.size() ? "," : "");
+    if (!current.empty() && label_width + current.size() + 1 + item.size() > line_width) {
+      text += line(text.empty() ? label : "", current);
+      current.clear();
+    }
+    current += (current.empty() ? "" : " ") + item;
+  }
+  return text + line(text.empty() ? label : "", current);
 }
 
 std::string list_or_none(const std::string& label, const std::vector<std::string>& items) {
@@ -59,7 +74,7 @@ std::string start_text(const CheckReport& report, const Mechanism& mechanism) {
     const char* unit = coordinate.kind == CoordinateKind::angle ? "rad" : "m";
     values.push_back(fmt::format("{} = {:.6g} {}", coordinate.name, report.start[i], unit));
   }
-  return line("start pose", fmt::format("{}", fmt::join(values, ", ")));
+  return wrapped("start pose", values);
 }
 
 std::string modes_text(const CheckReport& report) {
@@ -96,7 +111,7 @@ std::string check_text(const CheckReport& report, const Mechanism& mechanism) {
       fmt::format("{} ({})\n\n", mechanism.name, mechanism.space == SpaceKind::planar ? "planar" : "spatial");
   text += line("bodies", fmt::format("{} moving", report.bodies));
   text += line("joints", std::to_string(report.joints));
-  text += line("spanning tree", fmt::format("{}", fmt::join(report.tree_joints, ", ")));
+  text += wrapped("spanning tree", report.tree_joints);
   text += loops_text(report);
   text += line("total mass", fmt::format("{:.6g} kg", report.total_mass));
   if (report.outcome.status == MotionStatus::done) {
