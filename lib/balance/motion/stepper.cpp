@@ -13,7 +13,7 @@ namespace balance {
 
 namespace {
 
-constexpr double solved = 1e-12;             // scaled residual that needs no further Newton step
+constexpr double solved = 1e-12;             // scaled residual after which one correction is the last
 constexpr double longest_correction = 0.1;   // of a prediction, in radians or characteristic lengths
 constexpr int newton_steps = 8;
 constexpr int halvings = 24;
@@ -93,11 +93,12 @@ bool Stepper<S>::newton(VectorX& y) {
     double worst = 0;
     for (int r = 0; r < equations_.rows(); ++r) worst = std::max(worst, std::abs(x_[r]));
     if (!std::isfinite(worst) || !equations_.factorise()) return false;
-    // either small, or as small as round-off allows
-    if (worst <= round_off_ || (worst <= 10 * round_off_ && worst >= last)) return true;
-    last = worst;
     equations_.solve(x_.data());
     for (int c = 0; c < tree_.columns; ++c) y[c] -= x_[c];
+    // Either small, or as small as round-off allows. The last correction is too small to show in the poses, but must be
+    // made: the predictor would magnify what it leaves undone.
+    if (worst <= round_off_ || (worst <= 10 * round_off_ && worst >= last)) return true;
+    last = worst;
   }
   return false;
 }
