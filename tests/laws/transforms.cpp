@@ -1,0 +1,148 @@
+#include "transforms.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace laws {
+
+using namespace balance;
+
+namespace {
+
+void displace(PoseTarget& pose, const Matrix3& R, const Vector3& d) {
+  if (pose.tool) pose.tool = R * *pose.tool + d;
+  if (pose.com) pose.com = R * *pose.com + d;
+  if (pose.orientation) pose.orientation = R * *pose.orientation;
+  if (pose.angle) *pose.angle += std::atan2(R(1, 0), R(0, 0));
+}
+
+void displace(Path& path, const Matrix3& R, const Vector3& d) {
+  if (auto* circle = std::get_if<CirclePath>(&path)) {
+    circle->centre = R * circle->centre + d;
+    circle->normal = R * circle->normal;
+  }
+  if (auto* arc = std::get_if<ArcPath>(&path)) arc->via = R * arc->via + d;
+  if (auto* way = std::get_if<WaypointPath>(&path))
+    for (PoseTarget& point : way->points) displace(point, R, d);
+}
+
+void displace_ground(Joint& joint, const Matrix3& R, const Vector3& d) {
+  if (joint.first == ground) {
+    joint.point_first = R * joint.point_first + d;
+    joint.axis = R * joint.axis;
+    joint.axis2 = R * joint.axis2;
+    joint.rotation = R * joint.rotation;
+  }
+  if (joint.second == ground) {
+    joint.point_second = R * joint.point_second + d;
+    joint.rotation = joint.rotation * R.transpose();
+  }
+}
+
+void scale(PoseTarget& pose, const Mechanism& m, double length) {
+  if (pose.tool) *pose.tool *= length;
+  if (pose.com) *pose.com *= length;
+  for (CoordinateValue& joint : pose.joints)
+    if (m.coordinates[joint.coordinate].kind == CoordinateKind::length) joint.value *= length;
+}
+
+void scale(Path& path, const Mechanism& m, double length) {
+  if (auto* circle = std::get_if<CirclePath>(&path)) circle->centre *= length;
+  if (auto* arc = std::get_if<ArcPath>(&path)) arc->via *= length;
+  if (auto* way = std::get_if<WaypointPath>(&path))
+    for (PoseTarget& point : way->points) scale(point, m, length);
+}
+
+void scale_masses(Mechanism& m, const Units& by) {
+  const double L = by.length, inertia = by.mass * L * L;
+  for (Body& body : m.bodies) {
+    body.mass *= by.mass, body.com *= L, body.inertia *= inertia;
+    for (NamedPoint& point : body.points) point.position *= L;
+  }
+  for (Attachment& extra : m.attachments) extra.mass *= by.mass, extra.position *= L, extra.inertia *= inertia;
+  for (Disc& disc : m.discs) {
+    disc.mass *= by.mass, disc.position *= L, disc.inertia *= inertia;
+    if (m.coordinates[disc.follows].kind == CoordinateKind::length) disc.ratio /= L;
+  }
+}
+
+void scale_forces(Mechanism& m, const Units& by) {
+  const double L = by.length;
+  for (Load& load : m.loads) {
+    load.point *= L;
+    for (double& time : load.time) time *= by.time;
+    for (Vector3& force : load.force) force *= by.force();
+    for (Vector3& moment : load.moment) moment *= by.moment();
+  }
+  for (Spring& spring : m.springs) {
+    spring.point_first *= L, spring.point_second *= L, spring.free_length *= L;
+    spring.stiffness *= by.force() / L;
+  }
+  for (Friction& friction : m.friction) {
+    const bool length = m.coordinates[friction.coordinate].kind == CoordinateKind::length;
+    friction.coulomb *= length ? by.force() : by.moment();
+    friction.viscous *= (length ? by.force() / L : by.moment()) * by.time;
+  }
+}
+
+void scale_geometry(Mechanism& m, double L) {
+  for (Joint& joint : m.joints) joint.point_first *= L, joint.point_second *= L;
+  for (Coupling& coupling : m.couplings) {
+    const bool leads = m.coordinates[coupling.leader].kind == CoordinateKind::length;
+    const bool follows = m.coordinates[coupling.follower].kind == CoordinateKind::length;
+    coupling.ratio *= (follows ? L : 1) / (leads ? L : 1);
+    if (follows) coupling.offset *= L;
+  }
+  if (m.tool) m.tool->position *= L;
+  for (CoordinateValue& rough : m.assembly)
+    if (m.coordinates[rough.coordinate].kind == CoordinateKind::length) rough.value *= L;
+}
+
+}  // namespace
+
+Experiment displaced(const Experiment& from, const Matrix3& R, const Vector3& d) {
+  Experiment out = from;
+  Mechanism& m = out.mechanism;
+  m.gravity = R * m.gravity;
+  for (NamedPoint& point : m.bodies[ground].points) point.position = R * point.position + d;
+  const bool planar = m.space == SpaceKind::planar;
+  for (Joint& joint : m.joints) displace_ground(joint, R, d);
+  for (Load& load : m.loads) {
+    if (load.frame != Frame::world) continue;
+    for (Vector3& force : load.force) force = R * force;
+    for (Vector3& moment : load.moment) moment = planar ? moment : Vector3(R * moment);
+  }
+  for (Spring& spring : m.springs) {
+    if (spring.first == ground) spring.point_first = R * spring.point_first + d;
+    if (spring.second == ground) spring.point_second = R * spring.point_second + d;
+  }
+  displace(out.trajectory.from, R, d);
+  displace(out.trajectory.to, R, d);
+  displace(out.trajectory.path, R, d);
+  out.trajectory.about = R * out.trajectory.about + d;
+  return out;
+}
+
+bool can_be_displaced(const Experiment& from) {
+  const auto ball_on_ground = [](const Joint& joint) {
+    return joint.type == JointType::spherical && joint.first == ground;
+  };
+  return from.trajectory.components.empty() &&
+         std::none_of(from.mechanism.joints.begin(), from.mechanism.joints.end(), ball_on_ground);
+}
+
+Experiment scaled(const Experiment& from, const Units& by) {
+  Experiment out = from;
+  out.mechanism.gravity *= by.length / (by.time * by.time);
+  scale_masses(out.mechanism, by);
+  scale_forces(out.mechanism, by);
+  scale_geometry(out.mechanism, by.length);
+  scale(out.trajectory.from, out.mechanism, by.length);
+  scale(out.trajectory.to, out.mechanism, by.length);
+  scale(out.trajectory.path, out.mechanism, by.length);
+  out.trajectory.about *= by.length;
+  out.trajectory.duration *= by.time;
+  return out;
+}
+
+}  // namespace laws

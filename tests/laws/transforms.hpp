@@ -1,0 +1,29 @@
+#pragma once
+/// A mechanism with its trajectory put elsewhere, or made larger, heavier, slower.
+
+#include "balance/model/mechanism.hpp"
+#include "balance/motion/trajectory.hpp"
+
+namespace laws {
+
+struct Experiment {
+  balance::Mechanism mechanism;
+  balance::Trajectory trajectory;
+};
+
+/// The ground with everything on it, gravity, loads and targets displaced by x ↦ R x + d.
+/// @param R planar mechanisms: about z
+Experiment displaced(const Experiment& from, const balance::Matrix3& R, const balance::Vector3& d);
+/// False where the displaced experiment cannot be stated: a drive on single components, angles of a ball on the ground.
+bool can_be_displaced(const Experiment& from);
+
+struct Units {
+  double length = 1, mass = 1, time = 1;
+  double force() const { return mass * length / (time * time); }
+  double moment() const { return force() * length; }
+};
+
+/// The same experiment with every length, mass and duration multiplied.
+Experiment scaled(const Experiment& from, const Units& by);
+
+}  // namespace laws
