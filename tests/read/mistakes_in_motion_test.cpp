@@ -70,8 +70,6 @@ TEST_CASE("a trajectory must give what its law, drive and path need") {
        "s.yaml:22:29: trajectories.line.drive: expected a drive (joints, tool or com), found 'tol'; nearest is 'tool'"},
       {"line: {law: cubic, drive: tool}", "line: {law: cubic}",
        "s.yaml:22:9: trajectories.line: missing key: expected 'drive', found only law"},
-      {"line: {law: cubic, drive: tool}", "line: {law: cubic, drive: joints}",
-       "s.yaml:20:43: motion.from: expected 'joints: {…}', which 'drive: joints' moves, found a pose without it"},
       {"line: {law: cubic, drive: tool}", "line: {law: cubic, ramp: 0.2, drive: tool}",
        "s.yaml:22:28: trajectories.line.ramp: expected no ramps: only the law 'trapezoidal-velocity' has them"},
       {"ramp: 0.2", "ramp: 0.6",

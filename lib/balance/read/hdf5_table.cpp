@@ -33,8 +33,6 @@ class Handle {
 class Silence {
  public:
   Silence() {
-    // Tidying up at the end of the program crashes HDF5 if it could not close a file on a full disk; see write/hdf5_handle.hpp.
-    H5dont_atexit();
     H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   }

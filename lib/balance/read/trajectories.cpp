@@ -120,6 +120,12 @@ Cursor place_of(const std::optional<Cursor>& own, const std::optional<Cursor>& s
   return own ? *own : shared ? *shared : otherwise;
 }
 
+/// A pose may be told in other quantities than the drive's: it is found, and the drive's are measured there.
+bool told_otherwise(const PoseTarget& pose, DriveKind drive) {
+  const bool by_joints = !pose.joints.empty(), by_place = pose.tool || pose.com;
+  return drive == DriveKind::joints ? !by_joints && by_place : drive == DriveKind::tool && !pose.tool && (by_joints || pose.com);
+}
+
 void read_poses(const Cursor& at, const Timing& own, const Timing& shared, const Cursor* path, Draft& draft,
                 Trajectory& trajectory) {
   const auto from = own.from ? own.from : shared.from;
@@ -129,15 +135,19 @@ void read_poses(const Cursor& at, const Timing& own, const Timing& shared, const
   if (path != nullptr && is_table(*path)) return;
   const DriveNeeds needs{trajectory.drive, trajectory.components};
   if (!from) at.fail("missing key: expected 'from' here or in 'motion', found none");
-  check_pose(place_of(own.from_at, shared.from_at, at), trajectory.from, needs, draft);
+  const bool from_elsewhere = told_otherwise(trajectory.from, trajectory.drive);
+  if (!from_elsewhere || path != nullptr)
+    check_pose(place_of(own.from_at, shared.from_at, at), trajectory.from, needs, draft);
   if (!needs_end(path)) {
     trajectory.to = trajectory.from;
     return;
   }
   if (!to) at.fail("missing key: expected 'to' here or in 'motion', found none");
   const Cursor to_at = place_of(own.to_at, shared.to_at, at);
-  check_pose(to_at, trajectory.to, needs, draft);
-  match_pose(to_at, trajectory.to, trajectory.from, trajectory.drive, draft);
+  const bool to_elsewhere = told_otherwise(trajectory.to, trajectory.drive);
+  if (!to_elsewhere || path != nullptr) check_pose(to_at, trajectory.to, needs, draft);
+  if ((!from_elsewhere && !to_elsewhere) || path != nullptr)
+    match_pose(to_at, trajectory.to, trajectory.from, trajectory.drive, draft);
 }
 
 void put_together(const Cursor& at, const TrajectoryText& text, const Timing& own, const Timing& shared, Draft& draft,
