@@ -49,7 +49,8 @@ class ResultFiles(Case):
                 numpy.testing.assert_array_equal(columns[f"{joint}.force.y [N]"], result["joint_force"][:, i, 1])
                 numpy.testing.assert_array_equal(columns[f"{joint}.moment [N m]"], result["joint_moment"][:, i])
             for i, coordinate in enumerate(result["coordinate"].asstr()):
-                numpy.testing.assert_array_equal(columns[f"{coordinate}.velocity [rad/s]"], result["joint_velocity"][:, i])
+                velocity = columns[f"{coordinate}.velocity [rad/s]"]
+                numpy.testing.assert_array_equal(velocity, result["joint_velocity"][:, i])
             numpy.testing.assert_array_equal(columns["shaking_moment [N m]"], result["shaking_moment"])
 
     def test_the_same_spec_gives_the_same_bytes_wherever_it_lies(self):
@@ -57,8 +58,9 @@ class ResultFiles(Case):
         for kind in ([], ["--compress"]):
             self.assert_quiet_success(self.simulate("-o", self.path("a.h5"), "--force", *kind))
             # Memory that is filled with rubbish must not show.
-            done = run("simulate", elsewhere, "-t", "cycloid", "--samples", "101", "-o", "b.h5", "--force", "--json", *kind,
-                       cwd=self.folder, env={**os.environ, "MALLOC_PERTURB_": "165", "TZ": "Asia/Tokyo"})
+            rubbish = {**os.environ, "MALLOC_PERTURB_": "165", "TZ": "Asia/Tokyo"}
+            done = run("simulate", elsewhere, "-t", "cycloid", "--samples", "101", "-o", "b.h5", "--force", "--json",
+                       *kind, cwd=self.folder, env=rubbish)
             self.assert_quiet_success(done)
             self.assertEqual(self.content("a.h5"), self.content("b.h5"))
 
@@ -68,7 +70,8 @@ class ResultFiles(Case):
             command = result.attrs["command_line"]
             spec = result.attrs["spec"]
         name = os.path.basename(SPEC)
-        self.assertEqual(command, f"balance simulate {name} --trajectory cycloid --samples 101 --duration 0.3 --about=-0.1,0.25")
+        self.assertEqual(command, f"balance simulate {name} --trajectory cycloid "
+                                  "--samples 101 --duration 0.3 --about=-0.1,0.25")
         self.write(name, spec)
         self.assert_quiet_success(run(*command.split()[1:], "-o", "b.h5", cwd=self.folder))
         self.assertEqual(self.content("a.h5"), self.content("b.h5"))
@@ -76,7 +79,8 @@ class ResultFiles(Case):
     def test_an_existing_file_is_replaced_only_with_force(self):
         for option in ("-o", "--csv"):
             old = self.write("old", "old")
-            self.assert_failure(self.simulate(option, old), 5, f"cannot write {old}: it exists already; --force replaces it")
+            reason = f"cannot write {old}: it exists already; --force replaces it"
+            self.assert_failure(self.simulate(option, old), 5, reason)
             self.assertEqual(self.content("old"), b"old")
             self.assert_quiet_success(self.simulate(option, old, "--force"))
             self.assertNotEqual(self.content("old"), b"old")
@@ -84,16 +88,18 @@ class ResultFiles(Case):
     def test_the_spec_is_never_replaced(self):
         spec = shutil.copy(SPEC, self.folder)
         for option in ("-o", "--csv"):
-            self.assert_failure(run("simulate", spec, "-t", "cycloid", option, spec, "--force"), 2, "would replace the spec")
-        self.assert_failure(self.simulate("-o", self.path("a"), "--csv", self.folder + "/./a"), 2, "the same file")
+            done = run("simulate", spec, "-t", "cycloid", option, spec, "--force")
+            self.assert_failure(done, 2, "would replace the spec")
+        done = self.simulate("-o", self.path("a"), "--csv", self.folder + "/./a")
+        self.assert_failure(done, 2, "the same file")
         with open(SPEC, "rb") as file:
             self.assertEqual(self.content(os.path.basename(SPEC)), file.read())
 
     def test_places_where_no_file_can_be_are_named(self):
         self.write("file", "")
-        for place, reason in ((self.path("none/a.h5"), "No such file or directory"), (self.path("file/a.h5"), "Not a directory"),
-                              (self.folder, "it is a folder"), ("/dev/full", "it is not a regular file"),
-                              ("/proc/a.h5", "")):
+        for place, reason in ((self.path("none/a.h5"), "No such file or directory"),
+                              (self.path("file/a.h5"), "Not a directory"), (self.folder, "it is a folder"),
+                              ("/dev/full", "it is not a regular file"), ("/proc/a.h5", "")):
             for option in ("-o", "--csv"):
                 done = self.simulate(option, place, "--force")
                 self.assert_failure(done, 5, f"error: cannot write {place}: {reason}")
@@ -103,7 +109,8 @@ class ResultFiles(Case):
     @unittest.skipIf(os.geteuid() == 0, "root may write everywhere")
     def test_a_folder_without_permission_is_named(self):
         os.chmod(self.folder, 0o555)
-        self.assert_failure(self.simulate("-o", self.path("a.h5")), 5, f"cannot write {self.path('a.h5')}: Permission denied")
+        done = self.simulate("-o", self.path("a.h5"))
+        self.assert_failure(done, 5, f"cannot write {self.path('a.h5')}: Permission denied")
         os.chmod(self.folder, 0o755)
 
     def test_a_full_disk_keeps_the_old_file_and_leaves_no_other(self):
@@ -125,7 +132,8 @@ class ResultFiles(Case):
     def interrupt(self, number, ready):
         """Sends a signal when `ready` says so; the exit code and what is left."""
         self.write("a.csv", "old")
-        arguments = [PROGRAM, "simulate", SPEC, "-t", "cycloid", "--samples", "200000", "--csv", self.path("a.csv"), "--force"]
+        arguments = [PROGRAM, "simulate", SPEC, "-t", "cycloid", "--samples", "200000",
+                     "--csv", self.path("a.csv"), "--force"]
         with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
             end = time.monotonic() + 60
             while not ready() and process.poll() is None and time.monotonic() < end:

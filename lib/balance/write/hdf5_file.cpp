@@ -1,11 +1,13 @@
 #include "balance/write/hdf5_file.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/write/hdf5_driver.hpp"
 #include "balance/write/hdf5_handle.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <functional>
 #include <stdexcept>
 
@@ -65,17 +67,26 @@ struct Hdf5File::Implementation {
   hdf5::Silence silence;  // first in, last out: closing may fail too
   std::string shown_name;
   Storage storage = Storage::contiguous;
+  int system_error = 0;  // noted by the driver
+  Handle driver;
   Handle file;
   std::vector<Handle> groups;
   std::vector<Scale> scales;
 
-  /// Runs something and says which file a failure belongs to.
+  [[noreturn]] void fail(const std::string& reason) const {
+    throw SystemError(fmt::format("cannot write {}: {}", shown_name, reason));
+  }
+
+  /// Runs something and says which file a failure belongs to and why.
   void guarded(const std::function<void()>& work) {
+    std::string reason;
     try {
       work();
     } catch (const SystemError& error) {
-      throw SystemError(fmt::format("cannot write {}: {}", shown_name, error.what()));
+      reason = error.what();
     }
+    if (system_error != 0) fail(std::strerror(system_error));
+    if (!reason.empty()) fail(reason);
   }
 
   std::vector<hsize_t> sizes_of(const Variable& variable) const {
@@ -164,17 +175,18 @@ std::vector<const char*> pointers(const std::vector<std::string>& texts) {
 
 }  // namespace
 
-Hdf5File::Hdf5File(const std::string& path, const std::string& shown_name, Storage storage)
+Hdf5File::Hdf5File(int descriptor, const std::string& shown_name, Storage storage)
     : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
   self.shown_name = shown_name;
   self.storage = storage;
   self.guarded([&] {
-    const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    self.driver = hdf5::make_driver();
+    const Handle access = hdf5::make_access(self.driver, descriptor, self.system_error);
     // The oldest format that can hold everything, never one that HDF5 1.8 and its users cannot read.
     checked_status(H5Pset_libver_bounds(access.get(), H5F_LIBVER_EARLIEST, H5F_LIBVER_V18));
     const Handle creation = group_properties(H5P_FILE_CREATE);
-    self.file = Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
+    self.file = Handle(H5Fcreate(shown_name.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
     self.groups.emplace_back(H5Gopen2(self.file.get(), "/", H5P_DEFAULT), H5Gclose);
   });
 }

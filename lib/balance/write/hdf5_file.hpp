@@ -32,10 +32,10 @@ class Hdf5File {
     std::vector<Dimension> dimensions;
     std::vector<Numbers> attributes;
   };
-  /// @param path the file to fill; replaced if it exists
+  /// @param descriptor of an empty file, open for reading and writing; stays open
   /// @param shown_name what messages call it
   /// @throws SystemError, as all other functions here, with HDF5's or the system's reason
-  Hdf5File(const std::string& path, const std::string& shown_name, Storage storage);
+  Hdf5File(int descriptor, const std::string& shown_name, Storage storage);
 
   /// Closes without complaint. Call close() to know whether the file is complete.
   ~Hdf5File();

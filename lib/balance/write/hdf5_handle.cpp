@@ -8,18 +8,10 @@
 namespace balance::hdf5 {
 namespace {
 
-/// Upwards through the stack: the first entry is the innermost. Drivers quote the system: error message = '...'.
+/// Upwards through the stack: the first entry is the innermost.
 herr_t note_reason(unsigned, const H5E_error2_t* entry, void* data) {
   std::string& reason = *static_cast<std::string*>(data);
-  const std::string text = entry->desc ? entry->desc : "";
-  static constexpr std::string_view mark = "error message = '";
-  const std::size_t start = text.find(mark);
-  if (start != std::string::npos) {
-    const std::size_t begin = start + mark.size();
-    reason = text.substr(begin, text.find('\'', begin) - begin);
-    return 1;  // nothing says more
-  }
-  if (reason.empty()) reason = text;
+  if (reason.empty() && entry->desc != nullptr) reason = entry->desc;
   return 0;
 }
 

@@ -9,13 +9,10 @@
 
 namespace balance::hdf5 {
 
-/// Keeps HDF5 from printing its errors while it lives; what was set before comes back afterwards. Make one before anything
-/// else of HDF5: the first one also keeps HDF5 from tidying up when the program ends. It crashes there if closing a file
-/// failed on a full disk, and has nothing to tidy, because every handle closes itself.
+/// Keeps HDF5 from printing its errors while it lives; what was set before comes back afterwards.
 class Silence {
  public:
   Silence() {
-    H5dont_atexit();
     H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   }
@@ -28,7 +25,7 @@ class Silence {
   void* data_ = nullptr;
 };
 
-/// The innermost reason on HDF5's error stack, the system's own words if it has any; empties the stack.
+/// The innermost reason on HDF5's error stack; empties the stack.
 std::string take_reason();
 
 /// Throws SystemError("<reason>") if HDF5 reports a failure by a negative number.

@@ -93,7 +93,7 @@ PendingFile::PendingFile(const std::string& path, Existing existing)
   constexpr int attempts = 8;  // two equal random names are already unlikely
   for (int attempt = 0; attempt < attempts; ++attempt) {
     temporary_ = temporary_name(target_);
-    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor_ >= 0) return;
     if (errno != EEXIST) break;
   }

@@ -34,6 +34,9 @@ class PendingFile {
 
   const std::string& temporary() const { return temporary_; }
 
+  /// Open for reading and writing; for libraries that write by themselves. Stays open until the end.
+  int descriptor() const { return descriptor_; }
+
   /// Appends bytes. @throws SystemError with the system's reason
   void write(std::string_view bytes);
 

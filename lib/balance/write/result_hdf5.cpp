@@ -139,7 +139,7 @@ void write_result(const std::string& path, const Result& result, const FileDescr
   if (result.outcome.status != MotionStatus::done) throw std::invalid_argument("only a result that is done is written");
   PendingFile pending(path, options.existing);
   const bool compress = options.compression == Compression::gzip;
-  Hdf5File file(pending.temporary(), path, compress ? Hdf5File::Storage::compressed : Hdf5File::Storage::contiguous);
+  Hdf5File file(pending.descriptor(), path, compress ? Hdf5File::Storage::compressed : Hdf5File::Storage::contiguous);
   fill(file, result, description, options);
   file.close();
   stop_if_cancelled(options);
