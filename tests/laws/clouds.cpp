@@ -22,7 +22,7 @@ struct Lump {
 /// Pairs of points on the principal axes: with n points of m / n each at ± d on axis k, ∫ x_k² dm = 2 m d² / n.
 void spread(int body, const balance::Disc* disc, double mass, const Vector3& com, const Matrix3& inertia, bool planar,
             std::vector<Lump>& lumps) {
-  if (mass == 0 || body == balance::ground) return;
+  if (mass == 0 || (body == balance::ground && !disc)) return;  // a disc turns on the ground too
   Matrix3 axes = Matrix3::Identity();
   Vector3 second(0.5 * inertia(2, 2), 0.5 * inertia(2, 2), 0);  // ∫ x_k² dm
   if (!planar) {

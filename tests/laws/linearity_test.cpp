@@ -1,5 +1,6 @@
 // Forces are linear in the inertial parameters.
 
+#include "random_mechanisms.hpp"
 #include "runs.hpp"
 
 #include "balance/dynamics/regressor.hpp"
@@ -45,6 +46,18 @@ void check_linear(const std::string& name, const Mechanism& mechanism, std::mt19
 }
 
 }  // namespace
+
+TEST_CASE("the regressor of random mechanisms too") {
+  std::mt19937 random(11);
+  for (std::uint32_t seed = 1; seed <= 20; ++seed)
+    for (const balance::SpaceKind space : {balance::SpaceKind::planar, balance::SpaceKind::spatial})
+      if (const auto experiment = random_experiment(space, seed)) {
+        if (space == balance::SpaceKind::planar)
+          check_linear<balance::Planar>(experiment->mechanism.name, experiment->mechanism, random);
+        else
+          check_linear<balance::Spatial>(experiment->mechanism.name, experiment->mechanism, random);
+      }
+}
 
 TEST_CASE("the regressor times the inertial parameters gives the recursion's torques, force and moment") {
   std::mt19937 random(20240601);

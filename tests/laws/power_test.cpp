@@ -93,7 +93,8 @@ TEST_CASE("kinetic energy is that of moving points, potential energy that of wei
       if (run.smooth[k]) kinetic.see(std::abs(motion - run.result.kinetic_energy(k, 0)) / most, k);
     }
     CHECK_MESSAGE(kinetic.error < 1e-6, run.name << " sample " << kinetic.sample << ": " << kinetic.error);
-    CHECK_MESSAGE(potential.error < 1e-11, run.name << " sample " << potential.sample << ": " << potential.error);
+    // the points were walked to through every joint, each closed to 1e-12
+    CHECK_MESSAGE(potential.error < 1e-10, run.name << " sample " << potential.sample << ": " << potential.error);
   });
 }
 

@@ -1,5 +1,7 @@
 #include "runs.hpp"
 
+#include "random_mechanisms.hpp"
+
 #include "balance/base/rotation.hpp"
 #include "balance/motion/law.hpp"
 #include "balance/read/read_spec.hpp"
@@ -111,7 +113,30 @@ Run run(const std::string& name, const Mechanism& mechanism, const balance::Traj
   return out;
 }
 
+namespace {
+
+void for_each_random_run(long samples, const std::function<void(const Run&)>& test) {
+  constexpr std::uint32_t seeds = 40;
+  for (const balance::SpaceKind space : {balance::SpaceKind::planar, balance::SpaceKind::spatial}) {
+    std::uint32_t made = 0;
+    for (std::uint32_t seed = 1; seed <= seeds; ++seed) {
+      std::optional<Experiment> experiment = random_experiment(space, seed);
+      if (!experiment) continue;
+      ++made;
+      experiment->trajectory.samples = samples;
+      const std::string kind = space == balance::SpaceKind::planar ? "planar " : "spatial ";
+      const Run one = run(kind + experiment->mechanism.name, experiment->mechanism, experiment->trajectory);
+      INFO(one.name);
+      if (one.result.outcome.status == balance::MotionStatus::done) test(one);
+    }
+    CHECK(made > seeds / 2);  // most of them can be driven
+  }
+}
+
+}  // namespace
+
 void for_each_run(long samples, const std::function<void(const Run&)>& test) {
+  for_each_random_run(samples, test);
   const std::vector<std::string> names = config_names();
   REQUIRE(names.size() >= 25);
   for (const std::string& file : names) {

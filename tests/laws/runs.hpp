@@ -1,5 +1,5 @@
 #pragma once
-/// Every mechanism of configs/ on every one of its trajectories, and what the laws of mechanics say of it, worked out from
+/// Every mechanism of configs/ on every one of its trajectories and a crowd of random ones, and what the laws of mechanics say of it, worked out from
 /// the joint coordinates over time alone: poses by walking from joint to joint, velocities and accelerations by differences,
 /// masses as clouds of points. Nothing here uses the engine's trees or recursions.
 
@@ -51,7 +51,7 @@ std::vector<std::string> config_names();
 balance::Study load(const std::string& file);
 Run run(const std::string& name, const Mechanism& mechanism, const balance::Trajectory& trajectory);
 
-/// Calls back with every config's every trajectory on `samples` samples. A run that does not end well is a failed check.
+/// Calls back with every config's every trajectory and with the random mechanisms, on `samples` samples. A run that does not end well is a failed check.
 void for_each_run(long samples, const std::function<void(const Run&)>& test);
 
 /// First and second derivative at sample k of a column, from seven samples around it: the error is of the order h^6.

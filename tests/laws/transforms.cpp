@@ -107,6 +107,12 @@ Experiment displaced(const Experiment& from, const Matrix3& R, const Vector3& d)
   for (NamedPoint& point : m.bodies[ground].points) point.position = R * point.position + d;
   const bool planar = m.space == SpaceKind::planar;
   for (Joint& joint : m.joints) displace_ground(joint, R, d);
+  for (Disc& disc : m.discs) {
+    if (disc.body != ground) continue;
+    disc.position = R * disc.position + d;
+    disc.axis = R * disc.axis;
+    disc.inertia = R * disc.inertia * R.transpose();
+  }
   for (Load& load : m.loads) {
     if (load.frame != Frame::world) continue;
     for (Vector3& force : load.force) force = R * force;
