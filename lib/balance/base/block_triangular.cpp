@@ -122,37 +122,51 @@ double factorise_block(double* a, int* pivots, int size, int& sign) {
   return smallest;
 }
 
-/// The unknowns of a small block live in registers.
-template <int N>
+// x −= a y and x *= a, for numbers and for pairs of them.
+void subtract(double& x, double a, double y) { x -= a * y; }
+void scale(double& x, double a) { x *= a; }
+template <class Pair>
+void subtract(Pair& x, double a, const Pair& y) {
+  x.x -= a * y.x;
+  x.z -= a * y.z;
+}
+template <class Pair>
+void scale(Pair& x, double a) {
+  x.x *= a;
+  x.z *= a;
+}
+
+/// The unknowns of a small block live in registers. X: a number or a pair of them.
+template <int N, class X>
 struct Local {
-  double values[N];
-  explicit Local(const double* x) {
+  X values[N];
+  explicit Local(const X* x) {
     for (int i = 0; i < N; ++i) values[i] = x[i];
   }
-  void store(double* x) const {
+  void store(X* x) const {
     for (int i = 0; i < N; ++i) x[i] = values[i];
   }
-  double& operator[](int i) { return values[i]; }
+  X& operator[](int i) { return values[i]; }
 };
-template <>
-struct Local<0> {
-  double* x;
-  explicit Local(double* values) : x(values) {}
-  void store(double*) const {}
-  double& operator[](int i) { return x[i]; }
+template <class X>
+struct Local<0, X> {
+  X* x;
+  explicit Local(X* values) : x(values) {}
+  void store(X*) const {}
+  X& operator[](int i) { return x[i]; }
 };
 
-template <int N>
-void solve_block(const double* a, const int* pivots, int size, double* x) {
+template <int N, class X>
+void solve_block(const double* a, const int* pivots, int size, X* x) {
   const int n = N > 0 ? N : size;
   for (int k = 0; k < n; ++k)
     if (pivots[k] != k) std::swap(x[k], x[pivots[k]]);
-  Local<N> v(x);
+  Local<N, X> v(x);
   for (int i = 1; i < n; ++i)
-    for (int j = 0; j < i; ++j) v[i] -= a[i * n + j] * v[j];
+    for (int j = 0; j < i; ++j) subtract(v[i], a[i * n + j], v[j]);
   for (int i = n - 1; i >= 0; --i) {
-    for (int j = i + 1; j < n; ++j) v[i] -= a[i * n + j] * v[j];
-    v[i] *= a[i * n + i];
+    for (int j = i + 1; j < n; ++j) subtract(v[i], a[i * n + j], v[j]);
+    scale(v[i], a[i * n + i]);
   }
   v.store(x);
 }
@@ -160,7 +174,7 @@ void solve_block(const double* a, const int* pivots, int size, double* x) {
 template <int N>
 void solve_block_transposed(const double* a, const int* pivots, int size, double* x) {
   const int n = N > 0 ? N : size;
-  Local<N> v(x);
+  Local<N, double> v(x);
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < i; ++j) v[i] -= a[j * n + i] * v[j];
     v[i] *= a[i * n + i];
@@ -214,6 +228,7 @@ bool BlockTriangular::analyse(const Eigen::MatrixXi& pattern) {
   factors_.assign(offset, 0);
   pivots_.assign(n, 0);
   work_.assign(n, 0);
+  pairs_.assign(n, {0, 0});
   return true;
 }
 
@@ -227,8 +242,8 @@ double BlockTriangular::factorise() {
       const double* row = &values_[(block.begin + i) * n + block.begin];
       for (int j = 0; j < block.size; ++j) factors[i * block.size + j] = row[j];
     }
-    const double smallest = by_size(block.size, [&](auto n) {
-      return factorise_block<n>(factors, &pivots_[block.begin], block.size, sign_);
+    const double smallest = by_size(block.size, [&](auto block_size) {
+      return factorise_block<block_size>(factors, &pivots_[block.begin], block.size, sign_);
     });
     quality = std::min(quality, smallest);
     if (quality == 0) return 0;
@@ -236,29 +251,46 @@ double BlockTriangular::factorise() {
   return quality;
 }
 
-void BlockTriangular::solve(double* x) {
+template <class X>
+void BlockTriangular::substitute(X* work) const {
   const int n = size();
-  for (int row = 0; row < n; ++row) work_[row_position_[row]] = x[row];
   for (const Block& block : blocks_) {
     for (int i = block.begin; i < block.begin + block.size; ++i) {
       const double* values = &values_[i * n];
-      double sum = work_[i];
-      for (int j = first_[i]; j < block.begin; ++j) sum -= values[j] * work_[j];
-      work_[i] = sum;
+      X sum = work[i];
+      for (int j = first_[i]; j < block.begin; ++j) subtract(sum, values[j], work[j]);
+      work[i] = sum;
     }
-    by_size(block.size, [&](auto n) {
-      solve_block<n>(factors_.data() + block.offset, &pivots_[block.begin], block.size, &work_[block.begin]);
+    by_size(block.size, [&](auto block_size) {
+      solve_block<block_size>(factors_.data() + block.offset, &pivots_[block.begin], block.size, work + block.begin);
     });
   }
+}
+
+void BlockTriangular::solve(double* x) {
+  const int n = size();
+  for (int row = 0; row < n; ++row) work_[row_position_[row]] = x[row];
+  substitute(work_.data());
   for (int column = 0; column < n; ++column) x[column] = work_[column_position_[column]];
+}
+
+void BlockTriangular::solve_pair(double* x, double* z) {
+  const int n = size();
+  for (int row = 0; row < n; ++row) pairs_[row_position_[row]] = {x[row], z[row]};
+  substitute(pairs_.data());
+  for (int column = 0; column < n; ++column) {
+    const Pair& pair = pairs_[column_position_[column]];
+    x[column] = pair.x;
+    z[column] = pair.z;
+  }
 }
 
 void BlockTriangular::solve_transposed(double* x) {
   const int n = size();
   for (int column = 0; column < n; ++column) work_[column_position_[column]] = x[column];
   for (auto block = blocks_.rbegin(); block != blocks_.rend(); ++block) {
-    by_size(block->size, [&](auto n) {
-      solve_block_transposed<n>(factors_.data() + block->offset, &pivots_[block->begin], block->size, &work_[block->begin]);
+    by_size(block->size, [&](auto block_size) {
+      solve_block_transposed<block_size>(factors_.data() + block->offset, &pivots_[block->begin], block->size, &work_[block->begin]);
     });
     for (int i = block->begin; i < block->begin + block->size; ++i) {
       const double* values = &values_[i * n];

@@ -35,6 +35,8 @@ class BlockTriangular {
 
   /// x := A⁻¹ x, both in the original order. Allocates nothing.
   void solve(double* x);
+  /// Both x := A⁻¹ x and z := A⁻¹ z, in one go.
+  void solve_pair(double* x, double* z);
   /// x := A⁻ᵀ x.
   void solve_transposed(double* x);
 
@@ -43,13 +45,22 @@ class BlockTriangular {
     int begin, size, offset;   ///< first row, rows, where its factors start
   };
 
+  /// Forward substitution over the blocks, in the permuted order, of one or two right-hand sides.
+  template <class X>
+  void substitute(X* work) const;
+
   std::vector<int> row_position_, column_position_;   ///< of an original row or column in the permuted matrix
   std::vector<int> first_;                            ///< per permuted row: its first column that may be non-zero
   std::vector<Block> blocks_;
   std::vector<double> values_;                        ///< permuted matrix, row-major
   std::vector<double> factors_;                       ///< LU of the diagonal blocks, row-major one after another
   std::vector<int> pivots_;                           ///< row exchanges, per permuted row
+  struct Pair {
+    double x, z;
+  };
+
   std::vector<double> work_;
+  std::vector<Pair> pairs_;
   int sign_ = 0;
 };
 

@@ -92,6 +92,7 @@ void Observer<S>::set_state(Stepper<S>& stepper, Detail detail) {
   state_ = &stepper.state();
   State<S>& state = *state_;
   if (!stepper.direct()) {
+    if (detail == Detail::everything) origin_velocities(tree_, stepper.dy(), state);
     accelerations<S>(tree_, stepper.dy(), stepper.ddy(), -gravity_, state);
     return;
   }
@@ -120,23 +121,25 @@ void Observer<S>::read_coordinates(const Stepper<S>& stepper) {
 
 template <class S>
 void Observer<S>::read_cut_coordinates(const Stepper<S>& stepper) {
+  const double *y = stepper.y(), *dy = stepper.dy(), *ddy = stepper.ddy();
   for (CutCoordinate& cut : cut_) {
     if (!cut.linear) continue;
     if (first_) {   // whole turns are counted from the start
       constexpr double turn = 2 * std::numbers::pi;
-      const double value = cut.quantity.value(stepper.y());
+      const double value = cut.quantity.value(y);
       cut.quantity.constant -= turn * std::round(value / turn);
     }
     double position = cut.quantity.constant, velocity = 0, acceleration = 0;
     for (const auto& [column, coefficient] : cut.quantity.terms) {
-      position += coefficient * stepper.y()[column];
-      velocity += coefficient * stepper.dy()[column];
-      acceleration += coefficient * stepper.ddy()[column];
+      position += coefficient * y[column];
+      velocity += coefficient * dy[column];
+      acceleration += coefficient * ddy[column];
     }
     seen_.position[cut.coordinate] = position;
     seen_.velocity[cut.coordinate] = velocity;
     seen_.acceleration[cut.coordinate] = acceleration;
   }
+  if (!cut_joints_.empty()) origin_velocities(tree_, dy, *state_);
   for (const int j : cut_joints_) {
     const Joint& joint = mechanism_.joints[j];
     const JointReading reading = read_joint(joint, relative_motion(tree_, *state_, joint));

@@ -53,30 +53,37 @@ inline double power_of(const Node<S>& node, const NodeState<S>& state, const typ
   return node.ratio * dot(turn_axis(state.R_WN), typename S::Angular(wrench.moment + cross(typename S::Vector(Q - state.p_WN), wrench.force)));
 }
 
-/// Second derivative of every row when no coordinate accelerates. State: velocities, and accelerations with ddy = null.
+/// Acceleration of b's origin as seen by an observer on a (world axes).
+template <class S>
+inline typename S::Vector relative_acceleration(const NodeState<S>& A, const NodeState<S>& B, const Closure<S>& closure,
+                                                const ClosurePose<S>& pose) {
+  const typename S::Vector difference = point_acceleration<S>(B, closure.b.p_N) - point_acceleration<S>(A, closure.a.p_N);
+  if (closure.pinned) return difference;
+  const typename S::Vector d = pose.p_B - pose.p_A;
+  const typename S::Angular w = A.R_WN * A.angular_velocity;
+  const typename S::Angular alpha = A.R_WN * A.angular_acceleration;
+  const typename S::Vector slip = point_velocity<S>(B, closure.b.p_N) - point_velocity<S>(A, closure.a.p_N) - cross(w, d);
+  return difference - times(turning(w, alpha), d) - 2 * cross(w, slip);
+}
+
+/// Second derivative of every row when no coordinate accelerates. State: accelerations with ddy = null, and velocities (those
+/// of the origins only if the closure is not pinned).
 template <class S>
 void closure_bias(const State<S>& state, const Closure<S>& closure, const ClosurePose<S>& pose, double* bias) {
   const NodeState<S>&A = state[closure.a.node], &B = state[closure.b.node];
-  const typename S::Vector d = pose.p_B - pose.p_A;
-  const typename S::Angular w_A = A.R_WN * A.angular_velocity, w_B = B.R_WN * B.angular_velocity;
-  const typename S::Angular alpha_A = A.R_WN * A.angular_acceleration, alpha_B = B.R_WN * B.angular_acceleration;
-  const typename S::Vector slip = point_velocity<S>(B, closure.b.p_N) - point_velocity<S>(A, closure.a.p_N) - cross(w_A, d);
-  // acceleration of d as seen by an observer on a
-  const typename S::Vector relative = point_acceleration<S>(B, closure.b.p_N) - point_acceleration<S>(A, closure.a.p_N) -
-                                      cross(alpha_A, d) - cross(w_A, typename S::Vector(cross(w_A, d))) -
-                                      2 * cross(w_A, slip);
-  const typename S::Angular w = w_B - w_A;
-  const typename S::Angular alpha = alpha_B - alpha_A - typename S::Angular(cross(w_A, w));
-  for (std::size_t r = 0; r < closure.rows.size(); ++r) {
-    const ClosureRow& row = closure.rows[r];
-    const typename S::Vector a = axis(pose.R_A, row.i);
-    if (row.kind == ClosureRow::Kind::along) {
-      bias[r] = dot(a, relative);
-    } else {
-      const typename S::Vector b = axis(pose.R_B, row.j);
-      bias[r] = dot(a, typename S::Vector(cross(alpha, b) + cross(w, typename S::Vector(cross(w, b)))));
-    }
-  }
+  const typename S::Vector relative = relative_acceleration(A, B, closure, pose);
+  const std::size_t rows = closure.rows.size();
+  std::size_t r = 0;
+  for (; r < rows && closure.rows[r].kind == ClosureRow::Kind::along; ++r)
+    bias[r] = dot(axis(pose.R_A, closure.rows[r].i), relative);
+  if (r == rows) return;
+  const typename S::Angular w_A = A.R_WN * A.angular_velocity;
+  const typename S::Angular w = typename S::Angular(B.R_WN * B.angular_velocity) - w_A;
+  const typename S::Angular alpha = typename S::Angular(B.R_WN * B.angular_acceleration) -
+                                    typename S::Angular(A.R_WN * A.angular_acceleration) - typename S::Angular(cross(w_A, w));
+  const auto turn = turning(w, alpha);
+  for (; r < rows; ++r)
+    bias[r] = dot(axis(pose.R_A, closure.rows[r].i), typename S::Vector(times(turn, axis(pose.R_B, closure.rows[r].j))));
 }
 
 /// The joint's frames point the same way, not the opposite one.

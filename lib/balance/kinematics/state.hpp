@@ -74,7 +74,7 @@ inline void set_acceleration(const Node<S>& node, const double* dy, const double
                              NodeState<S>& state) {
   state.acceleration = unrotate(
       state.R_PN, typename S::Vector(parent.acceleration +
-                                     turning(parent.angular_velocity, parent.angular_acceleration) * state.p_PN));
+                                     times(turning(parent.angular_velocity, parent.angular_acceleration), state.p_PN)));
   state.angular_acceleration = unrotate(state.R_PN, parent.angular_acceleration);
   if (node.motion == NodeMotion::turn) {
     state.angular_acceleration += cross_with_axis(state.angular_velocity, node.ratio * dy[node.column]);
@@ -95,12 +95,22 @@ void poses(const Tree<S>& tree, const double* y, State<S>& state) {
 }
 
 template <class S>
+void angular_velocities(const Tree<S>& tree, const double* dy, State<S>& state) {
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n)
+    set_angular_velocity(tree.nodes[n], dy, state[tree.nodes[n].parent], state[n]);
+}
+
+/// Velocities of the nodes' origins, once the angular ones are known.
+template <class S>
+void origin_velocities(const Tree<S>& tree, const double* dy, State<S>& state) {
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n)
+    set_velocity(tree.nodes[n], dy, state[tree.nodes[n].parent], state[n]);
+}
+
+template <class S>
 void velocities(const Tree<S>& tree, const double* dy, State<S>& state) {
-  for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
-    const NodeState<S>& parent = state[tree.nodes[n].parent];
-    set_angular_velocity(tree.nodes[n], dy, parent, state[n]);
-    set_velocity(tree.nodes[n], dy, parent, state[n]);
-  }
+  angular_velocities(tree, dy, state);
+  origin_velocities(tree, dy, state);
 }
 
 /// @param base acceleration of the ground; −gravity makes weight part of the inertia forces

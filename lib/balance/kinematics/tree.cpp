@@ -161,6 +161,10 @@ class Compiler {
     for (Closure<S>& closure : tree_.closures) {
       find_path(closure);
       tree_.closure_rows += static_cast<int>(closure.rows.size());
+      closure.pinned = std::count_if(closure.rows.begin(), closure.rows.end(), [](const ClosureRow& row) {
+                         return row.kind == ClosureRow::Kind::along;
+                       }) == S::dimension;
+      tree_.slides = tree_.slides || !closure.pinned;
     }
     return std::move(tree_);
   }

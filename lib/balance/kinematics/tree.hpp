@@ -52,6 +52,7 @@ struct Closure {
   bool split = false;                ///< welds the copy that a split joint carries
   FixedFrame<S> a, b;
   std::vector<ClosureRow> rows;
+  bool pinned = false;               ///< the origins of a and b coincide: nothing slides
   std::vector<int> aligned;          ///< axes k for which a_k · b_k must be positive: excludes flipped assemblies
   std::vector<PathStep> path;        ///< nodes that move b (+1) or a (−1) but not both
 };
@@ -76,6 +77,7 @@ struct Tree {
   std::vector<FixedFrame<S>> bodies;          ///< frame of every body of the mechanism
   std::vector<Closure<S>> closures;
   int closure_rows = 0;
+  bool slides = false;                        ///< some closure is not pinned
   std::vector<CoordinateSource> sources;      ///< for every coordinate of the mechanism
   std::vector<int> joint_nodes;               ///< per joint: the last node of its chain, −1 if cut
   std::vector<int> joint_first_nodes;         ///< per joint: the first node of its chain, −1 if cut

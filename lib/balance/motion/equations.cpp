@@ -187,6 +187,16 @@ void Equations<S>::solve(double* x) {
 }
 
 template <class S>
+void Equations<S>::solve_pair(double* x, double* z) {
+  if (redundant_) {
+    solve(x);
+    return solve(z);
+  }
+  sparse_.solve_pair(x, z);
+  for (int c = 0; c < columns(); ++c) x[c] *= column_scale_[c], z[c] *= column_scale_[c];
+}
+
+template <class S>
 void Equations<S>::rate_rows(const DriveSample& target, double* out) const {
   int row = 0;
   for (; row < tree_.closure_rows; ++row) out[row] = 0;

@@ -32,6 +32,8 @@ class Equations {
   bool factorise();
   /// Turns `rows()` right-hand sides into `columns()` unknowns, in place, unscaled on return. Array length: max of both.
   void solve(double* x);
+  /// Two right-hand sides at little more than the cost of one.
+  void solve_pair(double* x, double* z);
   int determinant_sign() const { return redundant_ ? 0 : sparse_.determinant_sign(); }
 
   /// Right-hand sides for rates and accelerations. State: for the latter velocities and velocity-caused accelerations.

@@ -44,6 +44,7 @@ Stepper<S>::Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& pl
   predicted_.setZero(n);
   trial_.setZero(n);
   x_.assign(std::max(n, equations_.rows()), 0);
+  rates_ = x_;
   direct_ = tree.closures.empty() && plan.drive.rows() == static_cast<int>(plan.drive.linear.size());
   for (const LinearQuantity& quantity : plan.drive.linear)
     direct_ = direct_ && quantity.terms.size() == 1 && quantity.terms[0].second != 0;
@@ -93,7 +94,8 @@ bool Stepper<S>::newton(VectorX& y) {
     double worst = 0;
     for (int r = 0; r < equations_.rows(); ++r) worst = std::max(worst, std::abs(x_[r]));
     if (!std::isfinite(worst) || !equations_.factorise()) return false;
-    equations_.solve(x_.data());
+    equations_.rate_rows(sample_, rates_.data());
+    equations_.solve_pair(x_.data(), rates_.data());
     for (int c = 0; c < tree_.columns; ++c) y[c] -= x_[c];
     // Either small, or as small as round-off allows. The last correction is too small to show in the poses, but must be
     // made: the predictor would magnify what it leaves undone.
@@ -170,10 +172,9 @@ bool Stepper<S>::turn_balls_back(double limit) {
 
 template <class S>
 void Stepper<S>::differentiate() {
-  equations_.rate_rows(sample_, x_.data());
-  equations_.solve(x_.data());
-  std::copy_n(x_.data(), tree_.columns, now_.dy.data());
-  velocities(tree_, now_.dy.data(), state_);
+  std::copy_n(rates_.data(), tree_.columns, now_.dy.data());
+  angular_velocities(tree_, now_.dy.data(), state_);
+  if (tree_.slides) origin_velocities(tree_, now_.dy.data(), state_);
   accelerations<S>(tree_, now_.dy.data(), nullptr, S::Vector::Zero(), state_);
   equations_.acceleration_rows(state_, sample_, x_.data());
   equations_.solve(x_.data());

@@ -32,7 +32,7 @@ class Stepper {
 
   /// No equation has to be solved: every coordinate is prescribed. Then state() holds nothing.
   bool direct() const { return direct_; }
-  /// Poses and velocities now; accelerations are scratch.
+  /// Poses and angular velocities now; origins' velocities only if a closure slides; accelerations are scratch.
   State<S>& state() { return state_; }
 
   /// Smallest singular value of the scaled matrix at the present configuration.
@@ -68,6 +68,7 @@ class Stepper {
   int iterations_ = 0;
   VectorX predicted_, trial_;
   std::vector<double> x_;               ///< right-hand side, then solution
+  std::vector<double> rates_;           ///< dy at the configuration of the last Newton step
   MotionOutcome outcome_;
 };
 
