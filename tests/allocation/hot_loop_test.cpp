@@ -62,7 +62,7 @@ TEST_CASE("the counter sees what Eigen and the standard library take") {
 TEST_CASE("after the first samples the hot loop makes no request to the heap") {
   if (!heap::counted()) return;
   // every kind of mechanism whose constraints are independent; the others are solved by singular values, at leisure
-  const char* const files[] = {"3rrr.yaml",
+  const std::string files[] = {"3rrr.yaml",
                                "planar-rrr.yaml",
                                "spatial-rrr.yaml",
                                "5r.yaml",
@@ -78,7 +78,7 @@ TEST_CASE("after the first samples the hot loop makes no request to the heap") {
                                "slider-crank.yaml",
                                "stewart.yaml",
                                "delta.yaml"};
-  for (const char* file : files) {
+  for (const std::string& file : files) {
     CAPTURE(file);
     CHECK(requests(file, "cycloid", Detail::forces) == 0);
     CHECK(requests(file, "cycloid", Detail::everything) == 0);
@@ -87,6 +87,6 @@ TEST_CASE("after the first samples the hot loop makes no request to the heap") {
 
 TEST_CASE("following the centre of mass takes nothing from the heap either") {
   if (!heap::counted()) return;
-  for (const char* file : {"3rrr.yaml", "5r.yaml", "rr.yaml"})
+  for (const std::string file : {"3rrr.yaml", "5r.yaml", "rr.yaml"})
     CHECK(requests(file, "bang-bang", Detail::everything) == 0);
 }

@@ -74,33 +74,55 @@ TEST_CASE("moving and turning the ground with all that acts on it leaves efforts
   });
 }
 
+TEST_CASE("a mechanism that stands a thousand times its size away moves and costs the same") {
+  for_each_run(51, [](const Run& run) {
+    const Experiment here{run.mechanism, run.trajectory};
+    if (!can_be_displaced(here)) return;
+    const Vector3 far =
+        1000 * run.length() * (run.result.axes == 2 ? Vector3(0.6, -0.8, 0) : Vector3(0.6, -0.48, 0.64));
+    const Experiment there = displaced(here, Matrix3::Identity(), far);
+    const Run moved = laws::run(run.name + ", far away", there.mechanism, there.trajectory);
+    if (moved.result.outcome.status != balance::MotionStatus::done) return;
+    const double force =
+        force_scale(run, cloud(run)) + balance::total_mass(run.mechanism) * run.mechanism.gravity.norm();
+    // round-off of positions grows a thousandfold
+    CHECK_MESSAGE(difference(run.result.torque, moved.result.torque, force * run.length()) < 1e-7, run.name);
+    CHECK_MESSAGE(difference(run.result.shaking_force, moved.result.shaking_force, force) < 1e-7, run.name);
+    CHECK_MESSAGE(difference(run.result.shaking_moment, moved.result.shaking_moment, force * run.length()) < 1e-7,
+                  run.name);
+  });
+}
+
 TEST_CASE("lengths, masses and times multiplied by powers of two multiply every result by its own power") {
   // Multiplying by a power of two is exact, and all comparisons inside are relative: the same operations with the same digits.
   for_each_run(51, [](const Run& run) {
-    const Units by{4, 0.5, 2};
-    const Experiment large = scaled({run.mechanism, run.trajectory}, by);
-    const Run other = laws::run(run.name + ", scaled", large.mechanism, large.trajectory);
-    if (other.result.outcome.status != balance::MotionStatus::done) return;
-    const Result &a = run.result, &b = other.result;
-    const double size = force_scale(run, cloud(run));
-    const double force = size * by.force(), moment = size * run.length() * by.moment();
-    for (long c = 0; c < a.joint_position.cols(); ++c) {
-      const double unit = run.mechanism.coordinates[c].kind == balance::CoordinateKind::length ? by.length : 1;
-      CHECK_MESSAGE(difference(a.joint_position.col(c) * unit, b.joint_position.col(c), unit * 1e-3) < 1e-12, run.name);
-      CHECK_MESSAGE(difference(a.joint_acceleration.col(c) * (unit / 4), b.joint_acceleration.col(c), unit) < 1e-10,
-                    run.name);
+    for (const Units& by : {Units{4, 0.5, 2}, Units{0x1p-20, 0x1p-30, 0x1p-10}}) {
+      const Experiment large = scaled({run.mechanism, run.trajectory}, by);
+      const Run other = laws::run(run.name + ", scaled", large.mechanism, large.trajectory);
+      if (other.result.outcome.status != balance::MotionStatus::done) continue;
+      const Result &a = run.result, &b = other.result;
+      const double size = force_scale(run, cloud(run));
+      const double force = size * by.force(), moment = size * run.length() * by.moment();
+      for (long c = 0; c < a.joint_position.cols(); ++c) {
+        const double unit = run.mechanism.coordinates[c].kind == balance::CoordinateKind::length ? by.length : 1;
+        CHECK_MESSAGE(difference(a.joint_position.col(c) * unit, b.joint_position.col(c), unit * 1e-3) < 1e-12,
+                      run.name);
+        CHECK_MESSAGE(difference(a.joint_acceleration.col(c) * (unit / (by.time * by.time)),
+                                 b.joint_acceleration.col(c), unit) < 1e-10,
+                      run.name);
+      }
+      for (long c = 0; c < a.torque.cols(); ++c) {
+        const bool slide = a.actuator_units[c] == "N";
+        CHECK_MESSAGE(difference(a.torque.col(c) * (slide ? by.force() : by.moment()), b.torque.col(c),
+                                 slide ? force : moment) < 1e-12,
+                      run.name << ", " << a.actuator_names[c]);
+      }
+      CHECK_MESSAGE(difference(a.shaking_force * by.force(), b.shaking_force, force) < 1e-12, run.name);
+      CHECK_MESSAGE(difference(a.shaking_moment * by.moment(), b.shaking_moment, moment) < 1e-12, run.name);
+      CHECK_MESSAGE(difference(a.ground_force * by.force(), b.ground_force, force) < 1e-12, run.name);
+      CHECK_MESSAGE(difference(a.kinetic_energy * by.moment(), b.kinetic_energy, 0) < 1e-12, run.name);
+      CHECK_MESSAGE(difference(a.joint_force * by.force(), b.joint_force, force) < 1e-10, run.name);
     }
-    for (long c = 0; c < a.torque.cols(); ++c) {
-      const bool slide = a.actuator_units[c] == "N";
-      CHECK_MESSAGE(difference(a.torque.col(c) * (slide ? by.force() : by.moment()), b.torque.col(c),
-                               slide ? force : moment) < 1e-12,
-                    run.name << ", " << a.actuator_names[c]);
-    }
-    CHECK_MESSAGE(difference(a.shaking_force * by.force(), b.shaking_force, force) < 1e-12, run.name);
-    CHECK_MESSAGE(difference(a.shaking_moment * by.moment(), b.shaking_moment, moment) < 1e-12, run.name);
-    CHECK_MESSAGE(difference(a.ground_force * by.force(), b.ground_force, force) < 1e-12, run.name);
-    CHECK_MESSAGE(difference(a.kinetic_energy * by.moment(), b.kinetic_energy, 0) < 1e-12, run.name);
-    CHECK_MESSAGE(difference(a.joint_force * by.force(), b.joint_force, force) < 1e-10, run.name);
   });
 }
 

@@ -132,11 +132,7 @@ class Maker {
       disc.follows = pick(static_cast<int>(m_.coordinates.size()));
       disc.ratio = number(-3, 3);
       disc.mass = 0.4;
-      const double axial = 0.02, transverse = 0.012;  // round about its axis, else it would shake by itself
-      disc.inertia =
-          planar_
-              ? Matrix3(Vector3(0, 0, axial).asDiagonal())
-              : Matrix3(transverse * Matrix3::Identity() + (axial - transverse) * disc.axis * disc.axis.transpose());
+      disc.inertia = inertia(0.02);
       if (k == 0 || chance(0.5)) m_.discs.push_back(disc);
     }
   }
@@ -158,6 +154,9 @@ class Maker {
     m_.friction.push_back({pick(static_cast<int>(m_.coordinates.size())), 0.3, 0.5});
   }
 
+  /// By tool or centre of mass: one or two rotations of a tool in space by themselves are no motion that can be stated.
+  bool drivable() const { return planar_ || (freedoms_ != 4 && freedoms_ != 5); }
+
   std::optional<Experiment> drive() {
     std::vector<int> all(m_.coordinates.size());
     for (std::size_t c = 0; c < all.size(); ++c) {
@@ -174,6 +173,7 @@ class Maker {
       t.name = "random";
       t.law.kind = LawKind::polynomial_345;
       t.drive = DriveKind::joints;
+      if (attempt < 2 && drivable() && chance(0.6)) t.drive = chance(0.5) ? DriveKind::tool : DriveKind::com;
       t.samples = 21;
       t.about = anywhere();
       for (const int c : m_.actuators) {

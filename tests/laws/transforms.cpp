@@ -133,7 +133,10 @@ bool can_be_displaced(const Experiment& from) {
   const auto ball_on_ground = [](const Joint& joint) {
     return joint.type == JointType::spherical && joint.first == ground;
   };
-  return from.trajectory.components.empty() &&
+  // with fewer freedoms than directions only x, or x and y, are driven
+  const std::size_t directions = from.mechanism.space == SpaceKind::planar ? 2 : 3;
+  const bool free = from.trajectory.drive == DriveKind::joints || from.mechanism.actuators.size() >= directions;
+  return free && from.trajectory.components.empty() &&
          std::none_of(from.mechanism.joints.begin(), from.mechanism.joints.end(), ball_on_ground);
 }
 

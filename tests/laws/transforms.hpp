@@ -14,7 +14,8 @@ struct Experiment {
 /// The ground with everything on it, gravity, loads and targets displaced by x ↦ R x + d.
 /// @param R planar mechanisms: about z
 Experiment displaced(const Experiment& from, const balance::Matrix3& R, const balance::Vector3& d);
-/// False where the displaced experiment cannot be stated: a drive on single components, angles of a ball on the ground.
+/// False where the displaced experiment cannot be stated: a drive on single directions, a ball on the ground (its angles are about the
+/// ground's axes).
 bool can_be_displaced(const Experiment& from);
 
 struct Units {

@@ -35,7 +35,7 @@ TEST_CASE("degrees of freedom by rank and by counting, and redundant constraints
                           {"scara.yaml", 3, 3, 0, 0},
                           {"double-pendulum.yaml", 2, 2, 0, 0}};
   for (const Expected& want : all) {
-    CAPTURE(want.file);
+    CAPTURE(std::string(want.file));
     const balance::CheckReport report = balance::check(load(want.file));
     CHECK(report.outcome.status == MotionStatus::done);
     CHECK(report.degrees_of_freedom == want.freedoms);
@@ -60,12 +60,12 @@ TEST_CASE("four-bar in space: the force along the axes and the moments across th
 }
 
 TEST_CASE("over-constrained mechanisms say that their reactions are of least norm, others say nothing") {
-  for (const char* file : {"bricard.yaml", "four-bar-in-space.yaml", "parallelogram.yaml"}) {
+  for (const std::string file : {"bricard.yaml", "four-bar-in-space.yaml", "parallelogram.yaml"}) {
     const Result r = run(file, "cycloid", 21);
     REQUIRE_MESSAGE(r.outcome.notes.size() == 1, file);
     CHECK(r.outcome.notes[0].find("over-constrained") != std::string::npos);
   }
-  for (const char* file : {"four-bar.yaml", "3rrr.yaml", "stewart.yaml", "delta.yaml"})
+  for (const std::string file : {"four-bar.yaml", "3rrr.yaml", "stewart.yaml", "delta.yaml"})
     CHECK(run(file, "cycloid", 21).outcome.notes.empty());
 }
 

@@ -237,3 +237,51 @@ TEST_CASE("a run that stops says where: the spec's coordinates by name") {
   CHECK(r.outcome.reason.find("J2 ") != std::string::npos);
   CHECK(r.outcome.reason.find("t = ") != std::string::npos);
 }
+
+TEST_CASE("few samples hide nothing: a way through the hole in the reach is never done") {
+  const Mechanism m = arm(0.5, 0.4);
+  for (const long samples : {2, 3, 4, 5, 8, 13, 50}) {
+    CAPTURE(samples);
+    Trajectory t = line({0.4, 0.06, 0}, {-0.4, 0.06, 0});
+    t.samples = samples;
+    CHECK(balance::simulate(m, t).outcome.status != MotionStatus::done);
+  }
+}
+
+TEST_CASE("few samples hide nothing: a crank that cannot turn fully never does") {
+  const balance::Study study = load("four-bar.yaml");
+  Mechanism m = study.mechanism;
+  m.joints[1].point_first.x() = 0.3;
+  for (const long samples : {2, 3, 4, 5, 8, 13, 50}) {
+    CAPTURE(samples);
+    Trajectory t = trajectory(study, "steady", samples);
+    t.from.joints[0].value = 1;
+    t.to.joints[0].value = 1 + 2 * std::numbers::pi;
+    CHECK(balance::simulate(m, t).outcome.status != MotionStatus::done);
+  }
+}
+
+TEST_CASE("few samples change nothing: whatever the grid, the same configuration is reached") {
+  for (const std::string file :
+       {"3rrr.yaml", "four-bar.yaml", "whitworth.yaml", "stewart.yaml", "delta.yaml", "spatial-slider-crank.yaml"}) {
+    const balance::Study study = load(file);
+    const Result fine = run(study.mechanism, trajectory(study, "cycloid", 401));
+    for (const long samples : {2, 3, 5, 9}) {
+      CAPTURE(file);
+      CAPTURE(samples);
+      const Result coarse = run(study.mechanism, trajectory(study, "cycloid", samples));
+      for (long k = 0; k < samples; ++k) {
+        const long same = k * 400 / (samples - 1);
+        for (long c = 0; c < fine.joint_position.cols(); ++c) {
+          double off = coarse.joint_position(k, c) - fine.joint_position(same, c);
+          // whole turns of an angle that is read off the poses cannot be counted from half a turn apart
+          if (fine.coordinate_units[static_cast<std::size_t>(c)] == "rad")
+            off = std::remainder(off, 2 * std::numbers::pi);
+          CHECK(std::abs(off) < 1e-8);
+        }
+        CHECK((coarse.torque.row(k) - fine.torque.row(same)).cwiseAbs().maxCoeff() <
+              1e-8 * fine.torque.cwiseAbs().maxCoeff());
+      }
+    }
+  }
+}

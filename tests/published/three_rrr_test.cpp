@@ -131,7 +131,7 @@ TEST_CASE("3RRR: guiding the centre of mass lowers the moment's rms and raises i
 }
 
 TEST_CASE("3RRR redistributed: the centre of mass moves at half the tool's displacement") {
-  for (const char* name : {"cycloid", "tool-bang", "bang-bang"}) {
+  for (const std::string name : {"cycloid", "tool-bang", "bang-bang"}) {
     CAPTURE(name);
     const Result r = run("3rrr-redistributed.yaml", name, 201);
     for (long k = 0; k < 201; ++k) {
@@ -150,7 +150,7 @@ TEST_CASE("3RRR redistributed: the tool's bang-bang gives a constant force of 36
 }
 
 TEST_CASE("3RRR redistributed: the torques are those of the original mechanism") {
-  for (const char* name : {"cycloid", "tool-bang"}) {
+  for (const std::string name : {"cycloid", "tool-bang"}) {
     const Result a = run("3rrr.yaml", name, 201), b = run("3rrr-redistributed.yaml", name, 201);
     CHECK((a.torque - b.torque).cwiseAbs().maxCoeff() < 1e-10 * a.torque.cwiseAbs().maxCoeff());
   }
