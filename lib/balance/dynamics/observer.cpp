@@ -83,6 +83,7 @@ bool Observer<S>::observe(Stepper<S>& stepper, Detail detail) {
     read_reactions(stepper);
   }
   first_ = false;
+  time_ = stepper.time();
   return held;
 }
 
@@ -148,7 +149,16 @@ void Observer<S>::read_cut_coordinates(const Stepper<S>& stepper) {
       if (cut.linear || coordinate.joint != j) continue;
       double& position = seen_.position[cut.coordinate];
       const double value = reading.position[coordinate.index];
-      position = coordinate.kind == CoordinateKind::angle && !first_ ? unwrapped(value, position) : value;
+      if (coordinate.kind == CoordinateKind::angle && !first_) {
+        // how far it has turned since the last look, by the quadrature that rates at both ends allow
+        const double step = stepper.time() - time_;
+        const double mean = (seen_.velocity[cut.coordinate] + reading.velocity[coordinate.index]) / 2;
+        const double bend = (seen_.acceleration[cut.coordinate] - reading.acceleration[coordinate.index]) / 12;
+        const double expected = position + step * (mean + step * bend);
+        position = unwrapped(value, std::isfinite(expected) ? expected : position);
+      } else {
+        position = value;
+      }
       seen_.velocity[cut.coordinate] = reading.velocity[coordinate.index];
       seen_.acceleration[cut.coordinate] = reading.acceleration[coordinate.index];
     }

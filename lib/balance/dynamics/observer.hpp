@@ -88,6 +88,7 @@ class Observer {
   std::vector<double> tau_;
   Observation<S> seen_;
   bool first_ = true;
+  double time_ = 0;                       ///< of the last observation
 };
 
 extern template class Observer<Planar>;

@@ -48,7 +48,7 @@ Metric measure(std::string quantity, std::string unit, const Series& series, con
   double low = INFINITY, high = -INFINITY, squares = 0, sum = 0, last = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const double magnitude = series.magnitude(places[i]), value = series.value(places[i]);
-    if (magnitude > metric.peak || i == 0) metric.peak = magnitude, metric.peak_time = places[i].time;
+    metric.peak = std::max(metric.peak, magnitude);
     low = std::min(low, value), high = std::max(high, value);
     if (i > 0) {
       const double step = places[i].time - places[i - 1].time;
@@ -57,6 +57,11 @@ Metric measure(std::string quantity, std::string unit, const Series& series, con
     }
     last = magnitude;
   }
+  // of peaks that differ by round-off only, the first
+  const auto first_peak = std::find_if(places.begin(), places.end(), [&](const Place& place) {
+    return series.magnitude(place) >= (1 - 1e-10) * metric.peak;
+  });
+  metric.peak_time = first_peak->time;
   const double duration = places.back().time - places.front().time;
   metric.rms = std::sqrt(squares / duration);
   metric.mean = sum / duration;
