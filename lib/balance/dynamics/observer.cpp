@@ -97,15 +97,18 @@ void Observer<S>::set_state(Stepper<S>& stepper, Detail detail) {
     accelerations<S>(tree_, stepper.dy(), stepper.ddy(), -gravity_, state);
     return;
   }
+  const double *y = stepper.y(), *dy = stepper.dy(), *ddy = stepper.ddy();
   state[0].acceleration = -gravity_;
   for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
     const Node<S>& node = tree_.nodes[n];
     const NodeState<S>& parent = state[node.parent];
-    set_local_pose(node, stepper.y(), state[n]);
-    set_world_pose(parent, state[n]);
-    set_angular_velocity(node, stepper.dy(), parent, state[n]);
-    if (detail == Detail::everything) set_velocity(node, stepper.dy(), parent, state[n]);
-    set_acceleration(node, stepper.dy(), stepper.ddy(), parent, state[n]);
+    NodeState<S> s;   // worked on in registers
+    set_local_pose(node, y, s);
+    set_world_pose(parent, s);
+    set_angular_velocity(node, dy, parent, s);
+    if (detail == Detail::everything) set_velocity(node, dy, parent, s);
+    set_acceleration(node, dy, ddy, parent, s);
+    state[n] = s;
   }
 }
 

@@ -45,9 +45,11 @@ void inverse_dynamics(const Tree<S>& tree, const State<S>& state, std::vector<Wr
   for (int c = 0; c < tree.columns; ++c) tau[c] = 0;
   for (std::size_t n = tree.nodes.size(); n-- > 1;) {
     const Node<S>& node = tree.nodes[n];
-    if (!node.massless) add_inertia_wrench<S>(node.inertia, state[n], wrenches[n]);
-    if (node.motion != NodeMotion::weld) tau[node.column] += along_motion(node, wrenches[n]);
-    pass_on(state[n], wrenches[n], wrenches[node.parent]);
+    Wrench<S> wrench = wrenches[n];   // worked on in registers
+    if (!node.massless) add_inertia_wrench<S>(node.inertia, state[n], wrench);
+    wrenches[n] = wrench;
+    if (node.motion != NodeMotion::weld) tau[node.column] += along_motion(node, wrench);
+    pass_on(state[n], wrench, wrenches[node.parent]);
   }
 }
 

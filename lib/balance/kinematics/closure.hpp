@@ -16,15 +16,23 @@ struct RowWrench {
   typename S::Angular moment = S::zero_angular();
 };
 
-/// World poses of a closure's two frames.
+/// World poses of a closure's two frames; the axes are the world's where only the points have to meet.
 template <class S>
 struct ClosurePose {
   typename S::Rotation R_A, R_B;
   typename S::Vector p_A, p_B;
 };
 
+/// Nothing but the meeting of two points, the rows of a planar revolute and of a spherical joint: no axes are needed, so that the
+/// rows may as well be the world's components.
+template <class S>
+inline bool is_point(const Closure<S>& closure) {
+  return closure.pinned && closure.rows.size() == S::dimension;
+}
+
 template <class S>
 inline ClosurePose<S> closure_pose(const State<S>& state, const Closure<S>& closure) {
+  if (is_point(closure)) return {{}, {}, position(state, closure.a), position(state, closure.b)};
   return {orientation(state, closure.a), orientation(state, closure.b), position(state, closure.a),
           position(state, closure.b)};
 }
@@ -66,12 +74,23 @@ inline typename S::Vector relative_acceleration(const NodeState<S>& A, const Nod
   return difference - times(turning(w, alpha), d) - 2 * cross(w, slip);
 }
 
+/// Velocity of a point that a node carries, per unit rate of the node's coordinate.
+template <class S>
+inline typename S::Vector carried(const Node<S>& node, const NodeState<S>& state, const typename S::Vector& point) {
+  if (node.motion == NodeMotion::slide) return node.ratio * slide_axis(state.R_WN);
+  return node.ratio * typename S::Vector(cross(turn_axis(state.R_WN), typename S::Vector(point - state.p_WN)));
+}
+
 /// Second derivative of every row when no coordinate accelerates. State: accelerations with ddy = null, and velocities (those
 /// of the origins only if the closure is not pinned).
 template <class S>
 void closure_bias(const State<S>& state, const Closure<S>& closure, const ClosurePose<S>& pose, double* bias) {
   const NodeState<S>&A = state[closure.a.node], &B = state[closure.b.node];
   const typename S::Vector relative = relative_acceleration(A, B, closure, pose);
+  if (is_point(closure)) {
+    for (int i = 0; i < S::dimension; ++i) bias[i] = relative[i];
+    return;
+  }
   const std::size_t rows = closure.rows.size();
   std::size_t r = 0;
   for (; r < rows && closure.rows[r].kind == ClosureRow::Kind::along; ++r)

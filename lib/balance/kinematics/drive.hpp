@@ -2,6 +2,7 @@
 /// The prescribed quantities as equations in the tree coordinates: tool position, centre of mass, quantities linear in y
 /// (joint coordinates, the angle of a planar tool), rotation of a spatial tool. Private to kinematics, motion and dynamics.
 
+#include "balance/base/rotation.hpp"
 #include "balance/kinematics/closure.hpp"
 
 #include <utility>
@@ -69,13 +70,25 @@ struct MassDistribution {
   }
 };
 
-/// Sine of the rotation that is still missing, as a vector in world axes: ½ Σ target axis × axis.
-template <class S>
-inline Vector3 rotation_gap(const Matrix3& target, const typename S::Rotation& R) {
-  const Matrix3 now = to_matrix(R);
-  Vector3 gap = Vector3::Zero();
-  for (int k = 0; k < 3; ++k) gap += 0.5 * target.col(k).cross(now.col(k));
-  return gap;
+/// How far a tool's rotation R is from the prescribed T: ½ Σ T axis × R axis, the sine of the missing rotation as a vector in
+/// world axes. Its rate is A ω − Aᵀ ω_T; A is the identity where R = T, which it need not be if only some components of the
+/// rotation are prescribed.
+struct RotationGap {
+  Vector3 gap;
+  Matrix3 A;   ///< ½ (tr(R Tᵀ) E − R Tᵀ)
+
+  RotationGap(const Matrix3& T, const Matrix3& R) {
+    const Matrix3 M = R * T.transpose();
+    gap = 0.5 * Vector3(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));
+    A = 0.5 * (M.trace() * Matrix3::Identity() - M);
+  }
+};
+
+/// dA/dt of RotationGap.
+inline Matrix3 gap_matrix_rate(const Matrix3& T, const Vector3& w_T, const Matrix3& R, const Vector3& w) {
+  const Matrix3 M = R * T.transpose();
+  const Matrix3 rate = skew(w) * M - M * skew(w_T);
+  return 0.5 * (rate.trace() * Matrix3::Identity() - rate);
 }
 
 /// Acceleration of the centre of mass for the accelerations in the state (world axes).

@@ -69,13 +69,13 @@ void System<S>::prescribed(const VectorX& y, const DriveSample& target, VectorX&
     ++r;
   }
   if (!drive_.rotation.empty()) {
-    const Vector3 gap = rotation_gap<S>(target.rotation, orientation(state_, drive_.tool));
+    const RotationGap gap(target.rotation, to_matrix(orientation(state_, drive_.tool)));
     for (const int component : drive_.rotation) {
-      residual[r] = gap[component];
+      residual[r] = gap.gap[component];
       for (const int n : drive_.tool_path)
         if (tree_.nodes[n].motion == NodeMotion::turn)
           jacobian(r, tree_.nodes[n].column) +=
-              tree_.nodes[n].ratio * angular_to_3d(turn_axis(state_[n].R_WN))[component];
+              tree_.nodes[n].ratio * gap.A.row(component).dot(angular_to_3d(turn_axis(state_[n].R_WN)));
       ++r;
     }
   }

@@ -105,6 +105,17 @@ void Equations<S>::fill_closures(const State<S>& state, double* residual) {
   for (std::size_t c = 0; c < tree_.closures.size(); ++c) {
     const Closure<S>& closure = tree_.closures[c];
     const ClosurePose<S> pose = closure_pose(state, closure);
+    const Entry* entry = closure_entries_[c].data();
+    if (is_point(closure)) {
+      for (int i = 0; i < S::dimension; ++i) *residual++ = shrink * (pose.p_B[i] - pose.p_A[i]);
+      for (const PathStep& step : closure.path) {
+        const typename S::Vector v = shrink * step.sign * node_scale_[step.node] *
+                                     carried(tree_.nodes[step.node], state[step.node], pose.p_B);
+        for (int i = 0; i < S::dimension; ++i, ++entry)
+          values[entry->index] = entry->add ? values[entry->index] + v[i] : v[i];
+      }
+      continue;
+    }
     const std::size_t rows = closure.rows.size();
     RowWrench<S> wrenches[most];
     for (std::size_t r = 0; r < rows; ++r) {
@@ -113,7 +124,6 @@ void Equations<S>::fill_closures(const State<S>& state, double* residual) {
       if (length) wrenches[r].force *= shrink;
       *residual++ = (length ? shrink : 1) * closure_residual(pose, closure.rows[r]);
     }
-    const Entry* entry = closure_entries_[c].data();
     for (const PathStep& step : closure.path) {
       const Node<S>& node = tree_.nodes[step.node];
       const double scale = step.sign * node_scale_[step.node];
@@ -127,14 +137,18 @@ void Equations<S>::fill_closures(const State<S>& state, double* residual) {
 
 template <class S>
 void Equations<S>::fill_point(const State<S>& state, const DriveSample& target, double* residual) {
+  const double shrink = 1 / tree_.length;
+  double* values = storage();
   const typename S::Vector Q = position(state, drive_.tool);
-  for (std::size_t k = 0; k < drive_.point.size(); ++k) {
-    RowWrench<S> unit;
-    unit.force[drive_.point[k]] = 1 / tree_.length;
-    residual[k] = (Q[drive_.point[k]] - target.value[k]) / tree_.length;
-    const Entry* entry = point_entries_[k].data();
-    for (const int n : drive_.tool_path)
-      put(*entry++, node_scale_[n] * power_of(tree_.nodes[n], state[n], Q, unit));
+  const std::size_t rows = drive_.point.size();
+  for (std::size_t k = 0; k < rows; ++k) residual[k] = shrink * (Q[drive_.point[k]] - target.value[k]);
+  for (std::size_t step = 0; step < drive_.tool_path.size(); ++step) {
+    const int n = drive_.tool_path[step];
+    const typename S::Vector v = shrink * node_scale_[n] * carried(tree_.nodes[n], state[n], Q);
+    for (std::size_t k = 0; k < rows; ++k) {
+      const Entry& entry = point_entries_[k][step];
+      values[entry.index] = entry.add ? values[entry.index] + v[drive_.point[k]] : v[drive_.point[k]];
+    }
   }
 }
 
@@ -154,13 +168,15 @@ void Equations<S>::fill_com(const State<S>& state, const DriveSample& target, do
 
 template <class S>
 void Equations<S>::fill_rotation(const State<S>& state, const DriveSample& target, double* residual) {
-  const Vector3 gap = rotation_gap<S>(target.rotation, orientation(state, drive_.tool));
+  const RotationGap gap(target.rotation, to_matrix(orientation(state, drive_.tool)));
+  gap_matrix_ = gap.A;
   for (std::size_t k = 0; k < drive_.rotation.size(); ++k) {
-    residual[k] = gap[drive_.rotation[k]];
+    residual[k] = gap.gap[drive_.rotation[k]];
     const Entry* entry = rotation_entries_[k].data();
     for (const int n : drive_.tool_path) {
       const bool turns = tree_.nodes[n].motion == NodeMotion::turn;
-      put(*entry++, turns ? tree_.nodes[n].ratio * angular_to_3d(turn_axis(state[n].R_WN))[drive_.rotation[k]]
+      put(*entry++, turns ? tree_.nodes[n].ratio *
+                                gap.A.row(drive_.rotation[k]).dot(angular_to_3d(turn_axis(state[n].R_WN)))
                           : 0);
     }
   }
@@ -201,7 +217,7 @@ void Equations<S>::rate_rows(const DriveSample& target, double* out) const {
   int row = 0;
   for (; row < tree_.closure_rows; ++row) out[row] = 0;
   for (int k = 0; k < drive_.values(); ++k, ++row) out[row] = row_scale_[row] * target.rate[k];
-  for (const int component : drive_.rotation) out[row++] = target.angular_velocity[component];
+  for (const int component : drive_.rotation) out[row++] = gap_matrix_.col(component).dot(target.angular_velocity);
 }
 
 template <class S>
@@ -223,8 +239,14 @@ void Equations<S>::acceleration_rows(const State<S>& state, const DriveSample& t
   for (std::size_t i = 0; i < drive_.linear.size(); ++i, ++row) out[row] = row_scale_[row] * target.acceleration[k++];
   if (!drive_.rotation.empty()) {
     const NodeState<S>& tool = state[drive_.tool.node];
+    const Vector3 w = angular_to_3d(typename S::Angular(tool.R_WN * tool.angular_velocity));
     const Vector3 alpha = angular_to_3d(typename S::Angular(tool.R_WN * tool.angular_acceleration));
-    for (const int component : drive_.rotation) out[row++] = target.angular_acceleration[component] - alpha[component];
+    const Matrix3 rate = gap_matrix_rate(target.rotation, target.angular_velocity,
+                                         to_matrix(orientation(state, drive_.tool)), w);
+    for (const int component : drive_.rotation)
+      out[row++] = gap_matrix_.col(component).dot(target.angular_acceleration) +
+                   rate.col(component).dot(target.angular_velocity) - gap_matrix_.row(component).dot(alpha) -
+                   rate.row(component).dot(w);
   }
 }
 

@@ -73,6 +73,7 @@ class Equations {
   std::vector<std::vector<Entry>> rotation_entries_;
   std::vector<int> moving_;                         ///< nodes that are no welds
   MassDistribution<S> masses_;
+  Matrix3 gap_matrix_ = Matrix3::Identity();        ///< of the tool's rotation where last filled
   BlockTriangular sparse_;
   Samples dense_;
   Eigen::ColPivHouseholderQR<MatrixX> qr_;
