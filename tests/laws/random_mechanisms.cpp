@@ -154,9 +154,6 @@ class Maker {
     m_.friction.push_back({pick(static_cast<int>(m_.coordinates.size())), 0.3, 0.5});
   }
 
-  /// By tool or centre of mass: one or two rotations of a tool in space by themselves are no motion that can be stated.
-  bool drivable() const { return planar_ || (freedoms_ != 4 && freedoms_ != 5); }
-
   std::optional<Experiment> drive() {
     std::vector<int> all(m_.coordinates.size());
     for (std::size_t c = 0; c < all.size(); ++c) {
@@ -173,7 +170,7 @@ class Maker {
       t.name = "random";
       t.law.kind = LawKind::polynomial_345;
       t.drive = DriveKind::joints;
-      if (attempt < 2 && drivable() && chance(0.6)) t.drive = chance(0.5) ? DriveKind::tool : DriveKind::com;
+      if (attempt < 2 && chance(0.6)) t.drive = chance(0.5) ? DriveKind::tool : DriveKind::com;
       t.samples = 21;
       t.about = anywhere();
       for (const int c : m_.actuators) {

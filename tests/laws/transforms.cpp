@@ -133,9 +133,12 @@ bool can_be_displaced(const Experiment& from) {
   const auto ball_on_ground = [](const Joint& joint) {
     return joint.type == JointType::spherical && joint.first == ground;
   };
-  // with fewer freedoms than directions only x, or x and y, are driven
-  const std::size_t directions = from.mechanism.space == SpaceKind::planar ? 2 : 3;
-  const bool free = from.trajectory.drive == DriveKind::joints || from.mechanism.actuators.size() >= directions;
+  // with fewer freedoms than directions only x, or x and y, are driven; with four or five only some of the rotations about
+  // the world's axes
+  const bool planar = from.mechanism.space == SpaceKind::planar;
+  const std::size_t freedoms = from.mechanism.actuators.size(), directions = planar ? 2 : 3;
+  const bool whole = freedoms >= directions && (planar || (freedoms != 4 && freedoms != 5));
+  const bool free = from.trajectory.drive == DriveKind::joints || whole;
   return free && from.trajectory.components.empty() &&
          std::none_of(from.mechanism.joints.begin(), from.mechanism.joints.end(), ball_on_ground);
 }
