@@ -186,6 +186,67 @@ void solve_block_transposed(const double* a, const int* pivots, int size, double
     if (pivots[k] != k) std::swap(x[k], x[pivots[k]]);
 }
 
+/// Largest block that is inverted by cofactors: one division instead of a chain of them, and products that need not wait for
+/// each other.
+constexpr int inverted = 3;
+
+/// 1/largest entry of the inverse: no larger than the smallest singular value times the size. 0 if singular.
+double accept_inverse(double* inverse, int entries, double determinant, int& sign) {
+  if (!(std::abs(determinant) > 0)) return 0;
+  if (determinant < 0) sign = -sign;
+  const double scale = 1 / determinant;
+  double largest = 0;
+  for (int i = 0; i < entries; ++i) {
+    inverse[i] *= scale;
+    largest = std::max(largest, std::abs(inverse[i]));
+  }
+  return 1 / largest;
+}
+
+double invert(std::integral_constant<int, 1>, double* a, int& sign) {
+  const double determinant = a[0];
+  a[0] = 1;
+  return accept_inverse(a, 1, determinant, sign);
+}
+
+double invert(std::integral_constant<int, 2>, double* a, int& sign) {
+  const double determinant = a[0] * a[3] - a[1] * a[2];
+  std::swap(a[0], a[3]);
+  a[1] = -a[1];
+  a[2] = -a[2];
+  return accept_inverse(a, 4, determinant, sign);
+}
+
+double invert(std::integral_constant<int, 3>, double* a, int& sign) {
+  const double c[9] = {a[4] * a[8] - a[5] * a[7], a[2] * a[7] - a[1] * a[8], a[1] * a[5] - a[2] * a[4],
+                       a[5] * a[6] - a[3] * a[8], a[0] * a[8] - a[2] * a[6], a[2] * a[3] - a[0] * a[5],
+                       a[3] * a[7] - a[4] * a[6], a[1] * a[6] - a[0] * a[7], a[0] * a[4] - a[1] * a[3]};
+  const double determinant = a[0] * c[0] + a[1] * c[3] + a[2] * c[6];
+  std::copy_n(c, 9, a);
+  return accept_inverse(a, 9, determinant, sign);
+}
+
+template <int N, class X>
+void multiply(const double* inverse, X* x) {
+  const Local<N, X> v(x);
+  for (int i = 0; i < N; ++i) {
+    X sum = v.values[0];
+    scale(sum, inverse[i * N]);
+    for (int j = 1; j < N; ++j) subtract(sum, -inverse[i * N + j], v.values[j]);
+    x[i] = sum;
+  }
+}
+
+template <int N>
+void multiply_transposed(const double* inverse, double* x) {
+  const Local<N, double> v(x);
+  for (int i = 0; i < N; ++i) {
+    double sum = 0;
+    for (int j = 0; j < N; ++j) sum += inverse[j * N + i] * v.values[j];
+    x[i] = sum;
+  }
+}
+
 /// Calls `work` with the size as a compile-time constant where it is small, else 0.
 template <class Work>
 auto by_size(int n, const Work& work) {
@@ -243,7 +304,10 @@ double BlockTriangular::factorise() {
       for (int j = 0; j < block.size; ++j) factors[i * block.size + j] = row[j];
     }
     const double smallest = by_size(block.size, [&](auto block_size) {
-      return factorise_block<block_size>(factors, &pivots_[block.begin], block.size, sign_);
+      if constexpr (block_size > 0 && block_size <= inverted)
+        return invert(block_size, factors, sign_);
+      else
+        return factorise_block<block_size>(factors, &pivots_[block.begin], block.size, sign_);
     });
     quality = std::min(quality, smallest);
     if (quality == 0) return 0;
@@ -262,7 +326,11 @@ void BlockTriangular::substitute(X* work) const {
       work[i] = sum;
     }
     by_size(block.size, [&](auto block_size) {
-      solve_block<block_size>(factors_.data() + block.offset, &pivots_[block.begin], block.size, work + block.begin);
+      const double* factors = factors_.data() + block.offset;
+      if constexpr (block_size > 0 && block_size <= inverted)
+        multiply<block_size>(factors, work + block.begin);
+      else
+        solve_block<block_size>(factors, &pivots_[block.begin], block.size, work + block.begin);
     });
   }
 }
@@ -290,7 +358,11 @@ void BlockTriangular::solve_transposed(double* x) {
   for (int column = 0; column < n; ++column) work_[column_position_[column]] = x[column];
   for (auto block = blocks_.rbegin(); block != blocks_.rend(); ++block) {
     by_size(block->size, [&](auto block_size) {
-      solve_block_transposed<block_size>(factors_.data() + block->offset, &pivots_[block->begin], block->size, &work_[block->begin]);
+      const double* factors = factors_.data() + block->offset;
+      if constexpr (block_size > 0 && block_size <= inverted)
+        multiply_transposed<block_size>(factors, &work_[block->begin]);
+      else
+        solve_block_transposed<block_size>(factors, &pivots_[block->begin], block->size, &work_[block->begin]);
     });
     for (int i = block->begin; i < block->begin + block->size; ++i) {
       const double* values = &values_[i * n];

@@ -26,8 +26,8 @@ class BlockTriangular {
   int index(int row, int column) const { return row_position_[row] * size() + column_position_[column]; }
   double* storage() { return values_.data(); }
 
-  /// LU with partial pivoting of the diagonal blocks.
-  /// @return the smallest |pivot|, 0 if singular; a measure of regularity for matrices with entries of the order of one
+  /// The diagonal blocks: inverses of the smallest, LU with partial pivoting of the others.
+  /// @return the smallest |pivot| or 1/|entry of an inverse|, 0 if singular; a measure of regularity for matrices with entries of the order of one
   double factorise();
 
   /// Sign of the determinant of the matrix last factorised, up to a factor that never changes.
@@ -53,7 +53,7 @@ class BlockTriangular {
   std::vector<int> first_;                            ///< per permuted row: its first column that may be non-zero
   std::vector<Block> blocks_;
   std::vector<double> values_;                        ///< permuted matrix, row-major
-  std::vector<double> factors_;                       ///< LU of the diagonal blocks, row-major one after another
+  std::vector<double> factors_;                       ///< of the diagonal blocks, row-major one after another
   std::vector<int> pivots_;                           ///< row exchanges, per permuted row
   struct Pair {
     double x, z;

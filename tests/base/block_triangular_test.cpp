@@ -1,0 +1,94 @@
+#include "balance/base/block_triangular.hpp"
+
+#include <Eigen/LU>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
+using namespace balance;
+
+namespace {
+
+/// A random sparse matrix that is regular for almost all values: a permutation with random entries beside it.
+struct Sparse {
+  Eigen::MatrixXi pattern;
+  MatrixX values;
+};
+
+Sparse random_sparse(int n, double density, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> unit(0, 1), entry(-1, 1);
+  Eigen::PermutationMatrix<Eigen::Dynamic> shuffle(n);
+  shuffle.setIdentity();
+  std::shuffle(shuffle.indices().data(), shuffle.indices().data() + n, random);
+  Sparse out{Eigen::MatrixXi::Zero(n, n), MatrixX::Zero(n, n)};
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j)
+      if (shuffle.indices()[i] == j || unit(random) < density) out.pattern(i, j) = 1, out.values(i, j) = entry(random);
+  return out;
+}
+
+BlockTriangular filled(const Sparse& sparse) {
+  BlockTriangular solver;
+  REQUIRE(solver.analyse(sparse.pattern));
+  for (int i = 0; i < sparse.pattern.rows(); ++i)
+    for (int j = 0; j < sparse.pattern.cols(); ++j)
+      if (sparse.pattern(i, j)) solver.at(i, j) = sparse.values(i, j);
+  return solver;
+}
+
+}  // namespace
+
+TEST_CASE("block triangular solutions are those of the dense matrix, transposed ones too") {
+  std::mt19937_64 random(1);
+  for (int trial = 0; trial < 300; ++trial) {
+    const int n = 1 + trial % 12;
+    const Sparse sparse = random_sparse(n, trial % 3 * 0.2, random);
+    const Eigen::FullPivLU<MatrixX> dense(sparse.values);
+    if (dense.rcond() < 1e-6) continue;
+    BlockTriangular solver = filled(sparse);
+    REQUIRE(solver.factorise() > 0);
+    const VectorX b = VectorX::Random(n), c = VectorX::Random(n);
+    VectorX x = b, pair_x = b, pair_z = c, transposed = b;
+    solver.solve(x.data());
+    solver.solve_pair(pair_x.data(), pair_z.data());
+    solver.solve_transposed(transposed.data());
+    const double tolerance = 1e-14 * n / dense.rcond();   // round-off times the condition number
+    CHECK((sparse.values * x - b).norm() < tolerance);
+    CHECK((sparse.values * pair_z - c).norm() < tolerance);
+    CHECK((sparse.values.transpose() * transposed - b).norm() < tolerance);
+    CHECK((pair_x - x).norm() <= 1e-15 * x.norm() / dense.rcond());
+  }
+}
+
+TEST_CASE("the determinant's sign changes with the matrix's") {
+  std::mt19937_64 random(2);
+  for (int n = 1; n <= 8; ++n) {
+    Sparse sparse = random_sparse(n, 0.5, random);
+    BlockTriangular solver = filled(sparse);
+    solver.factorise();
+    const double before = sparse.values.determinant();
+    const int sign = solver.determinant_sign();
+    sparse.values.row(0) *= -1;
+    for (int j = 0; j < n; ++j)
+      if (sparse.pattern(0, j)) solver.at(0, j) = sparse.values(0, j);
+    solver.factorise();
+    CHECK(before * sparse.values.determinant() < 0);
+    CHECK(solver.determinant_sign() == -sign);
+  }
+}
+
+TEST_CASE("a pattern that no values make regular is refused, a singular matrix is noticed") {
+  Eigen::MatrixXi pattern = Eigen::MatrixXi::Ones(3, 3);
+  pattern.row(1).setZero();
+  BlockTriangular solver;
+  CHECK_FALSE(solver.analyse(pattern));
+  for (const int n : {1, 2, 3, 4, 7}) {
+    REQUIRE(solver.analyse(Eigen::MatrixXi::Ones(n, n)));
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) solver.at(i, j) = i == n - 1 ? 0 : i + 2 * j + i * i * j;
+    CHECK(solver.factorise() == 0);
+  }
+}
