@@ -84,6 +84,19 @@ struct RotationGap {
   }
 };
 
+/// The same for a search from afar: twice the vector part of the missing rotation's quaternion, which unlike the sine is not
+/// zero again at half a turn. Its rate for a resting T is B ω.
+struct RotationError {
+  Vector3 error;
+  Matrix3 B;
+
+  RotationError(const Matrix3& T, const Matrix3& R) {
+    const Eigen::Vector4d q = quaternion_of(R * T.transpose());
+    error = 2 * q.tail<3>();
+    B = q[0] * Matrix3::Identity() - skew(q.tail<3>());
+  }
+};
+
 /// dA/dt of RotationGap.
 inline Matrix3 gap_matrix_rate(const Matrix3& T, const Vector3& w_T, const Matrix3& R, const Vector3& w) {
   const Matrix3 M = R * T.transpose();

@@ -69,13 +69,17 @@ void System<S>::prescribed(const VectorX& y, const DriveSample& target, VectorX&
     ++r;
   }
   if (!drive_.rotation.empty()) {
-    const RotationGap gap(target.rotation, to_matrix(orientation(state_, drive_.tool)));
+    const Matrix3 R = to_matrix(orientation(state_, drive_.tool));
+    const RotationGap gap(target.rotation, R);
+    const RotationError error(target.rotation, R);
+    const bool whole = drive_.rotation.size() == 3;   // of single components only the sine has a meaning
     for (const int component : drive_.rotation) {
-      residual[r] = gap.gap[component];
+      residual[r] = whole ? error.error[component] : gap.gap[component];
+      const Vector3 gradient = (whole ? error.B : gap.A).row(component);
       for (const int n : drive_.tool_path)
         if (tree_.nodes[n].motion == NodeMotion::turn)
           jacobian(r, tree_.nodes[n].column) +=
-              tree_.nodes[n].ratio * gap.A.row(component).dot(angular_to_3d(turn_axis(state_[n].R_WN)));
+              tree_.nodes[n].ratio * gradient.dot(angular_to_3d(turn_axis(state_[n].R_WN)));
       ++r;
     }
   }
