@@ -5,10 +5,9 @@ find_package(fmt 9 REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(muparser REQUIRED)
 find_package(HDF5 1.10 REQUIRED COMPONENTS C HL)
-find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
 find_package(CLI11 2.1 REQUIRED)
 
-set(balance_private_libraries yaml-cpp muparser::muparser hdf5::hdf5 hdf5::hdf5_hl OpenSSL::Crypto
-                              fmt::fmt nlohmann_json::nlohmann_json OpenSSL::Crypto)
+set(balance_private_libraries yaml-cpp muparser::muparser hdf5::hdf5 hdf5::hdf5_hl fmt::fmt
+                              nlohmann_json::nlohmann_json OpenSSL::Crypto)
 set(balance_app_libraries CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json)
