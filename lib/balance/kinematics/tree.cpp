@@ -144,7 +144,9 @@ template <class S>
 class Compiler {
  public:
   Compiler(const Mechanism& mechanism, const std::vector<int>& needed)
-      : mechanism_(mechanism), needed_(joints_needed(mechanism, needed)), spanning_(span(mechanism, needed)) {}
+      : mechanism_(mechanism), needed_(joints_needed(mechanism, needed)), spanning_(span(mechanism, needed)) {
+    if (mechanism.space == SpaceKind::spatial) tree_.held_spins = idle_spins(mechanism, needed);
+  }
 
   Tree<S> run() {
     tree_.length = characteristic_length(mechanism_);
@@ -179,6 +181,7 @@ class Compiler {
     for (const TreeEdge& edge : spanning_.edges)
       for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
         if (mechanism_.coordinates[c].joint != edge.joint) continue;
+        if (held_spin(edge) != nullptr && mechanism_.coordinates[c].index == 2) continue;
         const int root = root_of(mechanism_, static_cast<int>(c)).coordinate;
         if (columns.emplace(root, tree_.columns).second) {
           ++tree_.columns;
@@ -188,8 +191,16 @@ class Compiler {
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
       if (!in_tree[mechanism_.coordinates[c].joint]) continue;
       const Root root = root_of(mechanism_, static_cast<int>(c));
+      if (!columns.contains(root.coordinate)) continue;   // a held spin
       tree_.sources[c] = {columns.at(root.coordinate), root.ratio, root.offset};
     }
+  }
+
+  /// The idle spin of the body that the edge carries, if it has one.
+  const IdleSpin* held_spin(const TreeEdge& edge) const {
+    for (const IdleSpin& spin : tree_.held_spins)
+      if (spin.body == edge.child && (spin.joints[0] == edge.joint || spin.joints[1] == edge.joint)) return &spin;
+    return nullptr;
   }
 
   int coordinate_of(int joint, int index) const {
@@ -224,6 +235,8 @@ class Compiler {
       std::swap(start, end);
       R_parent_child = joint.rotation.transpose();
     }
+    const IdleSpin* spin = held_spin(edge);
+    if (spin != nullptr) chain = turns_before(*spin, R_parent_child);
     const FixedFrame<S> parent = tree_.bodies[edge.parent];
     int node = parent.node;
     Matrix3 R = to_matrix(parent.R_N);                         // axes of the parent body in the current node
@@ -236,8 +249,7 @@ class Compiler {
     if (chain.empty()) node = add_node(node, R, p, NodeMotion::weld, {}, 1), R.setIdentity(), p.setZero();
     for (const Step& step : chain) {
       const Matrix3 axes = node_axes<S>(step);
-      node = add_node(node, R * axes, p, step.motion, tree_.sources[coordinate_of(edge.joint, step.index)],
-                      edge.forward ? 1 : -1);
+      node = add_node(node, R * axes, p, step.motion, source_of(edge.joint, step), spin != nullptr || edge.forward ? 1 : -1);
       R = axes.transpose();
       p.setZero();
     }
@@ -249,6 +261,16 @@ class Compiler {
       weld(edge.joint, child, edge.child);
     else
       tree_.bodies[edge.child] = child;
+  }
+
+  /// Two turns across the line of an idle spin, and in the place of the third, about the line, a weld.
+  static std::vector<Step> turns_before(const IdleSpin& spin, const Matrix3& R_parent_child) {
+    const Matrix3 axes = frame_with_z_along(R_parent_child * spin.line);
+    return {{NodeMotion::turn, axes.col(0), 0}, {NodeMotion::turn, axes.col(1), 1}, {NodeMotion::weld, axes.col(2), 2}};
+  }
+
+  CoordinateSource source_of(int joint, const Step& step) const {
+    return step.motion == NodeMotion::weld ? CoordinateSource{} : tree_.sources[coordinate_of(joint, step.index)];
   }
 
   /// Closes the loop of a split joint: the copy that the joint carries is its second body.
@@ -350,10 +372,11 @@ void rereference(Tree<S>& tree, int ball, double* y) {
   Matrix3 all = Matrix3::Identity(), fixed = Matrix3::Identity();
   for (int n = ball; n < ball + 3; ++n) {
     const Node<S>& node = tree.nodes[n];
-    const double x = node.ratio * y[node.column] + node.offset;
+    const bool turns = node.motion == NodeMotion::turn;   // the last of a held spin does not
+    const double x = turns ? node.ratio * y[node.column] + node.offset : 0;
     all *= to_matrix(turned(node.R_PF, std::cos(x), std::sin(x)));
     if (n > ball) fixed *= to_matrix(node.R_PF);
-    y[node.column] = -node.offset / node.ratio;
+    if (turns) y[node.column] = -node.offset / node.ratio;
   }
   // products of rotations drift; the nearest rotation does not
   const Eigen::Quaterniond exact = Eigen::Quaterniond(Matrix3(all * fixed.transpose())).normalized();

@@ -86,6 +86,8 @@ struct Tree {
   /// another reference orientation at any time (rereference), so that they never reach their singular position.
   std::vector<int> balls;
   std::vector<bool> joint_floats;             ///< per joint: it is one of the balls, its sources hold at the start only
+  /// Bodies whose idle spin is held: the ball that carries them lacks its last turn, like a universal joint.
+  std::vector<IdleSpin> held_spins;
   std::vector<MassElement<S>> elements;       ///< bodies 1…, then attachments, then discs
   double mass = 0;
   double length = 1;                          ///< characteristic length

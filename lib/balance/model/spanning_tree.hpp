@@ -26,6 +26,18 @@ struct SpanningTree {
 /// Per joint: one of its coordinates is in `needed`, in a coupling, an actuator, followed by a disc or has friction.
 std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<int>& needed);
 
+/// A body between two spherical joints may spin about the line through them without anything else moving.
+struct IdleSpin {
+  int body = 0;
+  Vector3 line = Vector3::UnitZ();   ///< unit vector along it, in the body's axes
+  int joints[2] = {0, 0};
+};
+
+/// Bodies whose spin nothing notices: exactly two joints, both spherical and not needed, the common CoM of body and attachments
+/// on the line, no disc, spring or load on the body.
+/// @param needed coordinates that must be available
+std::vector<IdleSpin> idle_spins(const Mechanism& mechanism, const std::vector<int>& needed);
+
 /// Cuts the joints that leave the fewest coordinates; among equals those farthest from the ground, which keeps chains short.
 /// Joints that are needed are never cut.
 /// @param needed coordinates that must be available

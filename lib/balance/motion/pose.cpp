@@ -97,7 +97,7 @@ double distance_from_assembly(const Mechanism& mechanism, const Tree<S>& tree, c
     const Coordinate& coordinate = mechanism.coordinates[rough.coordinate];
     const CoordinateSource& source = tree.sources[rough.coordinate];
     double value;
-    if (source.column >= 0) {
+    if (source.column >= 0 && !tree.joint_floats[coordinate.joint]) {
       value = source.ratio * y[source.column] + source.offset;
     } else {
       const Joint& joint = mechanism.joints[coordinate.joint];

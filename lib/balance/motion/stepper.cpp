@@ -249,7 +249,7 @@ void Stepper<S>::stop(Attempt attempt, double time) {
   char text[200];
   std::string where;
   for (std::size_t c = 0; c < tree_.sources.size() && c < 12; ++c) {
-    if (tree_.sources[c].column < 0) continue;
+    if (tree_.sources[c].column < 0 || tree_.joint_floats[mechanism_.coordinates[c].joint]) continue;
     std::snprintf(text, sizeof text, "%s%s %.6g", where.empty() ? "" : ", ", mechanism_.coordinates[c].name.c_str(),
                   tree_.sources[c].ratio * now_.y[tree_.sources[c].column] + tree_.sources[c].offset);
     where += text;

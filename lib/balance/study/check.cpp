@@ -95,7 +95,7 @@ class Checker {
     report_.closure_rank = rank.rank;
     report_.degrees_of_freedom = tree_.columns - rank.rank;
     if (tree_.closure_rows > rank.rank) name_redundant(y, rank.rank);
-    find_idle(rank.null_space);
+    find_idle();
   }
 
   /// Rows of the closures that depend on the others; which of a dependent set is called redundant is a choice: the last ones.
@@ -124,17 +124,11 @@ class Checker {
     return std::string("moment about ") + names[3 - row.i - row.j] + " of the joint's axes";
   }
 
-  /// Freedoms that move a single body about an axis through its CoM and both its joints.
-  void find_idle(const MatrixX& null_space) {
-    if (null_space.cols() == 0 || S::dimension == 2) return;
-    for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) {
-      std::vector<const Joint*> at;
-      for (const Joint& joint : mechanism_.joints)
-        if (joint.first == static_cast<int>(b) || joint.second == static_cast<int>(b)) at.push_back(&joint);
-      if (at.size() == 2 && at[0]->type == JointType::spherical && at[1]->type == JointType::spherical)
-        report_.idle.push_back(mechanism_.bodies[b].name + " spins about the line between its two spherical joints " +
-                               at[0]->name + " and " + at[1]->name + " (make one of them universal)");
-    }
+  void find_idle() {
+    for (const IdleSpin& spin : tree_.held_spins)
+      report_.idle.push_back(mechanism_.bodies[spin.body].name + " could spin about the line between its spherical joints " +
+                             mechanism_.joints[spin.joints[0]].name + " and " + mechanism_.joints[spin.joints[1]].name +
+                             "; it is held as if one of them were universal, and not counted");
   }
 
   std::vector<double> coordinates_at(const VectorX& y) const {
@@ -145,7 +139,7 @@ class Checker {
       const Coordinate& coordinate = mechanism_.coordinates[c];
       const CoordinateSource& source = tree_.sources[c];
       const Joint& joint = mechanism_.joints[coordinate.joint];
-      const double value = source.column >= 0
+      const double value = source.column >= 0 && !tree_.joint_floats[coordinate.joint]
                                ? source.ratio * y[source.column] + source.offset
                                : read_joint(joint, relative_motion(tree_, state, joint)).position[coordinate.index];
       values.push_back(coordinate.kind == CoordinateKind::angle ? unwrapped(value, 0) : value);

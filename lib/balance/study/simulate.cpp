@@ -95,6 +95,9 @@ class Run {
     }
     add_metrics(result, jumps);
     result.outcome = {MotionStatus::done, plan_.schedule->duration(), "", observer.actuation().notes()};
+    for (const IdleSpin& spin : tree_.held_spins)
+      result.outcome.notes.push_back(mechanism_.bodies[spin.body].name +
+                                     ": the spin between its two spherical joints is held as if one of them were universal");
     return result;
   }
 
