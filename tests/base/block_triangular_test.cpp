@@ -55,7 +55,7 @@ TEST_CASE("block triangular solutions are those of the dense matrix, transposed 
     solver.solve(x.data());
     solver.solve_pair(pair_x.data(), pair_z.data());
     solver.solve_transposed(transposed.data());
-    const double tolerance = 1e-14 * n / dense.rcond();   // round-off times the condition number
+    const double tolerance = 1e-14 * n / dense.rcond();  // round-off times the condition number
     CHECK((sparse.values * x - b).norm() < tolerance);
     CHECK((sparse.values * pair_z - c).norm() < tolerance);
     CHECK((sparse.values.transpose() * transposed - b).norm() < tolerance);

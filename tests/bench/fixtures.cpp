@@ -105,8 +105,8 @@ Mechanism seven_joint_arm() {
     Matrix3 inertia;
     inertia << 0.03, 0.001, -0.002, 0.001, 0.025, 0.0005, -0.002, 0.0005, 0.01;
     m.bodies.push_back(link("link" + std::to_string(j + 1), 4 - 0.4 * j, {0.01, -0.02, 0.1}, inertia));
-    const int k = revolute(m, "J" + std::to_string(j + 1), j, j == 0 ? Vector3(0, 0, 0.3) : Vector3(0, 0.02, 0.2), j + 1,
-                           Vector3::Zero());
+    const int k = revolute(m, "J" + std::to_string(j + 1), j, j == 0 ? Vector3(0, 0, 0.3) : Vector3(0, 0.02, 0.2),
+                           j + 1, Vector3::Zero());
     m.joints[k].rotation = rotation_from_rpy({(j % 2 ? 0.5 : -0.5) * std::numbers::pi, 0, 0});
     m.joints[k].axis = m.joints[k].rotation.col(2);
     m.actuators.push_back(k);

@@ -27,9 +27,8 @@ void walk(benchmark::State& bench, const Mechanism& mechanism, const Trajectory&
     }
     benchmark::DoNotOptimize(sum);
   }
-  bench.counters["per_sample"] =
-      benchmark::Counter(static_cast<double>(bench.iterations() * (trajectory.samples - 1)),
-                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  bench.counters["per_sample"] = benchmark::Counter(static_cast<double>(bench.iterations() * (trajectory.samples - 1)),
+                                                    benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
 void three_rrr_tool(benchmark::State& bench) { walk(bench, three_rrr(), three_rrr_cycloid(1001)); }
@@ -46,7 +45,7 @@ void seven_joint_arm_torques(benchmark::State& bench) {
   double y[7], dy[7], ddy[7], tau[7];
   for (int k = 0; k < 7; ++k) y[k] = 0.3 * k - 1, dy[k] = 1 - 0.2 * k, ddy[k] = 0.5 * k;
   for (auto _ : bench) {
-    y[0] += 1e-9;   // a new configuration every time
+    y[0] += 1e-9;  // a new configuration every time
     tree_torques<Spatial>(tree, y, dy, ddy, arm.gravity, state, wrenches, tau);
     benchmark::DoNotOptimize(tau);
   }

@@ -7,9 +7,9 @@
 
 #include <benchmark/benchmark.h>
 
+#include <unistd.h>
 #include <cstdio>
 #include <filesystem>
-#include <unistd.h>
 #include <vector>
 
 namespace balance::bench {
@@ -29,7 +29,7 @@ void write_hdf5(benchmark::State& bench) {
   const std::string path = scratch("balance-bench.h5");
   WriteOptions options;
   options.existing = Existing::replace;
-  const Result& result = long_run();   // computed before the clock starts
+  const Result& result = long_run();  // computed before the clock starts
   for (auto _ : bench) write_result(path, result, {"3RRR", "bench", "", "", "cycloid", "cycloidal", "tool"}, options);
   bench.SetBytesProcessed(static_cast<int64_t>(bench.iterations() * std::filesystem::file_size(path)));
   std::filesystem::remove(path);

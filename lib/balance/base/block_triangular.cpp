@@ -47,7 +47,11 @@ class Matching {
 class Components {
  public:
   Components(const Eigen::MatrixXi& pattern, const Matching& matching)
-      : pattern_(pattern), matching_(matching), index_(pattern.rows(), -1), low_(pattern.rows()), open_(pattern.rows()) {}
+      : pattern_(pattern),
+        matching_(matching),
+        index_(pattern.rows(), -1),
+        low_(pattern.rows()),
+        open_(pattern.rows()) {}
 
   std::vector<std::vector<int>> run() {
     for (int row = 0; row < pattern_.rows(); ++row)

@@ -42,19 +42,19 @@ class BlockTriangular {
 
  private:
   struct Block {
-    int begin, size, offset;   ///< first row, rows, where its factors start
+    int begin, size, offset;  ///< first row, rows, where its factors start
   };
 
   /// Forward substitution over the blocks, in the permuted order, of one or two right-hand sides.
   template <class X>
   void substitute(X* work) const;
 
-  std::vector<int> row_position_, column_position_;   ///< of an original row or column in the permuted matrix
-  std::vector<int> first_;                            ///< per permuted row: its first column that may be non-zero
+  std::vector<int> row_position_, column_position_;  ///< of an original row or column in the permuted matrix
+  std::vector<int> first_;                           ///< per permuted row: its first column that may be non-zero
   std::vector<Block> blocks_;
-  std::vector<double> values_;                        ///< permuted matrix, row-major
-  std::vector<double> factors_;                       ///< of the diagonal blocks, row-major one after another
-  std::vector<int> pivots_;                           ///< row exchanges, per permuted row
+  std::vector<double> values_;   ///< permuted matrix, row-major
+  std::vector<double> factors_;  ///< of the diagonal blocks, row-major one after another
+  std::vector<int> pivots_;      ///< row exchanges, per permuted row
   struct Pair {
     double x, z;
   };

@@ -96,7 +96,8 @@ bool Actuation<S>::solve_general(const Equations<S>& equations, const double* ta
   VectorX needed(columns_);
   for (int c = 0; c < columns_; ++c) needed[c] = columns[c] * tau[c];
   MatrixX selection = MatrixX::Zero(motors, columns_);
-  for (int a = 0; a < motors; ++a) selection(a, actuated_[a].column) = actuated_[a].ratio * columns[actuated_[a].column];
+  for (int a = 0; a < motors; ++a)
+    selection(a, actuated_[a].column) = actuated_[a].ratio * columns[actuated_[a].column];
 
   MatrixX null_space = MatrixX::Identity(columns_, columns_);
   Eigen::JacobiSVD<MatrixX> svd;
@@ -104,10 +105,13 @@ bool Actuation<S>::solve_general(const Equations<S>& equations, const double* ta
     svd.compute(closures, Eigen::ComputeFullU | Eigen::ComputeFullV);
     null_space = svd.matrixV().rightCols(freedoms_);
   }
-  const Eigen::JacobiSVD<MatrixX> grip(null_space.transpose() * selection.transpose(), Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::JacobiSVD<MatrixX> grip(null_space.transpose() * selection.transpose(),
+                                       Eigen::ComputeThinU | Eigen::ComputeThinV);
   const VectorX& strength = grip.singularValues();
-  if (freedoms_ > 0 && (strength.size() < freedoms_ || strength[freedoms_ - 1] < 1e-10 * std::max(1e-300, strength[0]))) return false;
-  const VectorX efforts = freedoms_ > 0 ? VectorX(grip.solve(null_space.transpose() * needed)) : VectorX(VectorX::Zero(motors));
+  if (freedoms_ > 0 && (strength.size() < freedoms_ || strength[freedoms_ - 1] < 1e-10 * std::max(1e-300, strength[0])))
+    return false;
+  const VectorX efforts =
+      freedoms_ > 0 ? VectorX(grip.solve(null_space.transpose() * needed)) : VectorX(VectorX::Zero(motors));
   for (int a = 0; a < motors; ++a) efforts_[a] = efforts[a];
   if (closures_ == 0) return true;
   // least-norm multipliers: only the kept singular directions

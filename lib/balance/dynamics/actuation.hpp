@@ -26,8 +26,8 @@ class Actuation {
   /// @return false if the actuators do not hold the mechanism at this configuration
   bool solve(const Equations<S>& equations, const double* tau);
 
-  const std::vector<double>& efforts() const { return efforts_; }           ///< per actuator [N m or N]
-  const std::vector<double>& multipliers() const { return multipliers_; }   ///< per closure row [N or N m]
+  const std::vector<double>& efforts() const { return efforts_; }          ///< per actuator [N m or N]
+  const std::vector<double>& multipliers() const { return multipliers_; }  ///< per closure row [N or N m]
 
   /// Changes when the configuration passes a singularity of actuation; 0 where it is not watched.
   int determinant_sign() const { return regular_ && closures_ > 0 ? passive_.determinant_sign() : 0; }
@@ -35,7 +35,7 @@ class Actuation {
  private:
   struct Selected {
     int column;
-    double ratio;   ///< of the actuated coordinate to the tree coordinate
+    double ratio;  ///< of the actuated coordinate to the tree coordinate
   };
   struct Gathered {
     int row, column, index;
@@ -46,12 +46,12 @@ class Actuation {
   bool solve_general(const Equations<S>& equations, const double* tau);
 
   int columns_, closures_, freedoms_;
-  bool regular_ = false;                  ///< as many closures and actuators as coordinates, each actuator on its own
+  bool regular_ = false;  ///< as many closures and actuators as coordinates, each actuator on its own
   std::vector<Selected> actuated_;
   std::vector<int> passive_columns_;
-  BlockTriangular passive_;               ///< closure rows × passive columns
+  BlockTriangular passive_;  ///< closure rows × passive columns
   std::vector<Gathered> gathered_;
-  std::vector<std::vector<int>> rows_at_; ///< per actuator: closure rows that its column occurs in
+  std::vector<std::vector<int>> rows_at_;  ///< per actuator: closure rows that its column occurs in
   std::vector<double> efforts_, multipliers_;
   std::string mismatch_;
   std::vector<std::string> notes_;

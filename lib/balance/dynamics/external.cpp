@@ -38,14 +38,14 @@ ExternalForces<S>::ExternalForces(const Mechanism& mechanism, const Tree<S>& tre
   for (const Load& load : mechanism.loads)
     if (load.body != ground) loads_.push_back({&load, placed(tree, load.body, load.point)});
   for (const Spring& spring : mechanism.springs)
-    springs_.push_back({placed(tree, spring.first, spring.point_first), placed(tree, spring.second, spring.point_second),
-                        spring.stiffness, spring.free_length});
+    springs_.push_back({placed(tree, spring.first, spring.point_first),
+                        placed(tree, spring.second, spring.point_second), spring.stiffness, spring.free_length});
 }
 
 template <class S>
 void ExternalForces<S>::apply(const State<S>& state, const FixedFrame<S>& at, const typename S::Vector& force,
                               typename S::Angular moment, std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const {
-  if (at.node == 0) return;   // the ground takes it
+  if (at.node == 0) return;  // the ground takes it
   const NodeState<S>& s = state[at.node];
   const typename S::Vector f_N = unrotate(s.R_WN, force);
   wrenches[at.node].force -= f_N;

@@ -17,7 +17,8 @@ class ExternalForces {
   /// @param state poses in the world
   /// @param total what loads and springs together do to the moving bodies: world axes, about the world's origin
   /// @param loads the loads' part of it
-  void subtract(const State<S>& state, double time, std::vector<Wrench<S>>& wrenches, Wrench<S>& total, Wrench<S>& loads) const;
+  void subtract(const State<S>& state, double time, std::vector<Wrench<S>>& wrenches, Wrench<S>& total,
+                Wrench<S>& loads) const;
 
   /// Energy stored in the springs [J].
   double energy(const State<S>& state) const;
@@ -25,15 +26,15 @@ class ExternalForces {
  private:
   struct PlacedLoad {
     const Load* load;
-    FixedFrame<S> frame;   ///< origin where it acts, axes of the body
+    FixedFrame<S> frame;  ///< origin where it acts, axes of the body
   };
   struct PlacedSpring {
     FixedFrame<S> first, second;
     double stiffness, free_length;
   };
 
-  void apply(const State<S>& state, const FixedFrame<S>& at, const typename S::Vector& force, typename S::Angular moment,
-             std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const;
+  void apply(const State<S>& state, const FixedFrame<S>& at, const typename S::Vector& force,
+             typename S::Angular moment, std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const;
 
   std::vector<PlacedLoad> loads_;
   std::vector<PlacedSpring> springs_;

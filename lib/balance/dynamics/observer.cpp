@@ -43,7 +43,7 @@ void Observer<S>::sort_coordinates() {
     }
     CutCoordinate cut{static_cast<int>(c), false, {}};
     if constexpr (std::is_same_v<S, Planar>) {
-      if (coordinate.kind == CoordinateKind::angle) {   // the difference of two bodies' angles
+      if (coordinate.kind == CoordinateKind::angle) {  // the difference of two bodies' angles
         const Joint& joint = mechanism_.joints[coordinate.joint];
         const LinearQuantity second = balance::tool_angle(tree_, tree_.bodies[joint.second]);
         const LinearQuantity first = balance::tool_angle(tree_, tree_.bodies[joint.first]);
@@ -102,7 +102,7 @@ void Observer<S>::set_state(Stepper<S>& stepper, Detail detail) {
   for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
     const Node<S>& node = tree_.nodes[n];
     const NodeState<S>& parent = state[node.parent];
-    NodeState<S> s;   // worked on in registers
+    NodeState<S> s;  // worked on in registers
     set_local_pose(node, y, s);
     set_world_pose(parent, s);
     set_angular_velocity(node, dy, parent, s);
@@ -128,7 +128,7 @@ void Observer<S>::read_cut_coordinates(const Stepper<S>& stepper) {
   const double *y = stepper.y(), *dy = stepper.dy(), *ddy = stepper.ddy();
   for (CutCoordinate& cut : cut_) {
     if (!cut.linear) continue;
-    if (first_) {   // whole turns are counted from the start
+    if (first_) {  // whole turns are counted from the start
       constexpr double turn = 2 * std::numbers::pi;
       const double value = cut.quantity.value(y);
       cut.quantity.constant -= turn * std::round(value / turn);
@@ -210,7 +210,7 @@ void Observer<S>::add_closure_wrenches() {
   int r = 0;
   for (const Closure<S>& closure : tree_.closures) {
     const ClosurePose<S> pose = closure_pose(*state_, closure);
-    Wrench<S> on_b;   // world axes, about b's origin
+    Wrench<S> on_b;  // world axes, about b's origin
     for (const ClosureRow& row : closure.rows) {
       const double multiplier = actuation_.multipliers()[r++];
       const RowWrench<S> unit = closure_wrench(pose, row);
@@ -226,8 +226,8 @@ void Observer<S>::add_closure_wrenches() {
       const NodeState<S>& s = (*state_)[n];
       const typename S::Vector force = sign * unrotate(s.R_WN, on_b.force);
       wrenches_[n].force -= force;
-      wrenches_[n].moment -= sign * unrotate(s.R_WN, on_b.moment) +
-                             cross(unrotate(s.R_WN, typename S::Vector(pose.p_B - s.p_WN)), force);
+      wrenches_[n].moment -=
+          sign * unrotate(s.R_WN, on_b.moment) + cross(unrotate(s.R_WN, typename S::Vector(pose.p_B - s.p_WN)), force);
     };
     push(closure.b.node, 1);
     push(closure.a.node, -1);
@@ -248,9 +248,10 @@ void Observer<S>::read_reactions(Stepper<S>& stepper) {
     const int n = tree_.joint_nodes[j];
     if (n < 0) continue;
     const FixedFrame<S>& second = tree_.bodies[mechanism_.joints[j].second];
-    const typename S::Vector Q = state[second.node].p_WN +
-                                 state[second.node].R_WN *
-                                     typename S::Vector(second.p_N + second.R_N * to_vector<S>(mechanism_.joints[j].point_second));
+    const typename S::Vector Q =
+        state[second.node].p_WN +
+        state[second.node].R_WN *
+            typename S::Vector(second.p_N + second.R_N * to_vector<S>(mechanism_.joints[j].point_second));
     const typename S::Vector force = state[n].R_WN * wrenches_[n].force;
     const typename S::Angular moment =
         state[n].R_WN * wrenches_[n].moment + cross(typename S::Vector(state[n].p_WN - Q), force);

@@ -13,25 +13,25 @@ namespace balance {
 /// World axes; moments about the observer's point unless said otherwise.
 template <class S>
 struct Observation {
-  std::vector<double> position, velocity, acceleration;   ///< per coordinate of the mechanism
-  std::vector<double> effort, power;                      ///< per actuator
+  std::vector<double> position, velocity, acceleration;  ///< per coordinate of the mechanism
+  std::vector<double> effort, power;                     ///< per actuator
   typename S::Vector com, com_velocity, com_acceleration;
   typename S::Vector tool_position;
   typename S::Rotation tool_rotation;
-  double tool_angle = 0;                                  ///< planar, runs on past ±π
-  typename S::Vector shaking_force;                       ///< rate of the linear momentum (P3 eq. 23)
-  typename S::Angular shaking_moment;                     ///< rate of the angular momentum (P3 eq. 27)
-  typename S::Vector ground_force;                        ///< what the frame feels, weight included
+  double tool_angle = 0;               ///< planar, runs on past ±π
+  typename S::Vector shaking_force;    ///< rate of the linear momentum (P3 eq. 23)
+  typename S::Angular shaking_moment;  ///< rate of the angular momentum (P3 eq. 27)
+  typename S::Vector ground_force;     ///< what the frame feels, weight included
   typename S::Angular ground_moment;
-  std::vector<typename S::Vector> joint_force;            ///< on the second body
-  std::vector<typename S::Angular> joint_moment;          ///< about the joint's point on the second body
+  std::vector<typename S::Vector> joint_force;    ///< on the second body
+  std::vector<typename S::Angular> joint_moment;  ///< about the joint's point on the second body
   double kinetic_energy = 0, potential_energy = 0;
 };
 
 /// How much to find out.
 enum class Detail {
-  forces,       ///< coordinates, efforts, power, centre of mass, shaking force and moment, tool
-  everything,   ///< also ground wrench, reactions, energies, velocity of the centre of mass
+  forces,      ///< coordinates, efforts, power, centre of mass, shaking force and moment, tool
+  everything,  ///< also ground wrench, reactions, energies, velocity of the centre of mass
 };
 
 template <class S>
@@ -79,7 +79,7 @@ class Observer {
   Actuation<S> actuation_;
   std::vector<TreeCoordinate> own_;
   std::vector<CutCoordinate> cut_;
-  std::vector<int> cut_joints_;           ///< with coordinates that are not linear
+  std::vector<int> cut_joints_;  ///< with coordinates that are not linear
   FixedFrame<S> tool_;
   LinearQuantity tool_angle_;
   State<S>* state_ = nullptr;
@@ -88,7 +88,7 @@ class Observer {
   std::vector<double> tau_;
   Observation<S> seen_;
   bool first_ = true;
-  double time_ = 0;                       ///< of the last observation
+  double time_ = 0;  ///< of the last observation
 };
 
 extern template class Observer<Planar>;

@@ -18,7 +18,8 @@ struct Wrench {
 /// Force and moment that give one node its acceleration.
 template <class S>
 inline void add_inertia_wrench(const typename S::Inertia& inertia, const NodeState<S>& s, Wrench<S>& wrench) {
-  wrench.force += inertia.mass * s.acceleration + times(turning(s.angular_velocity, s.angular_acceleration), inertia.moment);
+  wrench.force +=
+      inertia.mass * s.acceleration + times(turning(s.angular_velocity, s.angular_acceleration), inertia.moment);
   wrench.moment += times(inertia.second, s.angular_acceleration) + gyroscopic(s.angular_velocity, inertia.second) +
                    cross(inertia.moment, s.acceleration);
 }
@@ -45,7 +46,7 @@ void inverse_dynamics(const Tree<S>& tree, const State<S>& state, std::vector<Wr
   for (int c = 0; c < tree.columns; ++c) tau[c] = 0;
   for (std::size_t n = tree.nodes.size(); n-- > 1;) {
     const Node<S>& node = tree.nodes[n];
-    Wrench<S> wrench = wrenches[n];   // worked on in registers
+    Wrench<S> wrench = wrenches[n];  // worked on in registers
     if (!node.massless) add_inertia_wrench<S>(node.inertia, state[n], wrench);
     wrenches[n] = wrench;
     if (node.motion != NodeMotion::weld) tau[node.column] += along_motion(node, wrench);
@@ -56,8 +57,8 @@ void inverse_dynamics(const Tree<S>& tree, const State<S>& state, std::vector<Wr
 /// Generalised forces of an open tree without external forces, in one go outwards and one back: the shortest way to the
 /// torques of a serial arm.
 template <class S>
-void tree_torques(const Tree<S>& tree, const double* y, const double* dy, const double* ddy, const typename S::Vector& gravity,
-                  State<S>& state, std::vector<Wrench<S>>& wrenches, double* tau) {
+void tree_torques(const Tree<S>& tree, const double* y, const double* dy, const double* ddy,
+                  const typename S::Vector& gravity, State<S>& state, std::vector<Wrench<S>>& wrenches, double* tau) {
   state[0].acceleration = -gravity;
   wrenches[0] = {};
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {

@@ -19,7 +19,8 @@ template <class S>
 VectorX parameters_of(const Tree<S>& tree) {
   VectorX all(S::parameters * static_cast<Eigen::Index>(tree.elements.size()));
   for (std::size_t e = 0; e < tree.elements.size(); ++e)
-    all.segment(static_cast<Eigen::Index>(e) * S::parameters, S::parameters) = parameters_of<S>(tree.elements[e].inertia);
+    all.segment(static_cast<Eigen::Index>(e) * S::parameters, S::parameters) =
+        parameters_of<S>(tree.elements[e].inertia);
   return all;
 }
 
@@ -52,9 +53,10 @@ NodeState<S> motion_of(const NodeState<S>& node, const FixedFrame<S>& frame) {
   s.p_PN = frame.p_N;
   s.angular_velocity = unrotate(frame.R_N, node.angular_velocity);
   s.angular_acceleration = unrotate(frame.R_N, node.angular_acceleration);
-  s.acceleration = unrotate(frame.R_N, typename S::Vector(node.acceleration + cross(node.angular_acceleration, frame.p_N) +
-                                                          cross(node.angular_velocity, typename S::Vector(cross(
-                                                              node.angular_velocity, frame.p_N)))));
+  s.acceleration = unrotate(
+      frame.R_N,
+      typename S::Vector(node.acceleration + cross(node.angular_acceleration, frame.p_N) +
+                         cross(node.angular_velocity, typename S::Vector(cross(node.angular_velocity, frame.p_N)))));
   return s;
 }
 
@@ -88,7 +90,7 @@ Regressor<S> regressor(const Tree<S>& tree, const State<S>& state) {
   return out;
 }
 
-#define BALANCE_INSTANTIATE(S)                      \
+#define BALANCE_INSTANTIATE(S)                       \
   template VectorX parameters_of<S>(const Tree<S>&); \
   template Regressor<S> regressor<S>(const Tree<S>&, const State<S>&);
 BALANCE_INSTANTIATE(Planar)

@@ -20,17 +20,17 @@ VectorX parameters_of(const Tree<S>& tree);
 
 template <class S>
 struct Regressor {
-  MatrixX torque;   ///< columns × P: generalised forces of the tree per unit parameter
-  MatrixX force;    ///< dimension × P: rate of linear momentum less weight, world axes
-  MatrixX moment;   ///< angular × P: the same about the world's origin
+  MatrixX torque;  ///< columns × P: generalised forces of the tree per unit parameter
+  MatrixX force;   ///< dimension × P: rate of linear momentum less weight, world axes
+  MatrixX moment;  ///< angular × P: the same about the world's origin
 };
 
 /// @param state poses, velocities and accelerations; with the ground accelerated by −g weight is included
 template <class S>
 Regressor<S> regressor(const Tree<S>& tree, const State<S>& state);
 
-#define BALANCE_DECLARE(S)                                              \
-  extern template VectorX parameters_of<S>(const Tree<S>&);             \
+#define BALANCE_DECLARE(S)                                  \
+  extern template VectorX parameters_of<S>(const Tree<S>&); \
   extern template Regressor<S> regressor<S>(const Tree<S>&, const State<S>&);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)

@@ -66,7 +66,7 @@ Solution solve(System<S>& system, const VectorX& guess, const DriveSample& targe
       damped.diagonal().array() += damping * std::max(1e-6, normal.diagonal().maxCoeff());
       VectorX step = damped.ldlt().solve(gradient);
       const double longest = step.template lpNorm<Eigen::Infinity>();
-      if (longest > 1) step /= longest;   // no more than one radian or one length at a time
+      if (longest > 1) step /= longest;  // no more than one radian or one length at a time
       const VectorX trial = solution.y - scale.cwiseProduct(step);
       system.evaluate(trial, target, trial_residual, trial_jacobian);
       const double trial_cost = trial_residual.squaredNorm();
@@ -171,10 +171,10 @@ Solution continue_to(System<S>& system, const VectorX& y, const DriveSample& fro
   return here;
 }
 
-#define BALANCE_INSTANTIATE(S)                                                                           \
-  template Solution solve<S>(System<S>&, const VectorX&, const DriveSample&, int);                       \
-  template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);                                 \
-  template RankReport generic_closure_rank<S>(const Tree<S>&, const VectorX&);                           \
+#define BALANCE_INSTANTIATE(S)                                                     \
+  template Solution solve<S>(System<S>&, const VectorX&, const DriveSample&, int); \
+  template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);           \
+  template RankReport generic_closure_rank<S>(const Tree<S>&, const VectorX&);     \
   template Solution continue_to<S>(System<S>&, const VectorX&, const DriveSample&, const DriveSample&);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)

@@ -16,7 +16,7 @@ inline constexpr double closed = 1e-12;
 struct Solution {
   bool found = false;
   VectorX y;
-  double residual = 0;   ///< largest scaled residual left
+  double residual = 0;  ///< largest scaled residual left
   int iterations = 0;
 };
 
@@ -31,9 +31,9 @@ VectorX random_coordinates(const Tree<S>& tree, std::uint64_t seed);
 /// Numerical rank and the orthonormal null space of a scaled Jacobian.
 struct RankReport {
   int rank = 0;
-  double last_kept = 0, first_dropped = 0;   ///< singular values relative to the largest
-  double smallest = 0;                       ///< singular value number min(rows, columns), absolute
-  MatrixX null_space;                        ///< columns × (columns − rank)
+  double last_kept = 0, first_dropped = 0;  ///< singular values relative to the largest
+  double smallest = 0;                      ///< singular value number min(rows, columns), absolute
+  MatrixX null_space;                       ///< columns × (columns − rank)
 };
 RankReport rank_of(const MatrixX& jacobian, double tolerance = 1e-8);
 
@@ -46,10 +46,10 @@ RankReport generic_closure_rank(const Tree<S>& tree, const VectorX& y);
 template <class S>
 Solution continue_to(System<S>& system, const VectorX& y, const DriveSample& from, const DriveSample& to);
 
-#define BALANCE_DECLARE(S)                                                                                        \
-  extern template Solution solve<S>(System<S>&, const VectorX&, const DriveSample&, int);                         \
-  extern template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);                                   \
-  extern template RankReport generic_closure_rank<S>(const Tree<S>&, const VectorX&);                             \
+#define BALANCE_DECLARE(S)                                                                \
+  extern template Solution solve<S>(System<S>&, const VectorX&, const DriveSample&, int); \
+  extern template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);           \
+  extern template RankReport generic_closure_rank<S>(const Tree<S>&, const VectorX&);     \
   extern template Solution continue_to<S>(System<S>&, const VectorX&, const DriveSample&, const DriveSample&);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)

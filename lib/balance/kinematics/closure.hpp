@@ -12,7 +12,7 @@ namespace balance {
 
 template <class S>
 struct RowWrench {
-  typename S::Vector force = S::Vector::Zero();       ///< world axes, through Q
+  typename S::Vector force = S::Vector::Zero();  ///< world axes, through Q
   typename S::Angular moment = S::zero_angular();
 };
 
@@ -55,22 +55,25 @@ inline RowWrench<S> closure_wrench(const ClosurePose<S>& pose, const ClosureRow&
 
 /// Rate, per unit rate of the node's coordinate, of a wrench's power at the point Q of what the node carries.
 template <class S>
-inline double power_of(const Node<S>& node, const NodeState<S>& state, const typename S::Vector& Q, const RowWrench<S>& wrench) {
-  if (node.motion == NodeMotion::slide)
-    return node.ratio * dot(wrench.force, slide_axis(state.R_WN));
-  return node.ratio * dot(turn_axis(state.R_WN), typename S::Angular(wrench.moment + cross(typename S::Vector(Q - state.p_WN), wrench.force)));
+inline double power_of(const Node<S>& node, const NodeState<S>& state, const typename S::Vector& Q,
+                       const RowWrench<S>& wrench) {
+  if (node.motion == NodeMotion::slide) return node.ratio * dot(wrench.force, slide_axis(state.R_WN));
+  return node.ratio * dot(turn_axis(state.R_WN),
+                          typename S::Angular(wrench.moment + cross(typename S::Vector(Q - state.p_WN), wrench.force)));
 }
 
 /// Acceleration of b's origin as seen by an observer on a (world axes).
 template <class S>
 inline typename S::Vector relative_acceleration(const NodeState<S>& A, const NodeState<S>& B, const Closure<S>& closure,
                                                 const ClosurePose<S>& pose) {
-  const typename S::Vector difference = point_acceleration<S>(B, closure.b.p_N) - point_acceleration<S>(A, closure.a.p_N);
+  const typename S::Vector difference =
+      point_acceleration<S>(B, closure.b.p_N) - point_acceleration<S>(A, closure.a.p_N);
   if (closure.pinned) return difference;
   const typename S::Vector d = pose.p_B - pose.p_A;
   const typename S::Angular w = A.R_WN * A.angular_velocity;
   const typename S::Angular alpha = A.R_WN * A.angular_acceleration;
-  const typename S::Vector slip = point_velocity<S>(B, closure.b.p_N) - point_velocity<S>(A, closure.a.p_N) - cross(w, d);
+  const typename S::Vector slip =
+      point_velocity<S>(B, closure.b.p_N) - point_velocity<S>(A, closure.a.p_N) - cross(w, d);
   return difference - times(turning(w, alpha), d) - 2 * cross(w, slip);
 }
 
@@ -99,10 +102,12 @@ void closure_bias(const State<S>& state, const Closure<S>& closure, const Closur
   const typename S::Angular w_A = A.R_WN * A.angular_velocity;
   const typename S::Angular w = typename S::Angular(B.R_WN * B.angular_velocity) - w_A;
   const typename S::Angular alpha = typename S::Angular(B.R_WN * B.angular_acceleration) -
-                                    typename S::Angular(A.R_WN * A.angular_acceleration) - typename S::Angular(cross(w_A, w));
+                                    typename S::Angular(A.R_WN * A.angular_acceleration) -
+                                    typename S::Angular(cross(w_A, w));
   const auto turn = turning(w, alpha);
   for (; r < rows; ++r)
-    bias[r] = dot(axis(pose.R_A, closure.rows[r].i), typename S::Vector(times(turn, axis(pose.R_B, closure.rows[r].j))));
+    bias[r] =
+        dot(axis(pose.R_A, closure.rows[r].i), typename S::Vector(times(turn, axis(pose.R_B, closure.rows[r].j))));
 }
 
 /// The joint's frames point the same way, not the opposite one.

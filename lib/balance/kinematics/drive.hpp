@@ -26,12 +26,12 @@ struct LinearQuantity {
 /// What must have prescribed values. The rows are ordered: point, com, linear (these have a value each), rotation.
 template <class S>
 struct Drive {
-  std::vector<int> point;                ///< world components of the tool point
-  std::vector<int> com;                  ///< world components of the centre of mass
+  std::vector<int> point;  ///< world components of the tool point
+  std::vector<int> com;    ///< world components of the centre of mass
   std::vector<LinearQuantity> linear;
-  std::vector<int> rotation;             ///< spatial: world components of the tool's rotation
-  FixedFrame<S> tool;                    ///< tool point with the axes of its body
-  std::vector<int> tool_path;            ///< nodes that move the tool
+  std::vector<int> rotation;   ///< spatial: world components of the tool's rotation
+  FixedFrame<S> tool;          ///< tool point with the axes of its body
+  std::vector<int> tool_path;  ///< nodes that move the tool
 
   int values() const { return static_cast<int>(point.size() + com.size() + linear.size()); }
   int rows() const { return values() + static_cast<int>(rotation.size()); }
@@ -40,8 +40,8 @@ struct Drive {
 /// Mass beyond each node, and its first moment in world axes about the world's origin.
 template <class S>
 struct MassDistribution {
-  std::vector<double> mass;                     ///< of the node and all nodes it carries
-  std::vector<typename S::Vector> moment;       ///< Σ m r
+  std::vector<double> mass;                ///< of the node and all nodes it carries
+  std::vector<typename S::Vector> moment;  ///< Σ m r
 
   explicit MassDistribution(const Tree<S>& tree) : mass(tree.nodes.size(), 0), moment(tree.nodes.size()) {
     for (std::size_t n = tree.nodes.size(); n-- > 1;) {
@@ -63,8 +63,7 @@ struct MassDistribution {
 
   /// Change of the CoM's position per unit of the node's coordinate.
   typename S::Vector com_gradient(const Node<S>& node, const NodeState<S>& state, int n) const {
-    if (node.motion == NodeMotion::slide)
-      return node.ratio * mass[n] / mass[0] * slide_axis(state.R_WN);
+    if (node.motion == NodeMotion::slide) return node.ratio * mass[n] / mass[0] * slide_axis(state.R_WN);
     const typename S::Angular e = turn_axis(state.R_WN);
     return node.ratio / mass[0] * typename S::Vector(cross(e, typename S::Vector(moment[n] - mass[n] * state.p_WN)));
   }
@@ -75,7 +74,7 @@ struct MassDistribution {
 /// rotation are prescribed.
 struct RotationGap {
   Vector3 gap;
-  Matrix3 A;   ///< ½ (tr(R Tᵀ) E − R Tᵀ)
+  Matrix3 A;  ///< ½ (tr(R Tᵀ) E − R Tᵀ)
 
   RotationGap(const Matrix3& T, const Matrix3& R) {
     const Matrix3 M = R * T.transpose();
@@ -112,8 +111,10 @@ typename S::Vector com_acceleration(const Tree<S>& tree, const State<S>& state) 
     const Node<S>& node = tree.nodes[n];
     const NodeState<S>& s = state[n];
     if (node.massless) continue;
-    force += s.R_WN * typename S::Vector(node.inertia.mass * s.acceleration + cross(s.angular_acceleration, node.inertia.moment) +
-                                         cross(s.angular_velocity, typename S::Vector(cross(s.angular_velocity, node.inertia.moment))));
+    force +=
+        s.R_WN * typename S::Vector(
+                     node.inertia.mass * s.acceleration + cross(s.angular_acceleration, node.inertia.moment) +
+                     cross(s.angular_velocity, typename S::Vector(cross(s.angular_velocity, node.inertia.moment))));
   }
   return force / tree.mass;
 }

@@ -51,7 +51,7 @@ void read_slide(int k, const Vector3& u, const RelativeMotion& motion, JointRead
 
 void read_universal(const Joint& joint, const RelativeMotion& motion, JointReading& reading) {
   const Vector3 u = joint.axis, v = joint.axis2, w = u.cross(v);
-  const Vector3 turned_v = motion.rotation * v;   // the second rotation is about it
+  const Vector3 turned_v = motion.rotation * v;  // the second rotation is about it
   reading.position[0] = std::atan2(w.dot(turned_v), v.dot(turned_v));
   reading.position[1] = std::atan2(u.dot(motion.rotation * w), u.dot(motion.rotation * u));
   reading.velocity = {u.dot(motion.spin), turned_v.dot(motion.spin), 0};

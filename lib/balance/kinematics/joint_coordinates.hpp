@@ -15,10 +15,10 @@ struct JointReading {
 
 /// Motion of a joint's second body seen by an observer on its first, in the first body's axes.
 struct RelativeMotion {
-  Matrix3 rotation;                ///< of the second body's frame, less the joint's own constant rotation
-  Vector3 place;                   ///< from the joint's point on the first body to that on the second
-  Vector3 slip, slip_rate;         ///< its first and second derivative
-  Vector3 spin, spin_rate;         ///< relative angular velocity and acceleration
+  Matrix3 rotation;         ///< of the second body's frame, less the joint's own constant rotation
+  Vector3 place;            ///< from the joint's point on the first body to that on the second
+  Vector3 slip, slip_rate;  ///< its first and second derivative
+  Vector3 spin, spin_rate;  ///< relative angular velocity and acceleration
 };
 
 /// @param state poses; for the rates also velocities and accelerations

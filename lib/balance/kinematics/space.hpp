@@ -11,9 +11,9 @@
 namespace balance {
 
 struct Planar {
-  static constexpr int dimension = 2;        ///< components of a vector
-  static constexpr int angular = 1;          ///< components of an angular quantity
-  static constexpr int parameters = 4;       ///< inertial parameters of a body: m, mx, my, J
+  static constexpr int dimension = 2;   ///< components of a vector
+  static constexpr int angular = 1;     ///< components of an angular quantity
+  static constexpr int parameters = 4;  ///< inertial parameters of a body: m, mx, my, J
   using Vector = Vector2;
   using Angular = double;
 
@@ -25,8 +25,8 @@ struct Planar {
   /// About the origin of the frame it is given in.
   struct Inertia {
     double mass = 0;
-    Vector2 moment = Vector2::Zero();   ///< first moment of mass
-    double second = 0;                  ///< moment of inertia about the origin
+    Vector2 moment = Vector2::Zero();  ///< first moment of mass
+    double second = 0;                 ///< moment of inertia about the origin
   };
 
   static Vector2 slide_direction() { return Vector2::UnitX(); }
@@ -37,7 +37,7 @@ struct Planar {
 struct Spatial {
   static constexpr int dimension = 3;
   static constexpr int angular = 3;
-  static constexpr int parameters = 10;      ///< m, mx, my, mz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz
+  static constexpr int parameters = 10;  ///< m, mx, my, mz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz
   using Vector = Vector3;
   using Angular = Vector3;
 
@@ -85,7 +85,9 @@ inline double gyroscopic(double, double) { return 0; }
 /// What the velocity and acceleration of a frame do to a vector fixed to it: v ↦ α × v + ω × (ω × v).
 struct PlanarTurning {
   double alpha, square;
-  Vector2 operator*(const Vector2& v) const { return {-alpha * v.y() - square * v.x(), alpha * v.x() - square * v.y()}; }
+  Vector2 operator*(const Vector2& v) const {
+    return {-alpha * v.y() - square * v.x(), alpha * v.x() - square * v.y()};
+  }
 };
 inline Vector2 times(const PlanarTurning& K, const Vector2& v) { return K * v; }
 inline PlanarTurning turning(double w, double alpha) { return {alpha, w * w}; }
@@ -140,8 +142,8 @@ inline Matrix3 turning(const Vector3& w, const Vector3& alpha) {
   const double xx = w.x() * w.x(), yy = w.y() * w.y(), zz = w.z() * w.z();
   const double xy = w.x() * w.y(), xz = w.x() * w.z(), yz = w.y() * w.z();
   Matrix3 K;
-  K << -yy - zz, xy - alpha.z(), xz + alpha.y(), xy + alpha.z(), -xx - zz, yz - alpha.x(), xz - alpha.y(), yz + alpha.x(),
-      -xx - yy;
+  K << -yy - zz, xy - alpha.z(), xz + alpha.y(), xy + alpha.z(), -xx - zz, yz - alpha.x(), xz - alpha.y(),
+      yz + alpha.x(), -xx - yy;
   return K;
 }
 inline void add_about_axis(Vector3& w, double rate) { w.z() += rate; }

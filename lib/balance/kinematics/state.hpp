@@ -13,14 +13,15 @@ namespace balance {
 /// N's motion. Components without W are in N's own axes.
 template <class S>
 struct NodeState {
-  typename S::Rotation R_PN;                                  ///< in the parent's axes
+  typename S::Rotation R_PN;  ///< in the parent's axes
   typename S::Vector p_PN = S::Vector::Zero();
-  typename S::Rotation R_WN;                                  ///< in the world
+  typename S::Rotation R_WN;  ///< in the world
   typename S::Vector p_WN = S::Vector::Zero();
   typename S::Angular angular_velocity = S::zero_angular();
-  typename S::Vector velocity = S::Vector::Zero();            ///< of N's origin
+  typename S::Vector velocity = S::Vector::Zero();  ///< of N's origin
   typename S::Angular angular_acceleration = S::zero_angular();
-  typename S::Vector acceleration = S::Vector::Zero();        ///< of N's origin, gravity's field subtracted if the base was given −g
+  typename S::Vector acceleration =
+      S::Vector::Zero();  ///< of N's origin, gravity's field subtracted if the base was given −g
 };
 
 template <class S>
@@ -57,14 +58,16 @@ inline void set_world_pose(const NodeState<S>& parent, NodeState<S>& state) {
 
 /// Angular velocity only: all that forces need.
 template <class S>
-inline void set_angular_velocity(const Node<S>& node, const double* dy, const NodeState<S>& parent, NodeState<S>& state) {
+inline void set_angular_velocity(const Node<S>& node, const double* dy, const NodeState<S>& parent,
+                                 NodeState<S>& state) {
   state.angular_velocity = unrotate(state.R_PN, parent.angular_velocity);
   if (node.motion == NodeMotion::turn) add_about_axis(state.angular_velocity, node.ratio * dy[node.column]);
 }
 
 template <class S>
 inline void set_velocity(const Node<S>& node, const double* dy, const NodeState<S>& parent, NodeState<S>& state) {
-  state.velocity = unrotate(state.R_PN, typename S::Vector(parent.velocity + cross(parent.angular_velocity, state.p_PN)));
+  state.velocity =
+      unrotate(state.R_PN, typename S::Vector(parent.velocity + cross(parent.angular_velocity, state.p_PN)));
   if (node.motion == NodeMotion::slide) add_along_slide(state.velocity, node.ratio * dy[node.column]);
 }
 
@@ -115,7 +118,8 @@ void velocities(const Tree<S>& tree, const double* dy, State<S>& state) {
 
 /// @param base acceleration of the ground; −gravity makes weight part of the inertia forces
 template <class S>
-void accelerations(const Tree<S>& tree, const double* dy, const double* ddy, const typename S::Vector& base, State<S>& state) {
+void accelerations(const Tree<S>& tree, const double* dy, const double* ddy, const typename S::Vector& base,
+                   State<S>& state) {
   state[0].acceleration = base;
   for (std::size_t n = 1; n < tree.nodes.size(); ++n)
     set_acceleration(tree.nodes[n], dy, ddy, state[tree.nodes[n].parent], state[n]);

@@ -72,7 +72,7 @@ void System<S>::prescribed(const VectorX& y, const DriveSample& target, VectorX&
     const Matrix3 R = to_matrix(orientation(state_, drive_.tool));
     const RotationGap gap(target.rotation, R);
     const RotationError error(target.rotation, R);
-    const bool whole = drive_.rotation.size() == 3;   // of single components only the sine has a meaning
+    const bool whole = drive_.rotation.size() == 3;  // of single components only the sine has a meaning
     for (const int component : drive_.rotation) {
       residual[r] = whole ? error.error[component] : gap.gap[component];
       const Vector3 gradient = (whole ? error.B : gap.A).row(component);

@@ -22,8 +22,7 @@ Spatial::Inertia inertia_about_origin<Spatial>(double mass, const Vector3& com, 
 template <>
 Planar::Inertia moved<Planar>(const Planar::Inertia& inertia, const Planar::Rotation& R, const Vector2& p) {
   const Vector2 moment = R * inertia.moment;
-  return {inertia.mass, moment + inertia.mass * p,
-          inertia.second + 2 * p.dot(moment) + inertia.mass * p.squaredNorm()};
+  return {inertia.mass, moment + inertia.mass * p, inertia.second + 2 * p.dot(moment) + inertia.mass * p.squaredNorm()};
 }
 
 template <>
@@ -42,7 +41,7 @@ namespace {
 struct Step {
   NodeMotion motion;
   Vector3 direction;
-  int index;   ///< coordinate within the joint
+  int index;  ///< coordinate within the joint
 };
 
 std::vector<Step> steps(const Joint& joint) {
@@ -191,7 +190,7 @@ class Compiler {
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
       if (!in_tree[mechanism_.coordinates[c].joint]) continue;
       const Root root = root_of(mechanism_, static_cast<int>(c));
-      if (!columns.contains(root.coordinate)) continue;   // a held spin
+      if (!columns.contains(root.coordinate)) continue;  // a held spin
       tree_.sources[c] = {columns.at(root.coordinate), root.ratio, root.offset};
     }
   }
@@ -229,7 +228,7 @@ class Compiler {
     std::vector<Step> chain = steps(joint);
     Vector3 start = joint.point_first, end = joint.point_second;
     Matrix3 R_parent_child = joint.rotation;
-    if (!edge.forward) {   // walked backwards: the motions in reverse order and sense, seen from the second body
+    if (!edge.forward) {  // walked backwards: the motions in reverse order and sense, seen from the second body
       std::reverse(chain.begin(), chain.end());
       for (Step& step : chain) step.direction = joint.rotation.transpose() * step.direction;
       std::swap(start, end);
@@ -239,7 +238,7 @@ class Compiler {
     if (spin != nullptr) chain = turns_before(*spin, R_parent_child);
     const FixedFrame<S> parent = tree_.bodies[edge.parent];
     int node = parent.node;
-    Matrix3 R = to_matrix(parent.R_N);                         // axes of the parent body in the current node
+    Matrix3 R = to_matrix(parent.R_N);  // axes of the parent body in the current node
     Vector3 p = R * start + to_3d(parent.p_N);
     tree_.joint_first_nodes[edge.joint] = static_cast<int>(tree_.nodes.size());
     if (joint.type == JointType::spherical && !needed_[edge.joint]) {
@@ -249,7 +248,8 @@ class Compiler {
     if (chain.empty()) node = add_node(node, R, p, NodeMotion::weld, {}, 1), R.setIdentity(), p.setZero();
     for (const Step& step : chain) {
       const Matrix3 axes = node_axes<S>(step);
-      node = add_node(node, R * axes, p, step.motion, source_of(edge.joint, step), spin != nullptr || edge.forward ? 1 : -1);
+      node = add_node(node, R * axes, p, step.motion, source_of(edge.joint, step),
+                      spin != nullptr || edge.forward ? 1 : -1);
       R = axes.transpose();
       p.setZero();
     }
@@ -274,9 +274,7 @@ class Compiler {
   }
 
   /// Closes the loop of a split joint: the copy that the joint carries is its second body.
-  void weld(int joint, const FixedFrame<S>& copy, int body) {
-    splits_.push_back({joint, copy, body});
-  }
+  void weld(int joint, const FixedFrame<S>& copy, int body) { splits_.push_back({joint, copy, body}); }
 
   static FixedFrame<S> on(const FixedFrame<S>& body, const Matrix3& R, const Vector3& p) {
     return {body.node, body.R_N * to_rotation<S>(R), body.p_N + body.R_N * to_vector<S>(p)};
@@ -329,7 +327,7 @@ class Compiler {
 
   void add_element(const FixedFrame<S>& frame, const typename S::Inertia& inertia) {
     tree_.elements.push_back({frame, inertia});
-    if (frame.node == 0) return;   // fixed to the ground: neither moves nor counts
+    if (frame.node == 0) return;  // fixed to the ground: neither moves nor counts
     const typename S::Inertia in_node = moved<S>(inertia, frame.R_N, frame.p_N);
     Node<S>& node = tree_.nodes[frame.node];
     tree_.mass += inertia.mass;
@@ -344,7 +342,8 @@ class Compiler {
     for (int n = closure.b.node; n > 0; n = tree_.nodes[n].parent) sign[n] += 1;
     for (int n = closure.a.node; n > 0; n = tree_.nodes[n].parent) sign[n] -= 1;
     for (std::size_t n = 0; n < sign.size(); ++n)
-      if (sign[n] != 0 && tree_.nodes[n].motion != NodeMotion::weld) closure.path.push_back({static_cast<int>(n), sign[n]});
+      if (sign[n] != 0 && tree_.nodes[n].motion != NodeMotion::weld)
+        closure.path.push_back({static_cast<int>(n), sign[n]});
   }
 
   struct Split {
@@ -354,7 +353,7 @@ class Compiler {
   };
 
   const Mechanism& mechanism_;
-  std::vector<bool> needed_;   ///< per joint
+  std::vector<bool> needed_;  ///< per joint
   SpanningTree spanning_;
   Tree<S> tree_;
   std::vector<Split> splits_;
@@ -372,7 +371,7 @@ void rereference(Tree<S>& tree, int ball, double* y) {
   Matrix3 all = Matrix3::Identity(), fixed = Matrix3::Identity();
   for (int n = ball; n < ball + 3; ++n) {
     const Node<S>& node = tree.nodes[n];
-    const bool turns = node.motion == NodeMotion::turn;   // the last of a held spin does not
+    const bool turns = node.motion == NodeMotion::turn;  // the last of a held spin does not
     const double x = turns ? node.ratio * y[node.column] + node.offset : 0;
     all *= to_matrix(turned(node.R_PF, std::cos(x), std::sin(x)));
     if (n > ball) fixed *= to_matrix(node.R_PF);

@@ -14,14 +14,14 @@ enum class NodeMotion { weld, turn, slide };
 /// Rigid frame N hanging on the frame P of its parent. Its displacement is x = ratio · y[column] + offset.
 template <class S>
 struct Node {
-  int parent = -1;                      ///< −1 only for node 0, the world
+  int parent = -1;  ///< −1 only for node 0, the world
   NodeMotion motion = NodeMotion::weld;
-  int column = -1;                      ///< of y; −1 for welds
+  int column = -1;  ///< of y; −1 for welds
   double ratio = 1;
   double offset = 0;
-  typename S::Rotation R_PF;            ///< N at x = 0; turns about its z axis, slides along S::slide_direction()
+  typename S::Rotation R_PF;  ///< N at x = 0; turns about its z axis, slides along S::slide_direction()
   typename S::Vector p_PF = S::Vector::Zero();
-  typename S::Inertia inertia;          ///< of everything fixed to N, about N's origin, in N's axes
+  typename S::Inertia inertia;  ///< of everything fixed to N, about N's origin, in N's axes
   bool massless = true;
 };
 
@@ -35,7 +35,7 @@ struct FixedFrame {
 
 /// One equation of a closure, between frame A (axes a) and frame B (axes b), with d = p_B − p_A.
 struct ClosureRow {
-  enum class Kind { along, dot } kind;   ///< a_i · d = 0, or a_i · b_j = 0
+  enum class Kind { along, dot } kind;  ///< a_i · d = 0, or a_i · b_j = 0
   int i = 0, j = 0;
 };
 
@@ -49,49 +49,49 @@ struct PathStep {
 template <class S>
 struct Closure {
   int joint = 0;
-  bool split = false;                ///< welds the copy that a split joint carries
+  bool split = false;  ///< welds the copy that a split joint carries
   FixedFrame<S> a, b;
   std::vector<ClosureRow> rows;
-  bool pinned = false;               ///< the origins of a and b coincide: nothing slides
-  std::vector<int> aligned;          ///< axes k for which a_k · b_k must be positive: excludes flipped assemblies
-  std::vector<PathStep> path;        ///< nodes that move b (+1) or a (−1) but not both
+  bool pinned = false;         ///< the origins of a and b coincide: nothing slides
+  std::vector<int> aligned;    ///< axes k for which a_k · b_k must be positive: excludes flipped assemblies
+  std::vector<PathStep> path;  ///< nodes that move b (+1) or a (−1) but not both
 };
 
 /// Where a joint coordinate comes from.
 struct CoordinateSource {
-  int column = -1;                   ///< −1: the joint is cut
-  double ratio = 1, offset = 0;      ///< q = ratio · y[column] + offset
+  int column = -1;               ///< −1: the joint is cut
+  double ratio = 1, offset = 0;  ///< q = ratio · y[column] + offset
 };
 
 /// A body, an attachment or a disc: one set of inertial parameters.
 template <class S>
 struct MassElement {
-  FixedFrame<S> frame;               ///< in which the parameters are given
-  typename S::Inertia inertia;       ///< about that frame's origin
+  FixedFrame<S> frame;          ///< in which the parameters are given
+  typename S::Inertia inertia;  ///< about that frame's origin
 };
 
 template <class S>
 struct Tree {
-  std::vector<Node<S>> nodes;                 ///< node 0 is the world; parents first
-  int columns = 0;                            ///< number of tree coordinates y
-  std::vector<FixedFrame<S>> bodies;          ///< frame of every body of the mechanism
+  std::vector<Node<S>> nodes;         ///< node 0 is the world; parents first
+  int columns = 0;                    ///< number of tree coordinates y
+  std::vector<FixedFrame<S>> bodies;  ///< frame of every body of the mechanism
   std::vector<Closure<S>> closures;
   int closure_rows = 0;
-  bool slides = false;                        ///< some closure is not pinned
-  std::vector<CoordinateSource> sources;      ///< for every coordinate of the mechanism
-  std::vector<int> joint_nodes;               ///< per joint: the last node of its chain, −1 if cut
-  std::vector<int> joint_first_nodes;         ///< per joint: the first node of its chain, −1 if cut
-  std::vector<bool> joint_forward;            ///< per joint: the tree walks it from its first to its second body
+  bool slides = false;                    ///< some closure is not pinned
+  std::vector<CoordinateSource> sources;  ///< for every coordinate of the mechanism
+  std::vector<int> joint_nodes;           ///< per joint: the last node of its chain, −1 if cut
+  std::vector<int> joint_first_nodes;     ///< per joint: the first node of its chain, −1 if cut
+  std::vector<bool> joint_forward;        ///< per joint: the tree walks it from its first to its second body
   /// First nodes of the spherical joints whose coordinates nobody prescribes, drives or couples: these may be counted from
   /// another reference orientation at any time (rereference), so that they never reach their singular position.
   std::vector<int> balls;
-  std::vector<bool> joint_floats;             ///< per joint: it is one of the balls, its sources hold at the start only
+  std::vector<bool> joint_floats;  ///< per joint: it is one of the balls, its sources hold at the start only
   /// Bodies whose idle spin is held: the ball that carries them lacks its last turn, like a universal joint.
   std::vector<IdleSpin> held_spins;
-  std::vector<MassElement<S>> elements;       ///< bodies 1…, then attachments, then discs
+  std::vector<MassElement<S>> elements;  ///< bodies 1…, then attachments, then discs
   double mass = 0;
-  double length = 1;                          ///< characteristic length
-  std::vector<int> column_kind_length;        ///< per column: 1 if it is a length, 0 if an angle
+  double length = 1;                    ///< characteristic length
+  std::vector<int> column_kind_length;  ///< per column: 1 if it is a length, 0 if an angle
 };
 
 /// @param needed coordinates that must not be cut (those a drive prescribes)
@@ -108,7 +108,8 @@ typename S::Inertia inertia_about_origin(double mass, const Vector3& com, const 
 
 /// The same inertia seen from the frame that R, p place it in.
 template <class S>
-typename S::Inertia moved(const typename S::Inertia& inertia, const typename S::Rotation& R, const typename S::Vector& p);
+typename S::Inertia moved(const typename S::Inertia& inertia, const typename S::Rotation& R,
+                          const typename S::Vector& p);
 
 extern template void rereference<Planar>(Tree<Planar>&, int, double*);
 extern template void rereference<Spatial>(Tree<Spatial>&, int, double*);

@@ -33,7 +33,7 @@ Vector3 common_com(const Mechanism& mechanism, int body) {
 }  // namespace
 
 std::vector<IdleSpin> idle_spins(const Mechanism& mechanism, const std::vector<int>& needed) {
-  constexpr double on_line = 1e-6;   // of the distance between the joints: what rounded coordinates leave
+  constexpr double on_line = 1e-6;  // of the distance between the joints: what rounded coordinates leave
   const std::vector<bool> keep = joints_needed(mechanism, needed);
   std::vector<IdleSpin> spins;
   for (int body = 1; body < static_cast<int>(mechanism.bodies.size()); ++body) {

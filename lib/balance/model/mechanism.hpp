@@ -28,9 +28,9 @@ struct NamedPoint {
 /// bodies[0] is the ground (mass 0, inertia 0); every other body has a positive mass.
 struct Body {
   std::string name;
-  double mass = 0;                     ///< [kg]
-  Vector3 com = Vector3::Zero();       ///< from the body's origin, body axes [m]
-  Matrix3 inertia = Matrix3::Zero();   ///< about the CoM, body axes [kg m^2]; off-diagonal entries are −∫xy dm
+  double mass = 0;                    ///< [kg]
+  Vector3 com = Vector3::Zero();      ///< from the body's origin, body axes [m]
+  Matrix3 inertia = Matrix3::Zero();  ///< about the CoM, body axes [kg m^2]; off-diagonal entries are −∫xy dm
   std::vector<NamedPoint> points;
 };
 
@@ -57,8 +57,8 @@ struct Joint {
   int second = ground;
   Vector3 point_first = Vector3::Zero();
   Vector3 point_second = Vector3::Zero();
-  Vector3 axis = Vector3::UnitZ();    ///< planar prismatic and pin_slot: direction of the slide
-  Vector3 axis2 = Vector3::UnitX();   ///< universal: second axis; planar: direction of x; else unused
+  Vector3 axis = Vector3::UnitZ();   ///< planar prismatic and pin_slot: direction of the slide
+  Vector3 axis2 = Vector3::UnitX();  ///< universal: second axis; planar: direction of x; else unused
   Matrix3 rotation = Matrix3::Identity();
 };
 
@@ -70,16 +70,16 @@ enum class CoordinateKind { angle, length };
 
 /// One scalar coordinate of a joint. Mechanism::coordinates lists them joint by joint.
 struct Coordinate {
-  std::string name;   ///< "J" where the joint has one coordinate, else "J.angle", "J.slide", "J.x", "J.1", …
+  std::string name;  ///< "J" where the joint has one coordinate, else "J.angle", "J.slide", "J.x", "J.1", …
   int joint = 0;
-  int index = 0;      ///< within the joint
+  int index = 0;  ///< within the joint
   CoordinateKind kind = CoordinateKind::angle;
 };
 
 /// Gear or belt: q[follower] = ratio · q[leader] + offset.
 struct Coupling {
-  int follower = 0;   ///< coordinate
-  int leader = 0;     ///< coordinate
+  int follower = 0;  ///< coordinate
+  int leader = 0;    ///< coordinate
   double ratio = 1;
   double offset = 0;
 };
@@ -91,21 +91,21 @@ struct Attachment {
   std::string name;
   AttachmentKind kind = AttachmentKind::counterweight;
   int body = 0;
-  Vector3 position = Vector3::Zero();   ///< of its CoM, in the body's axes [m]
-  double mass = 0;                      ///< [kg], zero allowed (a free mass may vanish)
-  Matrix3 inertia = Matrix3::Zero();    ///< about its CoM, in the body's axes [kg m^2]
+  Vector3 position = Vector3::Zero();  ///< of its CoM, in the body's axes [m]
+  double mass = 0;                     ///< [kg], zero allowed (a free mass may vanish)
+  Matrix3 inertia = Matrix3::Zero();   ///< about its CoM, in the body's axes [kg m^2]
 };
 
 /// A rotor carried by a body at `position` (its CoM, on its axis), turning relative to it by ratio · q[follows] about `axis`.
 struct Disc {
   std::string name;
-  int body = 0;                         ///< the carrier
-  Vector3 position = Vector3::Zero();   ///< in the carrier's axes [m]
-  Vector3 axis = Vector3::UnitZ();      ///< unit vector in the carrier's axes
-  int follows = 0;                      ///< coordinate
+  int body = 0;                        ///< the carrier
+  Vector3 position = Vector3::Zero();  ///< in the carrier's axes [m]
+  Vector3 axis = Vector3::UnitZ();     ///< unit vector in the carrier's axes
+  int follows = 0;                     ///< coordinate
   double ratio = 1;
-  double mass = 0;                      ///< [kg]
-  Matrix3 inertia = Matrix3::Zero();    ///< about its CoM, in the carrier's axes at coordinate zero [kg m^2]
+  double mass = 0;                    ///< [kg]
+  Matrix3 inertia = Matrix3::Zero();  ///< about its CoM, in the carrier's axes at coordinate zero [kg m^2]
 };
 
 enum class Frame { world, body };
@@ -114,11 +114,11 @@ enum class Frame { world, body };
 struct Load {
   std::string name;
   int body = 0;
-  Vector3 point = Vector3::Zero();   ///< where the force acts, in the body's axes [m]
-  Frame frame = Frame::world;        ///< axes in which force and moment are given
-  std::vector<double> time;          ///< empty for a constant load, else increasing [s]; held beyond its ends
-  std::vector<Vector3> force;        ///< one entry, or one per time [N]
-  std::vector<Vector3> moment;       ///< same length as force [N m]
+  Vector3 point = Vector3::Zero();  ///< where the force acts, in the body's axes [m]
+  Frame frame = Frame::world;       ///< axes in which force and moment are given
+  std::vector<double> time;         ///< empty for a constant load, else increasing [s]; held beyond its ends
+  std::vector<Vector3> force;       ///< one entry, or one per time [N]
+  std::vector<Vector3> moment;      ///< same length as force [N m]
 };
 
 /// A linear spring between a point of each of two bodies: tension stiffness · (length − free_length).
@@ -128,22 +128,22 @@ struct Spring {
   int second = 0;
   Vector3 point_first = Vector3::Zero();
   Vector3 point_second = Vector3::Zero();
-  double stiffness = 0;     ///< [N/m]
-  double free_length = 0;   ///< [m]; zero is a zero-free-length spring
+  double stiffness = 0;    ///< [N/m]
+  double free_length = 0;  ///< [m]; zero is a zero-free-length spring
 };
 
 /// Friction in a joint coordinate: it resists with viscous · q̇ + coulomb · sign(q̇).
 struct Friction {
   int coordinate = 0;
-  double viscous = 0;   ///< [N m s/rad] or [N s/m]
-  double coulomb = 0;   ///< [N m] or [N]
+  double viscous = 0;  ///< [N m s/rad] or [N s/m]
+  double coulomb = 0;  ///< [N m] or [N]
 };
 
 /// The point of interest of one body.
 struct Tool {
   int body = 0;
-  std::string point;                    ///< its name on the body
-  Vector3 position = Vector3::Zero();   ///< in the body's axes [m]
+  std::string point;                   ///< its name on the body
+  Vector3 position = Vector3::Zero();  ///< in the body's axes [m]
 };
 
 /// A rough value of one joint coordinate that helps to pick the assembly mode.
@@ -155,17 +155,17 @@ struct CoordinateValue {
 struct Mechanism {
   std::string name;
   SpaceKind space = SpaceKind::planar;
-  Vector3 gravity = Vector3::Zero();   ///< [m/s^2]
-  std::vector<Body> bodies;            ///< bodies[0] is the ground
+  Vector3 gravity = Vector3::Zero();  ///< [m/s^2]
+  std::vector<Body> bodies;           ///< bodies[0] is the ground
   std::vector<Joint> joints;
-  std::vector<Coordinate> coordinates; ///< of all joints, in order: list_coordinates(joints)
+  std::vector<Coordinate> coordinates;  ///< of all joints, in order: list_coordinates(joints)
   std::vector<Coupling> couplings;
   std::vector<Attachment> attachments;
   std::vector<Disc> discs;
   std::vector<Load> loads;
   std::vector<Spring> springs;
   std::vector<Friction> friction;
-  std::vector<int> actuators;          ///< coordinates that a motor drives
+  std::vector<int> actuators;  ///< coordinates that a motor drives
   std::optional<Tool> tool;
   std::vector<CoordinateValue> assembly;
 };

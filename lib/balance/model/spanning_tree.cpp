@@ -122,7 +122,8 @@ std::vector<int> loop_bodies(const Mechanism& mechanism, const SpanningTree& tre
 
 int count_freedoms(const Mechanism& mechanism) {
   const int per_body = mechanism.space == SpaceKind::planar ? 3 : 6;
-  int freedoms = per_body * (static_cast<int>(mechanism.bodies.size()) - 1) - static_cast<int>(mechanism.couplings.size());
+  int freedoms =
+      per_body * (static_cast<int>(mechanism.bodies.size()) - 1) - static_cast<int>(mechanism.couplings.size());
   for (const Joint& joint : mechanism.joints) freedoms -= per_body - freedom(joint.type);
   return freedoms;
 }

@@ -10,17 +10,17 @@ namespace balance {
 /// How a joint of the spanning tree is walked: from `parent` to `child`.
 struct TreeEdge {
   int joint = 0;
-  int parent = 0;        ///< body
-  int child = 0;         ///< body; meaningless for a split edge
-  bool forward = true;   ///< the parent is the joint's first body
+  int parent = 0;       ///< body
+  int child = 0;        ///< body; meaningless for a split edge
+  bool forward = true;  ///< the parent is the joint's first body
   /// The joint closes a loop, yet its coordinates are needed: it carries a massless copy of its child, and the loop is closed
   /// by welding that copy to the child.
   bool split = false;
 };
 
 struct SpanningTree {
-  std::vector<TreeEdge> edges;   ///< parents before children; every moving body is the child of one unsplit edge
-  std::vector<int> cut;          ///< joints enforced as loop closures, in the mechanism's order
+  std::vector<TreeEdge> edges;  ///< parents before children; every moving body is the child of one unsplit edge
+  std::vector<int> cut;         ///< joints enforced as loop closures, in the mechanism's order
 };
 
 /// Per joint: one of its coordinates is in `needed`, in a coupling, an actuator, followed by a disc or has friction.
@@ -29,7 +29,7 @@ std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<in
 /// A body between two spherical joints may spin about the line through them without anything else moving.
 struct IdleSpin {
   int body = 0;
-  Vector3 line = Vector3::UnitZ();   ///< unit vector along it, in the body's axes
+  Vector3 line = Vector3::UnitZ();  ///< unit vector along it, in the body's axes
   int joints[2] = {0, 0};
 };
 

@@ -28,8 +28,8 @@ std::vector<int> most_moving(const Trajectory& trajectory, int dimension) {
 template <class S>
 std::vector<Component> default_components(const Trajectory& trajectory, int freedoms) {
   using enum Component;
-  const std::vector<Component> all = std::is_same_v<S, Planar> ? std::vector<Component>{x, y, rz}
-                                                               : std::vector<Component>{x, y, z, rx, ry, rz};
+  const std::vector<Component> all =
+      std::is_same_v<S, Planar> ? std::vector<Component>{x, y, rz} : std::vector<Component>{x, y, z, rx, ry, rz};
   if (freedoms == 4 && std::is_same_v<S, Spatial>) return {x, y, z, rz};
   if (freedoms >= S::dimension)
     return {all.begin(), all.begin() + std::min<std::ptrdiff_t>(freedoms, static_cast<std::ptrdiff_t>(all.size()))};
@@ -107,7 +107,8 @@ void add_remaining(const Mechanism& mechanism, const Tree<S>& tree, const Trajec
 }  // namespace
 
 template <class S>
-DriveChoice<S> choose_drive(const Mechanism& mechanism, const Tree<S>& tree, const Trajectory& trajectory, int freedoms) {
+DriveChoice<S> choose_drive(const Mechanism& mechanism, const Tree<S>& tree, const Trajectory& trajectory,
+                            int freedoms) {
   DriveChoice<S> choice;
   attach_tool(mechanism, tree, choice.drive);
   const int own = freedoms - static_cast<int>(trajectory.remaining.size());
@@ -117,8 +118,8 @@ DriveChoice<S> choose_drive(const Mechanism& mechanism, const Tree<S>& tree, con
       break;
     case DriveKind::tool:
       if (!mechanism.tool) throw std::invalid_argument("drive: tool needs a `tool:` in the spec");
-      add_components(trajectory.components.empty() ? default_components<S>(trajectory, own) : trajectory.components, tree,
-                     choice.drive.point, choice);
+      add_components(trajectory.components.empty() ? default_components<S>(trajectory, own) : trajectory.components,
+                     tree, choice.drive.point, choice);
       add_coordinates(trajectory.remaining, mechanism, tree, choice);
       break;
     case DriveKind::com: {

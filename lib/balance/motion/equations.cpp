@@ -72,13 +72,14 @@ void Equations<S>::build() {
   }
   for (std::size_t k = 0; k < drive_.point.size(); ++k) point_entries_.push_back(entries_of(drive_.tool_path, row++));
   for (std::size_t k = 0; k < drive_.com.size(); ++k) com_entries_.push_back(entries_of(moving_, row++));
-  for (const LinearQuantity& quantity : drive_.linear) {   // constant entries, written once
+  for (const LinearQuantity& quantity : drive_.linear) {  // constant entries, written once
     for (const auto& [column, coefficient] : quantity.terms)
       storage()[redundant_ ? row * columns() + column : sparse_.index(row, column)] +=
           coefficient * row_scale_[row] * column_scale_[column];
     ++row;
   }
-  for (std::size_t k = 0; k < drive_.rotation.size(); ++k) rotation_entries_.push_back(entries_of(drive_.tool_path, row++));
+  for (std::size_t k = 0; k < drive_.rotation.size(); ++k)
+    rotation_entries_.push_back(entries_of(drive_.tool_path, row++));
 }
 
 template <class S>
@@ -109,8 +110,8 @@ void Equations<S>::fill_closures(const State<S>& state, double* residual) {
     if (is_point(closure)) {
       for (int i = 0; i < S::dimension; ++i) *residual++ = shrink * (pose.p_B[i] - pose.p_A[i]);
       for (const PathStep& step : closure.path) {
-        const typename S::Vector v = shrink * step.sign * node_scale_[step.node] *
-                                     carried(tree_.nodes[step.node], state[step.node], pose.p_B);
+        const typename S::Vector v =
+            shrink * step.sign * node_scale_[step.node] * carried(tree_.nodes[step.node], state[step.node], pose.p_B);
         for (int i = 0; i < S::dimension; ++i, ++entry)
           values[entry->index] = entry->add ? values[entry->index] + v[i] : v[i];
       }
@@ -161,7 +162,8 @@ void Equations<S>::fill_com(const State<S>& state, const DriveSample& target, do
     residual[k] = (G[drive_.com[k]] - target.value[first + k]) / tree_.length;
   for (std::size_t i = 0; i < moving_.size(); ++i) {
     const int n = moving_[i];
-    const typename S::Vector gradient = node_scale_[n] / tree_.length * masses_.com_gradient(tree_.nodes[n], state[n], n);
+    const typename S::Vector gradient =
+        node_scale_[n] / tree_.length * masses_.com_gradient(tree_.nodes[n], state[n], n);
     for (std::size_t k = 0; k < drive_.com.size(); ++k) put(com_entries_[k][i], gradient[drive_.com[k]]);
   }
 }
@@ -175,16 +177,16 @@ void Equations<S>::fill_rotation(const State<S>& state, const DriveSample& targe
     const Entry* entry = rotation_entries_[k].data();
     for (const int n : drive_.tool_path) {
       const bool turns = tree_.nodes[n].motion == NodeMotion::turn;
-      put(*entry++, turns ? tree_.nodes[n].ratio *
-                                gap.A.row(drive_.rotation[k]).dot(angular_to_3d(turn_axis(state[n].R_WN)))
-                          : 0);
+      put(*entry++,
+          turns ? tree_.nodes[n].ratio * gap.A.row(drive_.rotation[k]).dot(angular_to_3d(turn_axis(state[n].R_WN)))
+                : 0);
     }
   }
 }
 
 template <class S>
 bool Equations<S>::factorise() {
-  constexpr double smallest = 1e-10;   // of entries scaled to the order of one
+  constexpr double smallest = 1e-10;  // of entries scaled to the order of one
   if (!redundant_) return sparse_.factorise() > smallest;
   qr_.setThreshold(smallest);
   qr_.compute(dense_);
@@ -230,19 +232,21 @@ void Equations<S>::acceleration_rows(const State<S>& state, const DriveSample& t
   int k = 0;
   if (!drive_.point.empty()) {
     const typename S::Vector a = point_acceleration<S>(state[drive_.tool.node], drive_.tool.p_N);
-    for (const int component : drive_.point) out[row] = row_scale_[row] * (target.acceleration[k++] - a[component]), ++row;
+    for (const int component : drive_.point)
+      out[row] = row_scale_[row] * (target.acceleration[k++] - a[component]), ++row;
   }
   if (!drive_.com.empty()) {
     const typename S::Vector a = com_acceleration(tree_, state);
-    for (const int component : drive_.com) out[row] = row_scale_[row] * (target.acceleration[k++] - a[component]), ++row;
+    for (const int component : drive_.com)
+      out[row] = row_scale_[row] * (target.acceleration[k++] - a[component]), ++row;
   }
   for (std::size_t i = 0; i < drive_.linear.size(); ++i, ++row) out[row] = row_scale_[row] * target.acceleration[k++];
   if (!drive_.rotation.empty()) {
     const NodeState<S>& tool = state[drive_.tool.node];
     const Vector3 w = angular_to_3d(typename S::Angular(tool.R_WN * tool.angular_velocity));
     const Vector3 alpha = angular_to_3d(typename S::Angular(tool.R_WN * tool.angular_acceleration));
-    const Matrix3 rate = gap_matrix_rate(target.rotation, target.angular_velocity,
-                                         to_matrix(orientation(state, drive_.tool)), w);
+    const Matrix3 rate =
+        gap_matrix_rate(target.rotation, target.angular_velocity, to_matrix(orientation(state, drive_.tool)), w);
     for (const int component : drive_.rotation)
       out[row++] = gap_matrix_.col(component).dot(target.angular_acceleration) +
                    rate.col(component).dot(target.angular_velocity) - gap_matrix_.row(component).dot(alpha) -

@@ -45,8 +45,8 @@ class Equations {
 
  private:
   struct Entry {
-    int index;     ///< into the storage
-    bool add;      ///< an earlier node of the same row moves the same column
+    int index;  ///< into the storage
+    bool add;   ///< an earlier node of the same row moves the same column
   };
 
   void build();
@@ -66,14 +66,14 @@ class Equations {
   bool redundant_;
   bool structurally_singular_ = false;
   std::vector<double> row_scale_, column_scale_;
-  std::vector<double> node_scale_;                  ///< per node: scale of the column that it moves
-  std::vector<std::vector<Entry>> closure_entries_; ///< per closure: path × rows
-  std::vector<std::vector<Entry>> point_entries_;   ///< per point row: along the tool's path
-  std::vector<std::vector<Entry>> com_entries_;     ///< per com row: all moving nodes
+  std::vector<double> node_scale_;                   ///< per node: scale of the column that it moves
+  std::vector<std::vector<Entry>> closure_entries_;  ///< per closure: path × rows
+  std::vector<std::vector<Entry>> point_entries_;    ///< per point row: along the tool's path
+  std::vector<std::vector<Entry>> com_entries_;      ///< per com row: all moving nodes
   std::vector<std::vector<Entry>> rotation_entries_;
-  std::vector<int> moving_;                         ///< nodes that are no welds
+  std::vector<int> moving_;  ///< nodes that are no welds
   MassDistribution<S> masses_;
-  Matrix3 gap_matrix_ = Matrix3::Identity();        ///< of the tool's rotation where last filled
+  Matrix3 gap_matrix_ = Matrix3::Identity();  ///< of the tool's rotation where last filled
   BlockTriangular sparse_;
   Samples dense_;
   Eigen::ColPivHouseholderQR<MatrixX> qr_;

@@ -23,9 +23,9 @@ enum class MotionStatus {
 /// How a run ended; `reason` is one sentence for the user, with time and configuration where they matter.
 struct MotionOutcome {
   MotionStatus status = MotionStatus::unsolved;
-  double time = 0;   ///< where it stopped [s]
+  double time = 0;  ///< where it stopped [s]
   std::string reason;
-  std::vector<std::string> notes;   ///< what a user should know of a run that is done (minimum-norm actuation, …)
+  std::vector<std::string> notes;  ///< what a user should know of a run that is done (minimum-norm actuation, …)
 };
 
 }  // namespace balance

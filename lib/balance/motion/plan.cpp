@@ -47,8 +47,9 @@ MotionOutcome explain_missing_start(const Mechanism& mechanism, const Tree<S>& t
     return failed(MotionStatus::not_assembled,
                   "the loops cannot be closed: joint " + worst + " stays open by " + number(gap) + " m at best");
   }
-  return failed(MotionStatus::unreachable, "the start pose cannot be reached: the nearest configuration found misses it by " +
-                                               number(attempt.residual * tree.length) + " (m or, times the length, rad)");
+  return failed(MotionStatus::unreachable,
+                "the start pose cannot be reached: the nearest configuration found misses it by " +
+                    number(attempt.residual * tree.length) + " (m or, times the length, rad)");
 }
 
 /// Prescribed values that a pose states for a drive; whatever it leaves out is taken from `base`.
@@ -116,8 +117,8 @@ class Planner {
     plan_.redundant = tree_.closure_rows > rank.rank;
     if (from.drive.rows() < plan_.freedoms && !std::holds_alternative<TablePath>(trajectory_.path))
       return fail(failed(MotionStatus::mismatch, "the start pose (from) states " + std::to_string(from.drive.rows()) +
-                                                     " values, but the mechanism has " + std::to_string(plan_.freedoms) +
-                                                     " degrees of freedom"));
+                                                     " values, but the mechanism has " +
+                                                     std::to_string(plan_.freedoms) + " degrees of freedom"));
     return true;
   }
 
@@ -142,8 +143,8 @@ class Planner {
   bool end_values() {
     request_.from = stated_values(choice_, trajectory_.from, measured(plan_.start));
     request_.to = request_.from;
-    const bool ends_itself = std::holds_alternative<TablePath>(trajectory_.path) ||
-                             std::holds_alternative<CirclePath>(trajectory_.path);
+    const bool ends_itself =
+        std::holds_alternative<TablePath>(trajectory_.path) || std::holds_alternative<CirclePath>(trajectory_.path);
     if (ends_itself || states_all(choice_, trajectory_.to) || same_quantities()) {
       request_.to = stated_values(choice_, trajectory_.to, request_.from);
       return true;
@@ -156,8 +157,10 @@ class Planner {
     system.evaluate(plan_.start, to.target, residual, jacobian);
     const Solution end = continue_to(system, plan_.start, system.measure(plan_.start), to.target);
     if (!end.found)
-      return fail({MotionStatus::unreachable, trajectory_.duration,
-                   "the end pose (to) cannot be reached from the start pose without leaving the assembly mode", {}});
+      return fail({MotionStatus::unreachable,
+                   trajectory_.duration,
+                   "the end pose (to) cannot be reached from the start pose without leaving the assembly mode",
+                   {}});
     request_.to = measured(end.y);
     return true;
   }
@@ -182,7 +185,8 @@ class Planner {
     request_.turns = !choice_.drive.rotation.empty();
     if (const auto* way = std::get_if<WaypointPath>(&trajectory_.path))
       for (const PoseTarget& point : way->points)
-        request_.via.push_back(stated_values(choice_, point, request_.via.empty() ? request_.from : request_.via.back()));
+        request_.via.push_back(
+            stated_values(choice_, point, request_.via.empty() ? request_.from : request_.via.back()));
     plan_.schedule.emplace(request_);
     DriveSample first;
     plan_.schedule->at(0, Side::after, first);
@@ -191,7 +195,8 @@ class Planner {
     if (!start.found && std::holds_alternative<TablePath>(trajectory_.path))
       start = find_pose(mechanism_, tree_, system, first);
     if (!start.found)
-      return fail(failed(MotionStatus::unreachable, "the first prescribed values cannot be reached from the start pose"));
+      return fail(
+          failed(MotionStatus::unreachable, "the first prescribed values cannot be reached from the start pose"));
     plan_.start = start.y;
     return true;
   }

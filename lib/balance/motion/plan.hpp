@@ -16,11 +16,11 @@ std::vector<int> prescribed_coordinates(const Trajectory& trajectory);
 
 template <class S>
 struct Plan {
-  MotionOutcome outcome;              ///< done: can be followed
+  MotionOutcome outcome;  ///< done: can be followed
   Drive<S> drive;
-  VectorX start;                      ///< y at time 0
-  int freedoms = 0;                   ///< by rank
-  bool redundant = false;             ///< closures have more rows than rank
+  VectorX start;           ///< y at time 0
+  int freedoms = 0;        ///< by rank
+  bool redundant = false;  ///< closures have more rows than rank
   std::optional<Schedule> schedule;
 };
 
@@ -57,12 +57,12 @@ double distance_from_assembly(const Mechanism& mechanism, const Tree<S>& tree, c
 template <class S>
 Solution find_pose(const Mechanism& mechanism, const Tree<S>& tree, System<S>& system, const DriveSample& target);
 
-#define BALANCE_DECLARE(S)                                                                                          \
-  extern template Plan<S> make_plan<S>(const Mechanism&, const Tree<S>&, const Trajectory&);                        \
-  extern template PoseEquations<S> pose_equations<S>(const Mechanism&, const Tree<S>&, const PoseTarget&);          \
-  extern template void attach_tool<S>(const Mechanism&, const Tree<S>&, Drive<S>&);                                 \
-  extern template LinearQuantity coordinate_row<S>(const Mechanism&, const Tree<S>&, int);                          \
-  extern template double distance_from_assembly<S>(const Mechanism&, const Tree<S>&, const VectorX&);               \
+#define BALANCE_DECLARE(S)                                                                                 \
+  extern template Plan<S> make_plan<S>(const Mechanism&, const Tree<S>&, const Trajectory&);               \
+  extern template PoseEquations<S> pose_equations<S>(const Mechanism&, const Tree<S>&, const PoseTarget&); \
+  extern template void attach_tool<S>(const Mechanism&, const Tree<S>&, Drive<S>&);                        \
+  extern template LinearQuantity coordinate_row<S>(const Mechanism&, const Tree<S>&, int);                 \
+  extern template double distance_from_assembly<S>(const Mechanism&, const Tree<S>&, const VectorX&);      \
   extern template Solution find_pose<S>(const Mechanism&, const Tree<S>&, System<S>&, const DriveSample&);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)

@@ -132,11 +132,11 @@ Solution find_pose(const Mechanism& mechanism, const Tree<S>& tree, System<S>& s
   return best;
 }
 
-#define BALANCE_INSTANTIATE(S)                                                                             \
-  template PoseEquations<S> pose_equations<S>(const Mechanism&, const Tree<S>&, const PoseTarget&);        \
-  template double distance_from_assembly<S>(const Mechanism&, const Tree<S>&, const VectorX&);             \
-  template Solution find_pose<S>(const Mechanism&, const Tree<S>&, System<S>&, const DriveSample&);        \
-  template void attach_tool<S>(const Mechanism&, const Tree<S>&, Drive<S>&);                               \
+#define BALANCE_INSTANTIATE(S)                                                                      \
+  template PoseEquations<S> pose_equations<S>(const Mechanism&, const Tree<S>&, const PoseTarget&); \
+  template double distance_from_assembly<S>(const Mechanism&, const Tree<S>&, const VectorX&);      \
+  template Solution find_pose<S>(const Mechanism&, const Tree<S>&, System<S>&, const DriveSample&); \
+  template void attach_tool<S>(const Mechanism&, const Tree<S>&, Drive<S>&);                        \
   template LinearQuantity coordinate_row<S>(const Mechanism&, const Tree<S>&, int);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)

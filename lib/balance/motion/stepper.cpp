@@ -13,8 +13,8 @@ namespace balance {
 
 namespace {
 
-constexpr double solved = 1e-12;             // scaled residual after which one correction is the last
-constexpr double longest_correction = 0.1;   // of a prediction, in radians or characteristic lengths
+constexpr double solved = 1e-12;            // scaled residual after which one correction is the last
+constexpr double longest_correction = 0.1;  // of a prediction, in radians or characteristic lengths
 constexpr int newton_steps = 8;
 constexpr int halvings = 24;
 
@@ -148,7 +148,7 @@ typename Stepper<S>::Attempt Stepper<S>::step(double time) {
   past_ = std::min(past_ + 1, 2);
   now_.time = time;
   now_.y = trial_;
-  if (turn_balls_back(1)) {   // same configuration, other coordinates
+  if (turn_balls_back(1)) {  // same configuration, other coordinates
     if (!newton(now_.y)) return Attempt::no_convergence;
     sign_ = equations_.determinant_sign();
     past_ = 0;
@@ -189,7 +189,7 @@ void Stepper<S>::accelerate(Side side) {
   equations_.acceleration_rows(state_, sample_, x_.data());
   equations_.solve(x_.data());
   std::copy_n(x_.data(), tree_.columns, now_.ddy.data());
-  if (side == Side::after) past_ = 0;   // nothing smooth to continue
+  if (side == Side::after) past_ = 0;  // nothing smooth to continue
 }
 
 template <class S>
@@ -244,7 +244,7 @@ void Stepper<S>::stop(Attempt attempt, double time) {
   };
   const double loops = relative(jacobian.topRows(tree_.closure_rows), rank);
   const double all = relative(jacobian, std::min<int>(tree_.columns, static_cast<int>(jacobian.rows())));
-  constexpr double lost = 0.02;   // at distance ε from a singularity the values are of the order √ε
+  constexpr double lost = 0.02;  // at distance ε from a singularity the values are of the order √ε
   outcome_.time = time;
   char text[200];
   std::string where;
@@ -260,7 +260,9 @@ void Stepper<S>::stop(Attempt attempt, double time) {
     what = "constraint singularity: the loop closures lose rank, the mechanism gains a freedom";
   } else if (all < lost) {
     outcome_.status = MotionStatus::drive_singularity;
-    what = "drive singularity: the prescribed quantities no longer determine the motion (the path may leave the workspace here)";
+    what =
+        "drive singularity: the prescribed quantities no longer determine the motion (the path may leave the workspace "
+        "here)";
   } else if (attempt == Attempt::no_convergence) {
     outcome_.status = MotionStatus::unreachable;
     what = "the prescribed values cannot be reached";

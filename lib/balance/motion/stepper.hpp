@@ -59,16 +59,16 @@ class Stepper {
   const Plan<S>& plan_;
   Equations<S> equations_;
   bool direct_ = false;
-  double round_off_;                    ///< scaled residual that cannot be improved upon
+  double round_off_;  ///< scaled residual that cannot be improved upon
   State<S> state_;
   DriveSample sample_;
   Moment now_, before_, older_;
-  int past_ = 0;                        ///< how many of before_, older_ continue smoothly into now_
-  int sign_ = 0;                        ///< of the determinant
+  int past_ = 0;  ///< how many of before_, older_ continue smoothly into now_
+  int sign_ = 0;  ///< of the determinant
   int iterations_ = 0;
   VectorX predicted_, trial_;
-  std::vector<double> x_;               ///< right-hand side, then solution
-  std::vector<double> rates_;           ///< dy at the configuration of the last Newton step
+  std::vector<double> x_;      ///< right-hand side, then solution
+  std::vector<double> rates_;  ///< dy at the configuration of the last Newton step
   MotionOutcome outcome_;
 };
 

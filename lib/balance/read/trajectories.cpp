@@ -123,7 +123,8 @@ Cursor place_of(const std::optional<Cursor>& own, const std::optional<Cursor>& s
 /// A pose may be told in other quantities than the drive's: it is found, and the drive's are measured there.
 bool told_otherwise(const PoseTarget& pose, DriveKind drive) {
   const bool by_joints = !pose.joints.empty(), by_place = pose.tool || pose.com;
-  return drive == DriveKind::joints ? !by_joints && by_place : drive == DriveKind::tool && !pose.tool && (by_joints || pose.com);
+  return drive == DriveKind::joints ? !by_joints && by_place
+                                    : drive == DriveKind::tool && !pose.tool && (by_joints || pose.com);
 }
 
 void read_poses(const Cursor& at, const Timing& own, const Timing& shared, const Cursor* path, Draft& draft,

@@ -35,8 +35,10 @@ class Checker {
     const Solution start = find_pose(mechanism_, tree_, system_, from_.target);
     if (!start.found) {
       const bool nowhere = !loops_close();
-      report_.outcome = {nowhere ? MotionStatus::not_assembled : MotionStatus::unreachable, 0,
-                         nowhere ? "the loops cannot be closed" : "the start pose cannot be reached", {}};
+      report_.outcome = {nowhere ? MotionStatus::not_assembled : MotionStatus::unreachable,
+                         0,
+                         nowhere ? "the loops cannot be closed" : "the start pose cannot be reached",
+                         {}};
       return report_;
     }
     ranks(start.y);
@@ -126,7 +128,8 @@ class Checker {
 
   void find_idle() {
     for (const IdleSpin& spin : tree_.held_spins)
-      report_.idle.push_back(mechanism_.bodies[spin.body].name + " could spin about the line between its spherical joints " +
+      report_.idle.push_back(mechanism_.bodies[spin.body].name +
+                             " could spin about the line between its spherical joints " +
                              mechanism_.joints[spin.joints[0]].name + " and " + mechanism_.joints[spin.joints[1]].name +
                              "; it is held as if one of them were universal, and not counted");
   }
@@ -162,7 +165,8 @@ class Checker {
     add_mode(selected);
     const int restarts = std::clamp(6000 / (tree_.columns * tree_.columns + 1), 24, 400);
     for (int seed = 1; seed <= restarts; ++seed) {
-      const Solution other = solve(system_, random_coordinates(tree_, 1000 + static_cast<std::uint64_t>(seed)), from_.target, 60);
+      const Solution other =
+          solve(system_, random_coordinates(tree_, 1000 + static_cast<std::uint64_t>(seed)), from_.target, 60);
       if (other.found) add_mode(other.y);
     }
     std::sort(report_.modes.begin() + 1, report_.modes.end(),

@@ -12,34 +12,35 @@ namespace balance {
 
 /// One way to assemble the mechanism at its start pose.
 struct AssemblyMode {
-  std::vector<double> coordinates;   ///< of all joints, in Mechanism::coordinates' order, angles in (−π, π]
-  std::string assembly_line;         ///< `assembly: {B1: -1.6, B2: -2.8}`: pasted into the spec it selects this mode
-  bool selected = false;             ///< the one that the spec picks now
+  std::vector<double> coordinates;  ///< of all joints, in Mechanism::coordinates' order, angles in (−π, π]
+  std::string assembly_line;        ///< `assembly: {B1: -1.6, B2: -2.8}`: pasted into the spec it selects this mode
+  bool selected = false;            ///< the one that the spec picks now
 };
 
 struct Loop {
-  std::string cut_joint;                     ///< the joint at which the loop is closed
-  std::vector<std::string> bodies;           ///< around the loop
-  int constraints = 0;                       ///< closure equations
+  std::string cut_joint;            ///< the joint at which the loop is closed
+  std::vector<std::string> bodies;  ///< around the loop
+  int constraints = 0;              ///< closure equations
 };
 
 struct CheckReport {
-  MotionOutcome outcome;                     ///< done, or why it cannot be assembled
-  int bodies = 0;                            ///< moving ones
+  MotionOutcome outcome;  ///< done, or why it cannot be assembled
+  int bodies = 0;         ///< moving ones
   int joints = 0;
-  std::vector<std::string> tree_joints;      ///< whose coordinates are used
+  std::vector<std::string> tree_joints;  ///< whose coordinates are used
   std::vector<Loop> loops;
-  int tree_coordinates = 0;                  ///< after couplings
+  int tree_coordinates = 0;  ///< after couplings
   int closure_equations = 0;
   int closure_rank = 0;
-  int degrees_of_freedom = 0;                ///< by rank
-  int degrees_of_freedom_by_counting = 0;    ///< Grübler–Kutzbach
-  std::vector<std::string> redundant;        ///< one line per redundant constraint: "D1: moment about x of the loop …"
-  std::vector<std::string> idle;             ///< spins that nothing else notices, held and not counted: "rod1 could spin about the line …"
-  double total_mass = 0;                     ///< [kg]
-  Vector3 com = Vector3::Zero();             ///< at the start pose [m]
-  std::vector<double> start;                 ///< coordinates at the start pose
-  std::vector<AssemblyMode> modes;           ///< found at the start pose
+  int degrees_of_freedom = 0;              ///< by rank
+  int degrees_of_freedom_by_counting = 0;  ///< Grübler–Kutzbach
+  std::vector<std::string> redundant;      ///< one line per redundant constraint: "D1: moment about x of the loop …"
+  std::vector<std::string>
+      idle;  ///< spins that nothing else notices, held and not counted: "rod1 could spin about the line …"
+  double total_mass = 0;            ///< [kg]
+  Vector3 com = Vector3::Zero();    ///< at the start pose [m]
+  std::vector<double> start;        ///< coordinates at the start pose
+  std::vector<AssemblyMode> modes;  ///< found at the start pose
   std::vector<std::string> notes;
 };
 

@@ -70,7 +70,8 @@ Metric measure(std::string quantity, std::string unit, const Series& series, con
 }
 
 Metric worst_of(const std::vector<Metric>& all, std::string quantity) {
-  Metric worst = *std::max_element(all.begin(), all.end(), [](const Metric& a, const Metric& b) { return a.peak < b.peak; });
+  Metric worst =
+      *std::max_element(all.begin(), all.end(), [](const Metric& a, const Metric& b) { return a.peak < b.peak; });
   worst.quantity = std::move(quantity);
   for (const Metric& metric : all) {
     worst.rms = std::max(worst.rms, metric.rms);

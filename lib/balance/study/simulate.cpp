@@ -32,7 +32,8 @@ void size_arrays(const Mechanism& mechanism, long rows, Result& result) {
   const auto A = static_cast<Eigen::Index>(result.actuator_names.size());
   const auto J = static_cast<Eigen::Index>(result.joint_names.size());
   result.time.resize(rows);
-  for (auto* array : {&result.joint_position, &result.joint_velocity, &result.joint_acceleration}) array->resize(rows, C);
+  for (auto* array : {&result.joint_position, &result.joint_velocity, &result.joint_acceleration})
+    array->resize(rows, C);
   for (auto* array : {&result.torque, &result.power}) array->resize(rows, A);
   for (auto* array : {&result.com_position, &result.com_velocity, &result.com_acceleration, &result.shaking_force,
                       &result.ground_force})
@@ -59,7 +60,7 @@ void put(Samples& array, long row, const std::vector<double>& values) {
 void put_orientation(Samples& array, long row, const Observation<Planar>& seen) { array(row, 0) = seen.tool_angle; }
 void put_orientation(Samples& array, long row, const Observation<Spatial>& seen) {
   Eigen::Vector4d q = quaternion_of(seen.tool_rotation.matrix);
-  if (row > 0 && array.row(row - 1).dot(q) < 0) q = -q;   // of the two signs the one that goes on smoothly
+  if (row > 0 && array.row(row - 1).dot(q) < 0) q = -q;  // of the two signs the one that goes on smoothly
   array.row(row) = q;
 }
 
@@ -96,8 +97,9 @@ class Run {
     add_metrics(result, jumps);
     result.outcome = {MotionStatus::done, plan_.schedule->duration(), "", observer.actuation().notes()};
     for (const IdleSpin& spin : tree_.held_spins)
-      result.outcome.notes.push_back(mechanism_.bodies[spin.body].name +
-                                     ": the spin between its two spherical joints is held as if one of them were universal");
+      result.outcome.notes.push_back(
+          mechanism_.bodies[spin.body].name +
+          ": the spin between its two spherical joints is held as if one of them were universal");
     return result;
   }
 
@@ -146,7 +148,8 @@ class Run {
   bool lose_grip(double time) {
     char text[160];
     std::snprintf(text, sizeof text,
-                  "at t = %.9g s: actuation singularity: the actuators do not hold the mechanism in a configuration reached there",
+                  "at t = %.9g s: actuation singularity: the actuators do not hold the mechanism in a configuration "
+                  "reached there",
                   time);
     outcome_ = {MotionStatus::actuation_singularity, time, text, {}};
     return false;
