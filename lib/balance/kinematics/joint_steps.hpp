@@ -1,0 +1,39 @@
+#pragma once
+/// What a joint is made of: the elementary motions that a joint of the tree allows, and the equations that enforce a cut one.
+/// Private to kinematics.
+
+#include "balance/kinematics/tree.hpp"
+
+#include <vector>
+
+namespace balance {
+
+/// One elementary motion of a joint: about or along `direction`, in the first body's axes at coordinate zero.
+struct Step {
+  NodeMotion motion;
+  Vector3 direction;
+  int index;  ///< coordinate within the joint
+};
+
+/// In order from the first body to the second.
+std::vector<Step> steps(const Joint& joint);
+
+/// Axes in which a node turns about z or slides along its space's slide direction.
+template <class S>
+Matrix3 node_axes(const Step& step);
+template <>
+Matrix3 node_axes<Planar>(const Step& step);
+template <>
+Matrix3 node_axes<Spatial>(const Step& step);
+
+/// The axes in which the constraints of a cut joint are simple: z (planar: x) along the joint's axis; universal: x along
+/// the second axis.
+template <class S>
+Matrix3 closure_axes(const Joint& joint);
+
+/// Gives a closure the rows of a cut joint of this type.
+/// @throws std::invalid_argument if the type does not exist in this space
+template <class S>
+void set_rows(JointType type, Closure<S>& closure);
+
+}  // namespace balance
