@@ -18,8 +18,7 @@ struct Wrench {
 /// Force and moment that give one node its acceleration.
 template <class S>
 inline void add_inertia_wrench(const typename S::Inertia& inertia, const NodeState<S>& s, Wrench<S>& wrench) {
-  wrench.force +=
-      inertia.mass * s.acceleration + times(turning(s.angular_velocity, s.angular_acceleration), inertia.moment);
+  wrench.force += inertia_force<S>(inertia, s);
   wrench.moment += times(inertia.second, s.angular_acceleration) + gyroscopic(s.angular_velocity, inertia.second) +
                    cross(inertia.moment, s.acceleration);
 }

@@ -53,10 +53,7 @@ NodeState<S> motion_of(const NodeState<S>& node, const FixedFrame<S>& frame) {
   s.p_PN = frame.p_N;
   s.angular_velocity = unrotate(frame.R_N, node.angular_velocity);
   s.angular_acceleration = unrotate(frame.R_N, node.angular_acceleration);
-  s.acceleration = unrotate(
-      frame.R_N,
-      typename S::Vector(node.acceleration + cross(node.angular_acceleration, frame.p_N) +
-                         cross(node.angular_velocity, typename S::Vector(cross(node.angular_velocity, frame.p_N)))));
+  s.acceleration = unrotate(frame.R_N, own_acceleration(node, frame.p_N));
   return s;
 }
 

@@ -112,9 +112,6 @@ RankReport rank_of(const MatrixX& jacobian, double tolerance) {
   const VectorX& values = svd.singularValues();
   const double largest = values[0];
   while (report.rank < values.size() && values[report.rank] > tolerance * largest && largest > 0) ++report.rank;
-  report.smallest = values[values.size() - 1];
-  if (report.rank > 0) report.last_kept = values[report.rank - 1] / largest;
-  if (report.rank < values.size() && largest > 0) report.first_dropped = values[report.rank] / largest;
   report.null_space = svd.matrixV().rightCols(columns - report.rank);
   return report;
 }

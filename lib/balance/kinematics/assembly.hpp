@@ -31,9 +31,7 @@ VectorX random_coordinates(const Tree<S>& tree, std::uint64_t seed);
 /// Numerical rank and the orthonormal null space of a scaled Jacobian.
 struct RankReport {
   int rank = 0;
-  double last_kept = 0, first_dropped = 0;  ///< singular values relative to the largest
-  double smallest = 0;                      ///< singular value number min(rows, columns), absolute
-  MatrixX null_space;                       ///< columns × (columns − rank)
+  MatrixX null_space;  ///< columns × (columns − rank)
 };
 RankReport rank_of(const MatrixX& jacobian, double tolerance = 1e-8);
 

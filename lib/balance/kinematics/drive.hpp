@@ -111,10 +111,7 @@ typename S::Vector com_acceleration(const Tree<S>& tree, const State<S>& state) 
     const Node<S>& node = tree.nodes[n];
     const NodeState<S>& s = state[n];
     if (node.massless) continue;
-    force +=
-        s.R_WN * typename S::Vector(
-                     node.inertia.mass * s.acceleration + cross(s.angular_acceleration, node.inertia.moment) +
-                     cross(s.angular_velocity, typename S::Vector(cross(s.angular_velocity, node.inertia.moment))));
+    force += s.R_WN * inertia_force<S>(node.inertia, s);
   }
   return force / tree.mass;
 }

@@ -30,7 +30,6 @@ struct Planar {
   };
 
   static Vector2 slide_direction() { return Vector2::UnitX(); }
-  static double turn_axis() { return 1; }
   static double zero_angular() { return 0; }
 };
 
@@ -52,7 +51,6 @@ struct Spatial {
   };
 
   static Vector3 slide_direction() { return Vector3::UnitZ(); }
-  static Vector3 turn_axis() { return Vector3::UnitZ(); }
   static Vector3 zero_angular() { return Vector3::Zero(); }
 };
 
@@ -75,7 +73,6 @@ inline double unrotate(const Planar::Rotation&, double w) { return w; }
 inline Planar::Rotation operator*(const Planar::Rotation& a, const Planar::Rotation& b) {
   return {a.c * b.c - a.s * b.s, a.s * b.c + a.c * b.s};
 }
-inline Planar::Rotation transposed(const Planar::Rotation& R) { return {R.c, -R.s}; }
 /// R followed by a turn about the joint axis.
 inline Planar::Rotation turned(const Planar::Rotation& R, double c, double s) { return R * Planar::Rotation{c, s}; }
 /// Axis k (0: x, 1: y) of the rotated frame.
@@ -126,7 +123,6 @@ inline Vector3 unrotate(const Spatial::Rotation& R, const Vector3& v) {
 inline Spatial::Rotation operator*(const Spatial::Rotation& a, const Spatial::Rotation& b) {
   return {Matrix3(a.matrix * b.matrix)};
 }
-inline Spatial::Rotation transposed(const Spatial::Rotation& R) { return {Matrix3(R.matrix.transpose())}; }
 inline Spatial::Rotation turned(const Spatial::Rotation& R, double c, double s) {
   Spatial::Rotation out;
   out.matrix.col(0) = c * R.matrix.col(0) + s * R.matrix.col(1);

@@ -71,13 +71,17 @@ inline void set_velocity(const Node<S>& node, const double* dy, const NodeState<
   if (node.motion == NodeMotion::slide) add_along_slide(state.velocity, node.ratio * dy[node.column]);
 }
 
+/// Acceleration of a point fixed to a node, node axes.
+template <class S>
+inline typename S::Vector own_acceleration(const NodeState<S>& state, const typename S::Vector& p_N) {
+  return state.acceleration + times(turning(state.angular_velocity, state.angular_acceleration), p_N);
+}
+
 /// @param ddy null: the accelerations that velocities alone cause
 template <class S>
 inline void set_acceleration(const Node<S>& node, const double* dy, const double* ddy, const NodeState<S>& parent,
                              NodeState<S>& state) {
-  state.acceleration = unrotate(
-      state.R_PN, typename S::Vector(parent.acceleration +
-                                     times(turning(parent.angular_velocity, parent.angular_acceleration), state.p_PN)));
+  state.acceleration = unrotate(state.R_PN, own_acceleration(parent, state.p_PN));
   state.angular_acceleration = unrotate(state.R_PN, parent.angular_acceleration);
   if (node.motion == NodeMotion::turn) {
     state.angular_acceleration += cross_with_axis(state.angular_velocity, node.ratio * dy[node.column]);
@@ -144,9 +148,14 @@ inline typename S::Vector point_velocity(const NodeState<S>& state, const typena
 /// World acceleration of a point fixed to a node (less gravity's if the base was given −g).
 template <class S>
 inline typename S::Vector point_acceleration(const NodeState<S>& state, const typename S::Vector& p_N) {
-  const typename S::Angular w = state.angular_velocity;
-  return state.R_WN * typename S::Vector(state.acceleration + cross(state.angular_acceleration, p_N) +
-                                         cross(w, typename S::Vector(cross(w, p_N))));
+  return state.R_WN * own_acceleration(state, p_N);
+}
+
+/// Rate of a node's linear momentum, node axes.
+template <class S>
+inline typename S::Vector inertia_force(const typename S::Inertia& inertia, const NodeState<S>& state) {
+  return inertia.mass * state.acceleration +
+         times(turning(state.angular_velocity, state.angular_acceleration), inertia.moment);
 }
 
 }  // namespace balance

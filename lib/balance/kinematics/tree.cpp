@@ -70,7 +70,6 @@ class Compiler {
     tree_.nodes.emplace_back();
     tree_.bodies.resize(mechanism_.bodies.size());
     tree_.joint_nodes.assign(mechanism_.joints.size(), -1);
-    tree_.joint_first_nodes.assign(mechanism_.joints.size(), -1);
     tree_.joint_forward.assign(mechanism_.joints.size(), true);
     tree_.joint_floats.assign(mechanism_.joints.size(), false);
     number_columns();
@@ -158,7 +157,6 @@ class Compiler {
     int node = parent.node;
     Matrix3 R = to_matrix(parent.R_N);  // axes of the parent body in the current node
     Vector3 p = R * start + to_3d(parent.p_N);
-    tree_.joint_first_nodes[edge.joint] = static_cast<int>(tree_.nodes.size());
     if (joint.type == JointType::spherical && !needed_[edge.joint]) {
       tree_.balls.push_back(static_cast<int>(tree_.nodes.size()));
       tree_.joint_floats[edge.joint] = true;

@@ -80,7 +80,6 @@ struct Tree {
   bool slides = false;                    ///< some closure is not pinned
   std::vector<CoordinateSource> sources;  ///< for every coordinate of the mechanism
   std::vector<int> joint_nodes;           ///< per joint: the last node of its chain, −1 if cut
-  std::vector<int> joint_first_nodes;     ///< per joint: the first node of its chain, −1 if cut
   std::vector<bool> joint_forward;        ///< per joint: the tree walks it from its first to its second body
   /// First nodes of the spherical joints whose coordinates nobody prescribes, drives or couples: these may be counted from
   /// another reference orientation at any time (rereference), so that they never reach their singular position.
