@@ -1,9 +1,13 @@
 #pragma once
 /// Everything that one spec asks for, complete and validated.
 
+#include "balance/conditions/goal.hpp"
+#include "balance/design/problem.hpp"
 #include "balance/model/mechanism.hpp"
 #include "balance/motion/trajectory.hpp"
+#include "balance/study/trajectory_cost.hpp"
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -12,13 +16,27 @@ namespace balance {
 /// A number that the designer left open: `{free: [lower, upper], start: …}`. The study holds its start value.
 struct FreeNumber {
   std::string path;  ///< key path in the spec, `counterweights.cw2.mass`, or the parameter's: `parameters.x`
-  double lower = 0, upper = 0, start = 0;
+  double lower = 0, upper = 0, start = 0;  ///< SI, except free parameters: as written
+  bool start_given = false;                ///< the spec has a `start`
+  double unit = 1;                         ///< SI value of the spec's unit here; 1 for parameters
+  std::size_t begin = 0, end = 0;          ///< bytes of spec_text that `{free: …}` takes up, to be replaced by a number
+};
+
+/// One term of what to minimize. Either `size` is given, or figure, quantity and trajectory.
+struct ObjectiveTerm {
+  enum class Size { none, added_mass, added_inertia, total_mass };
+  Size size = Size::none;
+  Figure figure = Figure::rms;
+  std::string quantity;    ///< as in Result::metrics: "shaking_force", "torque[A1]"
+  std::string trajectory;  ///< name of one of the study's trajectories
+  double weight = 1;       ///< not negative
 };
 
 /// What `design:` asks for.
 struct DesignRequest {
-  std::vector<std::string> goals;
-  std::string minimize;  ///< the YAML text of the objective as written; empty if none
+  std::vector<Goal> goals;
+  std::vector<ObjectiveTerm> minimize;  ///< their weighted sum; empty: nothing in particular
+  SearchOptions search;
 };
 
 struct Study {

@@ -1,0 +1,19 @@
+#pragma once
+/// The modular strategy of P0 section 2.2: a parallel mechanism is split into the chains that carry its platform, each with a
+/// share of the platform's and payload's inertia; every chain is balanced as if it were alone; coupled again they are
+/// balanced (Propositions 2.2, 2.3). Sufficient, not necessary.
+
+#include "balance/conditions/conditions.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// The chains' conditions together, in the parameters of the whole mechanism. `notes` say how the mechanism was split, how the
+/// shares are formed and what inertia is left over with the platform.
+/// @param goals static, gyroscopic or gyroscopic-independent (with or without others the status is mismatch)
+Conditions derive_modular_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals,
+                                     const ConditionOptions& options = {});
+
+}  // namespace balance

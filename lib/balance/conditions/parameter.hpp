@@ -1,0 +1,48 @@
+#pragma once
+/// The numbers that forces are linear in: masses, first moments and moments of inertia of everything that moves, and the
+/// stiffnesses of springs.
+
+#include "balance/model/mechanism.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// Whose parameter it is.
+enum class Bearer { body, attachment, disc, spring };
+
+/// What it measures; what else a physical body allows hangs on it.
+enum class ParameterKind {
+  mass,               ///< [kg], positive
+  first_moment,       ///< mass times a coordinate of the CoM [kg m]
+  moment_of_inertia,  ///< about an axis through the frame's origin [kg m^2], positive
+  product_of_inertia,  ///< −∫xy dm [kg m^2]
+  stiffness,           ///< [N/m], not negative
+  stiffness_moment,    ///< stiffness times coordinates of its end points [N] or [N m]
+};
+
+struct Parameter {
+  std::string name;    ///< "link1.mx", "cw2.J", "s1.k"
+  std::string owner;   ///< "link1": the bearer's name, made unique by its section if two bearers share it
+  std::string symbol;  ///< planar m, mx, my, J; spatial m, mx, my, mz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz; k, k*ax, …
+  Bearer bearer = Bearer::body;
+  int index = 0;  ///< into Mechanism::bodies (from 1), attachments, discs or springs
+  int slot = 0;   ///< position among the bearer's parameters
+  ParameterKind kind = ParameterKind::mass;
+  int length_power = 0;  ///< of its unit: kg m^p, or N/m m^p for springs
+};
+
+/// Which springs are described by all products of stiffness and end points, so that conditions do not depend on where their
+/// ends are: possible for springs of zero free length. Others have one parameter, the stiffness. Empty: none.
+using LooseSprings = std::vector<bool>;
+
+/// All parameters of a mechanism: bodies, attachments, discs, springs, in the mechanism's order. Bodies and attachments: about
+/// the origin of the (carrying) body's frame, in its axes; discs: about their CoM, in the carrier's axes at coordinate
+/// zero, turning with the disc.
+std::vector<Parameter> list_parameters(const Mechanism& mechanism, const LooseSprings& loose = {});
+
+/// Their values [SI], in the same order.
+VectorX parameter_values(const Mechanism& mechanism, const LooseSprings& loose = {});
+
+}  // namespace balance

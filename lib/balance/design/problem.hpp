@@ -1,0 +1,58 @@
+#pragma once
+/// A design problem: which numbers are free, which goals they are to meet, what to prefer among exact solutions.
+
+#include "balance/conditions/conditions.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// A free number.
+struct Variable {
+  std::string name;  ///< key path in the spec
+  double lower = 0, upper = 0, start = 0;
+};
+
+/// A figure to be made small. Exactly one of the two functions is set.
+struct Objective {
+  std::string name;  ///< "added mass", "rms(torque) along cycloid"
+  std::string unit;
+  /// Of the parameters alone (Conditions::parameters' order); cheap. Writes the gradient if the pointer is not null.
+  std::function<double(const VectorX& parameters, VectorX* gradient)> of_parameters;
+  /// Of the free numbers, by simulation: where the motion itself depends on them. NaN where it cannot be computed.
+  std::function<double(const VectorX& x)> of_variables;
+  bool convex = false;  ///< of_parameters is convex
+};
+
+/// How to search where the solution does not follow directly.
+struct SearchOptions {
+  std::string global = "crs";   ///< direct, crs, isres, esch, mlsl
+  std::string local = "auto";   ///< slsqp, auglag, cobyla, bobyqa, sbplx; auto: slsqp where gradients exist, else cobyla
+  std::uint64_t seed = 1;       ///< of restarts and global search
+  int restarts = 40;            ///< of Gauss–Newton, 1…10000
+  int evaluations = 20000;      ///< of a global search, 1…10^8
+  double seconds = 60;          ///< of a search whose evaluations are simulations, positive
+
+  /// @throws std::invalid_argument
+  void validate() const;
+};
+
+struct DesignProblem {
+  std::vector<Variable> variables;
+  /// The mechanism at values of the free numbers within their bounds; not checked for physical sense.
+  std::function<Mechanism(const VectorX& x)> mechanism_at;
+  std::vector<Goal> goals;
+  ConditionOptions options;
+  /// derive_conditions, or the modular strategy's.
+  std::function<Conditions(const Mechanism&, const std::vector<Goal>&, const ConditionOptions&)> derive;
+  bool modular = false;                ///< conditions come from `derive` at every geometry, not from GoalResidual
+  std::optional<Objective> objective;  ///< among exact solutions; also judges compromises
+  SearchOptions search;
+};
+
+}  // namespace balance
