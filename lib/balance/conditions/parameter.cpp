@@ -1,0 +1,156 @@
+#include "balance/conditions/parameter.hpp"
+
+#include "balance/kinematics/tree.hpp"
+#include "balance/dynamics/regressor.hpp"
+
+#include <array>
+#include <map>
+#include <string_view>
+
+namespace balance {
+
+namespace {
+
+struct Symbol {
+  std::string_view text;
+  ParameterKind kind;
+  int length_power;
+};
+
+constexpr std::array planar_symbols = {
+    Symbol{"m", ParameterKind::mass, 0},
+    Symbol{"mx", ParameterKind::first_moment, 1},
+    Symbol{"my", ParameterKind::first_moment, 1},
+    Symbol{"J", ParameterKind::moment_of_inertia, 2},
+};
+constexpr std::array spatial_symbols = {
+    Symbol{"m", ParameterKind::mass, 0},
+    Symbol{"mx", ParameterKind::first_moment, 1},
+    Symbol{"my", ParameterKind::first_moment, 1},
+    Symbol{"mz", ParameterKind::first_moment, 1},
+    Symbol{"Ixx", ParameterKind::moment_of_inertia, 2},
+    Symbol{"Iyy", ParameterKind::moment_of_inertia, 2},
+    Symbol{"Izz", ParameterKind::moment_of_inertia, 2},
+    Symbol{"Ixy", ParameterKind::product_of_inertia, 2},
+    Symbol{"Ixz", ParameterKind::product_of_inertia, 2},
+    Symbol{"Iyz", ParameterKind::product_of_inertia, 2},
+};
+constexpr std::string_view axis_letters = "xyz";
+
+std::string_view section_of(Bearer bearer, AttachmentKind kind) {
+  switch (bearer) {
+    case Bearer::body: return "bodies";
+    case Bearer::attachment: return kind == AttachmentKind::payload ? "payloads" : "counterweights";
+    case Bearer::disc: return "discs";
+    case Bearer::spring: return "springs";
+  }
+  return "";
+}
+
+/// The list under construction; names are made unique at its end.
+class List {
+ public:
+  explicit List(const Mechanism& mechanism) : mechanism_(mechanism) {}
+
+  void add_inertia(Bearer bearer, int index, const std::string& owner) {
+    int slot = 0;
+    const auto add = [&](const Symbol& symbol) {
+      all_.push_back({"", owner, std::string(symbol.text), bearer, index, slot++, symbol.kind, symbol.length_power});
+    };
+    if (mechanism_.space == SpaceKind::planar)
+      for (const Symbol& symbol : planar_symbols) add(symbol);
+    else
+      for (const Symbol& symbol : spatial_symbols) add(symbol);
+  }
+
+  /// k; of a loose spring also k a, k b and k a bᵀ, with a and b its ends in the bodies' axes.
+  void add_spring(int index, const std::string& owner, bool loose) {
+    int slot = 0;
+    const auto add = [&](const std::string& symbol, ParameterKind kind, int power) {
+      all_.push_back({"", owner, symbol, Bearer::spring, index, slot++, kind, power});
+    };
+    add("k", ParameterKind::stiffness, 0);
+    if (!loose) return;
+    const int d = mechanism_.space == SpaceKind::planar ? 2 : 3;
+    for (const char end : {'a', 'b'})
+      for (int i = 0; i < d; ++i)
+        add(std::string("k") + end + axis_letters[static_cast<std::size_t>(i)], ParameterKind::stiffness_moment, 1);
+    for (int i = 0; i < d; ++i)
+      for (int j = 0; j < d; ++j)
+        add(std::string("ka") + axis_letters[static_cast<std::size_t>(i)] + "b" +
+                axis_letters[static_cast<std::size_t>(j)],
+            ParameterKind::stiffness_moment, 2);
+  }
+
+  std::vector<Parameter> finish() {
+    std::map<std::string, std::map<std::pair<Bearer, int>, bool>> bearers;
+    for (const Parameter& p : all_) bearers[p.owner][{p.bearer, p.index}] = true;
+    for (Parameter& p : all_) {
+      if (bearers[p.owner].size() > 1) {
+        const auto kind = p.bearer == Bearer::attachment ? mechanism_.attachments[static_cast<std::size_t>(p.index)].kind
+                                                         : AttachmentKind::counterweight;
+        p.owner = std::string(section_of(p.bearer, kind)) + "." + p.owner;
+      }
+      p.name = p.owner + "." + p.symbol;
+    }
+    return std::move(all_);
+  }
+
+ private:
+  const Mechanism& mechanism_;
+  std::vector<Parameter> all_;
+};
+
+bool is_loose(const LooseSprings& loose, std::size_t spring) { return spring < loose.size() && loose[spring]; }
+
+template <class S>
+void add_inertias(const Mechanism& mechanism, std::vector<double>& values) {
+  const auto add = [&](double mass, const Vector3& com, const Matrix3& about_com) {
+    const VectorX pi = parameters_of<S>(inertia_about_origin<S>(mass, com, about_com));
+    values.insert(values.end(), pi.data(), pi.data() + pi.size());
+  };
+  for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
+    add(mechanism.bodies[b].mass, mechanism.bodies[b].com, mechanism.bodies[b].inertia);
+  for (const Attachment& extra : mechanism.attachments) add(extra.mass, extra.position, extra.inertia);
+  for (const Disc& disc : mechanism.discs) add(disc.mass, Vector3::Zero(), disc.inertia);
+}
+
+void add_spring_values(const Spring& spring, int d, bool loose, std::vector<double>& values) {
+  const double k = spring.stiffness;
+  const Vector3 &a = spring.point_first, &b = spring.point_second;
+  values.push_back(k);
+  if (!loose) return;
+  for (const Vector3& end : {a, b})
+    for (int i = 0; i < d; ++i) values.push_back(k * end[i]);
+  for (int i = 0; i < d; ++i)
+    for (int j = 0; j < d; ++j) values.push_back(k * a[i] * b[j]);
+}
+
+}  // namespace
+
+std::vector<Parameter> list_parameters(const Mechanism& mechanism, const LooseSprings& loose) {
+  List list(mechanism);
+  for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
+    list.add_inertia(Bearer::body, static_cast<int>(b), mechanism.bodies[b].name);
+  for (std::size_t a = 0; a < mechanism.attachments.size(); ++a)
+    list.add_inertia(Bearer::attachment, static_cast<int>(a), mechanism.attachments[a].name);
+  for (std::size_t d = 0; d < mechanism.discs.size(); ++d)
+    list.add_inertia(Bearer::disc, static_cast<int>(d), mechanism.discs[d].name);
+  for (std::size_t s = 0; s < mechanism.springs.size(); ++s)
+    list.add_spring(static_cast<int>(s), mechanism.springs[s].name, is_loose(loose, s));
+  return list.finish();
+}
+
+VectorX parameter_values(const Mechanism& mechanism, const LooseSprings& loose) {
+  const bool planar = mechanism.space == SpaceKind::planar;
+  std::vector<double> values;
+  if (planar)
+    add_inertias<Planar>(mechanism, values);
+  else
+    add_inertias<Spatial>(mechanism, values);
+  for (std::size_t s = 0; s < mechanism.springs.size(); ++s)
+    add_spring_values(mechanism.springs[s], planar ? 2 : 3, is_loose(loose, s), values);
+  return Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+}  // namespace balance
