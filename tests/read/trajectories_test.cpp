@@ -173,10 +173,8 @@ TEST_CASE("a table file that does not fit is named with what is wrong in it") {
 
 TEST_CASE("what to design for is read as written") {
   const std::string design = "design: {goal: static, minimize: added-mass}";
-  CHECK(specs::read(specs::planar).design.goals == std::vector<std::string>{"static"});
-  CHECK(specs::read(specs::planar).design.minimize == "added-mass");
-  const Study several = specs::read(specs::with(
-      specs::planar, design, "design: {goal: [force, moment], minimize: {peak: shaking_force, along: cycloid}}"));
-  CHECK(several.design.goals == std::vector<std::string>{"force", "moment"});
-  CHECK(several.design.minimize == "{peak: shaking_force, along: cycloid}");
+  CHECK(specs::read(specs::planar).design.goals == std::vector<Goal>{{GoalKind::statics}});
+  const Study several =
+      specs::read(specs::with(specs::planar, design, "design: {goal: [force, fully-decoupled]}"));
+  CHECK(several.design.goals == std::vector<Goal>{{GoalKind::force}, {GoalKind::decoupled, true}});
 }

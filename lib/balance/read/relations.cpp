@@ -83,29 +83,18 @@ void read_tool(const Cursor& section, Draft& draft) {
 }
 
 void read_design(const Cursor& section, Draft& draft) {
-  const std::vector<std::string> goals{"static",
-                                       "gyroscopic",
-                                       "gyroscopic-independent",
-                                       "decoupled",
-                                       "fully-static",
-                                       "fully-gyroscopic",
-                                       "fully-gyroscopic-independent",
-                                       "fully-decoupled",
-                                       "force",
-                                       "moment",
-                                       "dynamic",
-                                       "proportional"};
   auto& request = draft.study.design;
+  const auto add_goal = [&](const Cursor& c) {
+    request.goals.push_back(*find_goal(goal_names()[c.choice("a goal", goal_names())]));
+  };
   read_fields(section, "what to design for",
               {{"goal", Need::optional,
                 [&](const Cursor& c) {
-                  if (!c.is_list()) return request.goals.push_back(goals[c.choice("a goal", goals)]);
-                  for (const Cursor& item : c.items("a list of goals"))
-                    request.goals.push_back(goals[item.choice("a goal", goals)]);
+                  if (!c.is_list()) return add_goal(c);
+                  for (const Cursor& item : c.items("a list of goals")) add_goal(item);
                 }},
                {"minimize", Need::optional, [&](const Cursor& c) {
                   if (c.kind() == Node::Kind::null) c.expected("what to minimize");
-                  request.minimize = flow_text(c.node());
                 }}});
 }
 
