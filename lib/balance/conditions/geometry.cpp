@@ -1,0 +1,125 @@
+#include "balance/conditions/geometry.hpp"
+
+#include <map>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+namespace balance {
+
+namespace {
+
+using Kind = GeometricPlace::Kind;
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+/// Collects numbers; those of one named point under one entry per axis.
+class List {
+ public:
+  explicit List(const Mechanism& mechanism) : mechanism_(mechanism) {}
+
+  void add(const std::string& label, const std::string& unit, const GeometricPlace& place) {
+    numbers_.push_back({label, unit, number_at(mechanism_, place), {place}});
+  }
+
+  /// A place on a body: a named point of it, or one of its own.
+  void add_point(int body, const Vector3& position, GeometricPlace place, const std::string& own_label) {
+    const int axes = mechanism_.space == SpaceKind::planar ? 2 : 3;
+    const std::optional<int> point = find_point(body, position);
+    for (place.axis = 0; place.axis < axes; ++place.axis) {
+      const std::string axis(1, "xyz"[place.axis]);
+      if (!point) {
+        add(own_label + "." + axis, "m", place);
+        continue;
+      }
+      const auto [entry, fresh] = named_.try_emplace({body, *point, place.axis}, numbers_.size());
+      if (fresh) {
+        const Body& owner = mechanism_.bodies[at(body)];
+        add(owner.name + "." + owner.points[at(*point)].name + "." + axis, "m",
+            {Kind::body_point, body, *point, place.axis});
+      }
+      numbers_[entry->second].places.push_back(place);
+    }
+  }
+
+  std::vector<GeometricNumber> finish() { return std::move(numbers_); }
+
+ private:
+  std::optional<int> find_point(int body, const Vector3& position) const {
+    const auto& points = mechanism_.bodies[at(body)].points;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (points[i].position == position) return static_cast<int>(i);
+    return std::nullopt;
+  }
+
+  const Mechanism& mechanism_;
+  std::vector<GeometricNumber> numbers_;
+  std::map<std::tuple<int, int, int>, std::size_t> named_;  // body, point, axis -> place in numbers_
+};
+
+void add_gravity(const Mechanism& mechanism, std::vector<GeometricNumber>& numbers) {
+  GeometricNumber g{"g", "m/s^2", mechanism.gravity.norm(), {}};
+  for (int axis = 0; axis < 3; ++axis) g.places.push_back({Kind::gravity, 0, 0, axis});
+  numbers.push_back(std::move(g));
+}
+
+}  // namespace
+
+double& number_at(Mechanism& m, const GeometricPlace& p) {
+  switch (p.kind) {
+    case Kind::joint_first: return m.joints[at(p.index)].point_first[p.axis];
+    case Kind::joint_second: return m.joints[at(p.index)].point_second[p.axis];
+    case Kind::body_point: return m.bodies[at(p.index)].points[at(p.item)].position[p.axis];
+    case Kind::tool: return m.tool.value().position[p.axis];
+    case Kind::disc: return m.discs[at(p.index)].position[p.axis];
+    case Kind::disc_ratio: return m.discs[at(p.index)].ratio;
+    case Kind::coupling_ratio: return m.couplings[at(p.index)].ratio;
+    case Kind::spring_first: return m.springs[at(p.index)].point_first[p.axis];
+    case Kind::spring_second: return m.springs[at(p.index)].point_second[p.axis];
+    case Kind::free_length: return m.springs[at(p.index)].free_length;
+    case Kind::gravity: break;
+  }
+  return m.gravity[p.axis];
+}
+
+double number_at(const Mechanism& mechanism, const GeometricPlace& place) {
+  // It only reads; a copy of the mechanism would be the price of saying so.
+  return number_at(const_cast<Mechanism&>(mechanism), place);
+}
+
+std::vector<GeometricNumber> list_geometry(const Mechanism& m) {
+  List list(m);
+  for (std::size_t j = 0; j < m.joints.size(); ++j) {
+    const Joint& joint = m.joints[j];
+    const int index = static_cast<int>(j);
+    list.add_point(joint.first, joint.point_first, {Kind::joint_first, index, 0, 0}, joint.name + ".first");
+    list.add_point(joint.second, joint.point_second, {Kind::joint_second, index, 0, 0}, joint.name + ".second");
+  }
+  if (m.tool) list.add_point(m.tool->body, m.tool->position, {Kind::tool, 0, 0, 0}, "tool");
+  for (std::size_t d = 0; d < m.discs.size(); ++d) {
+    const int index = static_cast<int>(d);
+    list.add_point(m.discs[d].body, m.discs[d].position, {Kind::disc, index, 0, 0}, m.discs[d].name + ".at");
+    list.add(m.discs[d].name + ".ratio", "1", {Kind::disc_ratio, index, 0, 0});
+  }
+  for (std::size_t c = 0; c < m.couplings.size(); ++c)
+    list.add(m.coordinates[at(m.couplings[c].follower)].name + ".ratio", "1",
+             {Kind::coupling_ratio, static_cast<int>(c), 0, 0});
+  for (std::size_t s = 0; s < m.springs.size(); ++s) {
+    const Spring& spring = m.springs[s];
+    const int index = static_cast<int>(s);
+    list.add_point(spring.first, spring.point_first, {Kind::spring_first, index, 0, 0}, spring.name + ".first");
+    list.add_point(spring.second, spring.point_second, {Kind::spring_second, index, 0, 0}, spring.name + ".second");
+    list.add(spring.name + ".free_length", "m", {Kind::free_length, index, 0, 0});
+  }
+  std::vector<GeometricNumber> numbers = list.finish();
+  add_gravity(m, numbers);
+  return numbers;
+}
+
+Mechanism scaled(const Mechanism& mechanism, const GeometricNumber& number, double factor) {
+  Mechanism result = mechanism;
+  for (const GeometricPlace& place : number.places) number_at(result, place) *= factor;
+  return result;
+}
+
+}  // namespace balance

@@ -1,0 +1,94 @@
+#include "balance/conditions/naming.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <cstdlib>
+
+namespace balance {
+
+namespace {
+
+std::string power_text(const std::string& label, int exponent) {
+  return exponent == 1 ? label : fmt::format("{}^{}", label, exponent);
+}
+
+/// "3 l1^2/(2 l2)" without its sign; "" for one.
+std::string size_text(const Monomial& m, const std::vector<Symbol>& symbols) {
+  const int numerator = std::abs(m.numerator);
+  std::vector<std::string> above, below;
+  for (const SymbolPower& p : m.powers) {
+    const std::string& label = symbols.at(static_cast<std::size_t>(p.symbol)).label;
+    (p.exponent > 0 ? above : below).push_back(power_text(label, std::abs(p.exponent)));
+  }
+  if (m.powers.empty() && m.denominator != 3)
+    return m.denominator == 1 && numerator == 1 ? ""
+                                                : fmt::format("{:g}", static_cast<double>(numerator) / m.denominator);
+  if (numerator != 1 || above.empty()) above.insert(above.begin(), std::to_string(numerator));
+  if (m.denominator != 1) below.insert(below.begin(), std::to_string(m.denominator));
+  std::string text = fmt::format("{}", fmt::join(above, " "));
+  if (below.size() == 1) text += "/" + below.front();
+  if (below.size() > 1) text += fmt::format("/({})", fmt::join(below, " "));
+  return text;
+}
+
+std::string or_one(std::string text) { return text.empty() ? "1" : text; }
+
+bool negative(const Monomial& m) { return m.numerator < 0; }
+
+std::string sum_text(const std::vector<Monomial>& sum, const std::vector<Symbol>& symbols) {
+  std::string text;
+  for (const Monomial& term : sum) {
+    text += text.empty() ? (negative(term) ? "-" : "") : (negative(term) ? " - " : " + ");
+    text += or_one(size_text(term, symbols));
+  }
+  return text;
+}
+
+/// A coefficient in front of a parameter: sign apart, brackets where a quotient could swallow what follows.
+struct Coefficient {
+  bool negative = false;
+  std::string size;  ///< empty for one
+};
+
+Coefficient coefficient_text(const Formula* formula, double value, const std::vector<Symbol>& symbols) {
+  if (formula == nullptr) {
+    const std::string number = fmt::format("{:.6g}", std::abs(value));
+    return {value < 0, number == "1" ? "" : number};
+  }
+  std::string size = size_text(formula->factor, symbols);
+  if (size.find('/') != std::string::npos) size = "(" + size + ")";
+  if (formula->sum.empty()) return {negative(formula->factor), size};
+  // A sum whose both terms are negative shows its sign in front.
+  std::vector<Monomial> sum = formula->sum;
+  const bool turned = negative(sum.front());
+  if (turned)
+    for (Monomial& term : sum) term.numerator = -term.numerator;
+  return {negative(formula->factor) != turned, (size.empty() ? "" : size + " ") + "(" + sum_text(sum, symbols) + ")"};
+}
+
+}  // namespace
+
+std::string formula_text(const Formula& formula, const std::vector<Symbol>& symbols) {
+  if (formula.sum.empty()) return (negative(formula.factor) ? "-" : "") + or_one(size_text(formula.factor, symbols));
+  const Monomial& f = formula.factor;
+  if (f.powers.empty() && f.numerator == 1 && f.denominator == 1) return sum_text(formula.sum, symbols);
+  const Coefficient whole = coefficient_text(&formula, 1, symbols);
+  return (whole.negative ? "-" : "") + whole.size;
+}
+
+std::string condition_text(const Conditions& conditions, int row, const ConditionNames& names) {
+  const double largest = conditions.matrix.row(row).cwiseAbs().maxCoeff();
+  std::string text;
+  for (std::size_t p = 0; p < conditions.parameters.size(); ++p) {
+    const double value = conditions.matrix(row, static_cast<Eigen::Index>(p));
+    if (std::abs(value) <= 1e-12 * largest) continue;
+    const Coefficient c = coefficient_text(names.find(row, static_cast<int>(p)), value, names.symbols);
+    text += text.empty() ? (c.negative ? "-" : "") : (c.negative ? " - " : " + ");
+    text += (c.size.empty() ? "" : c.size + " ") + conditions.parameters[p].name;
+  }
+  return (text.empty() ? "0" : text) + " = 0";
+}
+
+}  // namespace balance

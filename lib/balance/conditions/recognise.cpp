@@ -1,0 +1,142 @@
+#include "balance/conditions/recognise.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <numeric>
+
+namespace balance {
+
+namespace {
+
+/// Relative; conditions carry round-off of about 1e-10, and a wrong law of second order would miss by 2e-4.
+constexpr double same = 1e-7;
+constexpr int largest_exponent = 4, largest_in_sum = 2, largest_number = 4;
+
+bool near(double a, double b, double scale) { return std::abs(a - b) <= same * scale; }
+
+/// κ as a ratio of small whole numbers.
+std::optional<Monomial> as_ratio(double number) {
+  for (int denominator = 1; denominator <= largest_number; ++denominator) {
+    for (int numerator = 1; numerator <= largest_number; ++numerator) {
+      if (std::gcd(numerator, denominator) != 1) continue;
+      const double ratio = static_cast<double>(numerator) / denominator;
+      if (near(std::abs(number), ratio, ratio)) return Monomial{number < 0 ? -numerator : numerator, denominator, {}};
+    }
+  }
+  return std::nullopt;
+}
+
+/// The exponent with which a response follows one symbol, if it follows a power at all.
+std::optional<int> exponent_of(const Response& r, Eigen::Index s) {
+  const double up = r.up[s] / r.value, down = r.down[s] / r.value;
+  if (!(up > 0) || !(down > 0) || !near(up * down, 1, 1)) return std::nullopt;
+  const double exponent = std::log(up / down) / (2 * std::log(probe_factor));
+  const int whole = static_cast<int>(std::lround(exponent));
+  // Divided by the step's logarithm, noise is sixty times larger.
+  if (std::abs(exponent - whole) > 64 * same || std::abs(whole) > largest_exponent) return std::nullopt;
+  return whole;
+}
+
+Monomial without_number(std::vector<SymbolPower> powers) { return {1, 1, std::move(powers)}; }
+
+/// A number that is the sum of two powers of each symbol.
+class TwoTerms {
+ public:
+  TwoTerms(const VectorX& symbols, const Response& response, const std::vector<int>& changing)
+      : symbols_(symbols), response_(response), changing_(changing) {}
+
+  std::optional<std::vector<Monomial>> find() const {
+    for (int total = 1; total <= 2 * largest_in_sum; ++total) {
+      for (int i = -largest_in_sum; i <= largest_in_sum; ++i) {
+        for (int k = -largest_in_sum; k < i; ++k) {
+          if (std::abs(i) + std::abs(k) != total) continue;
+          if (auto found = with_first(i, k)) return found;
+        }
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  /// The exponents i and k of the first symbol split the value into its two parts.
+  std::optional<std::vector<Monomial>> with_first(int i, int k) const {
+    const double fi = std::pow(probe_factor, i), fk = std::pow(probe_factor, k);
+    const double first = (response_.up[changing_[0]] - response_.value * fk) / (fi - fk);
+    const double second = response_.value - first;
+    if (!follows(changing_[0], first, second, i, k)) return std::nullopt;
+    std::vector<SymbolPower> a, b;
+    for (const int s : changing_) {
+      const auto exponents = s == changing_[0] ? std::optional(std::pair(i, k)) : split(s, first, second);
+      if (!exponents) return std::nullopt;
+      if (exponents->first != 0) a.push_back({s, exponents->first});
+      if (exponents->second != 0) b.push_back({s, exponents->second});
+    }
+    const auto one = complete(first, a), two = complete(second, b);
+    if (!one || !two) return std::nullopt;
+    return one->numerator < 0 && two->numerator > 0 ? std::vector{*two, *one} : std::vector{*one, *two};
+  }
+
+  bool follows(int s, double first, double second, int i, int k) const {
+    const double scale = std::abs(first) + std::abs(second);
+    const auto at = [&](double f) { return first * std::pow(f, i) + second * std::pow(f, k); };
+    return near(at(probe_factor), response_.up[s], scale) && near(at(1 / probe_factor), response_.down[s], scale);
+  }
+
+  std::optional<std::pair<int, int>> split(int s, double first, double second) const {
+    for (int i = -largest_in_sum; i <= largest_in_sum; ++i)
+      for (int k = -largest_in_sum; k <= largest_in_sum; ++k)
+        if (follows(s, first, second, i, k)) return std::pair(i, k);
+    return std::nullopt;
+  }
+
+  std::optional<Monomial> complete(double part, const std::vector<SymbolPower>& powers) const {
+    const double product = without_number(powers).value(symbols_);
+    // A part that is next to nothing is an artefact of the split.
+    if (std::abs(part) < same * std::abs(response_.value)) return std::nullopt;
+    auto ratio = as_ratio(part / product);
+    if (ratio) ratio->powers = powers;
+    return ratio;
+  }
+
+  const VectorX& symbols_;
+  const Response& response_;
+  const std::vector<int>& changing_;
+};
+
+}  // namespace
+
+double Monomial::value(const VectorX& symbols) const {
+  double result = static_cast<double>(numerator) / denominator;
+  for (const SymbolPower& power : powers) result *= std::pow(symbols[power.symbol], power.exponent);
+  return result;
+}
+
+double Formula::value(const VectorX& symbols) const {
+  double bracket = sum.empty() ? 1 : 0;
+  for (const Monomial& term : sum) bracket += term.value(symbols);
+  return factor.value(symbols) * bracket;
+}
+
+std::optional<Formula> recognise(const VectorX& symbols, const Response& response) {
+  if (response.value == 0 || !std::isfinite(response.value)) return std::nullopt;
+  std::vector<SymbolPower> powers;
+  std::vector<int> changing;  // by no power
+  for (Eigen::Index s = 0; s < symbols.size(); ++s) {
+    const auto exponent = exponent_of(response, s);
+    if (!exponent) changing.push_back(static_cast<int>(s));
+    if (exponent && *exponent != 0) powers.push_back({static_cast<int>(s), *exponent});
+  }
+  const double product = without_number(powers).value(symbols);
+  if (changing.empty()) {
+    auto ratio = as_ratio(response.value / product);
+    if (!ratio) return std::nullopt;
+    ratio->powers = std::move(powers);
+    return Formula{*ratio, {}};
+  }
+  const Response rest{response.value / product, response.up / product, response.down / product};
+  auto sum = TwoTerms(symbols, rest, changing).find();
+  if (!sum) return std::nullopt;
+  return Formula{without_number(std::move(powers)), std::move(*sum)};
+}
+
+}  // namespace balance

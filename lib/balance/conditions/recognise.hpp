@@ -1,0 +1,50 @@
+#pragma once
+/// Recognises numbers as products, quotients and two-term sums of quantities that have names.
+
+#include "balance/base/types.hpp"
+
+#include <optional>
+#include <vector>
+
+namespace balance {
+
+struct SymbolPower {
+  int symbol = 0;    ///< index into a list that the user keeps
+  int exponent = 1;  ///< not zero
+
+  bool operator==(const SymbolPower&) const = default;
+};
+
+/// numerator/denominator · Π symbol^exponent
+struct Monomial {
+  int numerator = 1;    ///< signed
+  int denominator = 1;  ///< positive
+  std::vector<SymbolPower> powers;
+
+  double value(const VectorX& symbols) const;
+  bool operator==(const Monomial&) const = default;
+};
+
+/// factor, or factor · (first + second)
+struct Formula {
+  Monomial factor;
+  std::vector<Monomial> sum;  ///< empty or two
+
+  double value(const VectorX& symbols) const;
+};
+
+/// A number that depends on symbols, here and with one of them at a time multiplied and divided by `probe_factor`.
+struct Response {
+  double value = 0;
+  VectorX up, down;  ///< one entry per symbol
+};
+
+/// So far that a power is told from a sum through ten digits of noise, so near that a mechanism still assembles.
+inline constexpr double probe_factor = 1 + 1.0 / 64;
+
+/// The formula that explains all of a response, with whole exponents of at most 4 and numbers that are ratios of 1, 2, 3 and
+/// 4; nothing if there is none.
+/// @param symbols their values, not zero
+std::optional<Formula> recognise(const VectorX& symbols, const Response& response);
+
+}  // namespace balance
