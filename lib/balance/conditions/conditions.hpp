@@ -66,8 +66,9 @@ class GoalResidual {
   /// @return false if a sample cannot be assembled with these numbers; then the residual is unchanged
   bool evaluate(const Mechanism& mechanism, VectorX& residual);
 
- private:
   struct Implementation;
+
+ private:
   std::unique_ptr<Implementation> implementation_;
 };
 

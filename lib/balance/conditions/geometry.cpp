@@ -13,6 +13,25 @@ using Kind = GeometricPlace::Kind;
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
+/// The number's own place, writable if the mechanism is.
+template <class AMechanism>
+auto& number_at(AMechanism& m, const GeometricPlace& p) {
+  switch (p.kind) {
+    case Kind::joint_first: return m.joints[at(p.index)].point_first[p.axis];
+    case Kind::joint_second: return m.joints[at(p.index)].point_second[p.axis];
+    case Kind::body_point: return m.bodies[at(p.index)].points[at(p.item)].position[p.axis];
+    case Kind::tool: return m.tool.value().position[p.axis];
+    case Kind::disc: return m.discs[at(p.index)].position[p.axis];
+    case Kind::disc_ratio: return m.discs[at(p.index)].ratio;
+    case Kind::coupling_ratio: return m.couplings[at(p.index)].ratio;
+    case Kind::spring_first: return m.springs[at(p.index)].point_first[p.axis];
+    case Kind::spring_second: return m.springs[at(p.index)].point_second[p.axis];
+    case Kind::free_length: return m.springs[at(p.index)].free_length;
+    case Kind::gravity: break;
+  }
+  return m.gravity[p.axis];
+}
+
 /// Collects numbers; those of one named point under one entry per axis.
 class List {
  public:
@@ -65,28 +84,6 @@ void add_gravity(const Mechanism& mechanism, std::vector<GeometricNumber>& numbe
 
 }  // namespace
 
-double& number_at(Mechanism& m, const GeometricPlace& p) {
-  switch (p.kind) {
-    case Kind::joint_first: return m.joints[at(p.index)].point_first[p.axis];
-    case Kind::joint_second: return m.joints[at(p.index)].point_second[p.axis];
-    case Kind::body_point: return m.bodies[at(p.index)].points[at(p.item)].position[p.axis];
-    case Kind::tool: return m.tool.value().position[p.axis];
-    case Kind::disc: return m.discs[at(p.index)].position[p.axis];
-    case Kind::disc_ratio: return m.discs[at(p.index)].ratio;
-    case Kind::coupling_ratio: return m.couplings[at(p.index)].ratio;
-    case Kind::spring_first: return m.springs[at(p.index)].point_first[p.axis];
-    case Kind::spring_second: return m.springs[at(p.index)].point_second[p.axis];
-    case Kind::free_length: return m.springs[at(p.index)].free_length;
-    case Kind::gravity: break;
-  }
-  return m.gravity[p.axis];
-}
-
-double number_at(const Mechanism& mechanism, const GeometricPlace& place) {
-  // It only reads; a copy of the mechanism would be the price of saying so.
-  return number_at(const_cast<Mechanism&>(mechanism), place);
-}
-
 std::vector<GeometricNumber> list_geometry(const Mechanism& m) {
   List list(m);
   for (std::size_t j = 0; j < m.joints.size(); ++j) {
@@ -114,6 +111,11 @@ std::vector<GeometricNumber> list_geometry(const Mechanism& m) {
   std::vector<GeometricNumber> numbers = list.finish();
   add_gravity(m, numbers);
   return numbers;
+}
+
+double value_in(const Mechanism& mechanism, const GeometricNumber& number) {
+  if (number.places.front().kind == Kind::gravity) return mechanism.gravity.norm();
+  return number_at(mechanism, number.places.front());
 }
 
 Mechanism scaled(const Mechanism& mechanism, const GeometricNumber& number, double factor) {

@@ -41,8 +41,8 @@ struct GeometricNumber {
 /// lengths and the size of gravity. Points that have a name stand once, however many use them.
 std::vector<GeometricNumber> list_geometry(const Mechanism& mechanism);
 
-double& number_at(Mechanism& mechanism, const GeometricPlace& place);
-double number_at(const Mechanism& mechanism, const GeometricPlace& place);
+/// The value that a number has in another mechanism of the same structure.
+double value_in(const Mechanism& mechanism, const GeometricNumber& number);
 
 /// The mechanism with one number multiplied by a factor, at all its places.
 Mechanism scaled(const Mechanism& mechanism, const GeometricNumber& number, double factor);

@@ -14,18 +14,6 @@ constexpr int largest_exponent = 4, largest_in_sum = 2, largest_number = 4;
 
 bool near(double a, double b, double scale) { return std::abs(a - b) <= same * scale; }
 
-/// κ as a ratio of small whole numbers.
-std::optional<Monomial> as_ratio(double number) {
-  for (int denominator = 1; denominator <= largest_number; ++denominator) {
-    for (int numerator = 1; numerator <= largest_number; ++numerator) {
-      if (std::gcd(numerator, denominator) != 1) continue;
-      const double ratio = static_cast<double>(numerator) / denominator;
-      if (near(std::abs(number), ratio, ratio)) return Monomial{number < 0 ? -numerator : numerator, denominator, {}};
-    }
-  }
-  return std::nullopt;
-}
-
 /// The exponent with which a response follows one symbol, if it follows a power at all.
 std::optional<int> exponent_of(const Response& r, Eigen::Index s) {
   const double up = r.up[s] / r.value, down = r.down[s] / r.value;
@@ -93,7 +81,7 @@ class TwoTerms {
     const double product = without_number(powers).value(symbols_);
     // A part that is next to nothing is an artefact of the split.
     if (std::abs(part) < same * std::abs(response_.value)) return std::nullopt;
-    auto ratio = as_ratio(part / product);
+    auto ratio = as_small_ratio(part / product);
     if (ratio) ratio->powers = powers;
     return ratio;
   }
@@ -117,6 +105,17 @@ double Formula::value(const VectorX& symbols) const {
   return factor.value(symbols) * bracket;
 }
 
+std::optional<Monomial> as_small_ratio(double number) {
+  for (int denominator = 1; denominator <= largest_number; ++denominator) {
+    for (int numerator = 1; numerator <= largest_number; ++numerator) {
+      if (std::gcd(numerator, denominator) != 1) continue;
+      const double ratio = static_cast<double>(numerator) / denominator;
+      if (near(std::abs(number), ratio, ratio)) return Monomial{number < 0 ? -numerator : numerator, denominator, {}};
+    }
+  }
+  return std::nullopt;
+}
+
 std::optional<Formula> recognise(const VectorX& symbols, const Response& response) {
   if (response.value == 0 || !std::isfinite(response.value)) return std::nullopt;
   std::vector<SymbolPower> powers;
@@ -128,7 +127,7 @@ std::optional<Formula> recognise(const VectorX& symbols, const Response& respons
   }
   const double product = without_number(powers).value(symbols);
   if (changing.empty()) {
-    auto ratio = as_ratio(response.value / product);
+    auto ratio = as_small_ratio(response.value / product);
     if (!ratio) return std::nullopt;
     ratio->powers = std::move(powers);
     return Formula{*ratio, {}};

@@ -42,6 +42,9 @@ struct Response {
 /// So far that a power is told from a sum through ten digits of noise, so near that a mechanism still assembles.
 inline constexpr double probe_factor = 1 + 1.0 / 64;
 
+/// A number that is plus or minus a ratio of 1, 2, 3 and 4.
+std::optional<Monomial> as_small_ratio(double number);
+
 /// The formula that explains all of a response, with whole exponents of at most 4 and numbers that are ratios of 1, 2, 3 and
 /// 4; nothing if there is none.
 /// @param symbols their values, not zero

@@ -13,9 +13,6 @@
 
 namespace balance {
 
-namespace {
-
-/// Lengths are solved for in units of the characteristic length.
 template <class S>
 VectorX column_scale(const Tree<S>& tree) {
   VectorX scale = VectorX::Ones(tree.columns);
@@ -23,6 +20,8 @@ VectorX column_scale(const Tree<S>& tree) {
     if (tree.column_kind_length[c]) scale[c] = tree.length;
   return scale;
 }
+
+namespace {
 
 /// Quadratic end game: least-norm Newton steps as long as they help.
 template <class S>
@@ -169,6 +168,7 @@ Solution continue_to(System<S>& system, const VectorX& y, const DriveSample& fro
 }
 
 #define BALANCE_INSTANTIATE(S)                                                     \
+  template VectorX column_scale<S>(const Tree<S>&);                                \
   template Solution solve<S>(System<S>&, const VectorX&, const DriveSample&, int); \
   template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);           \
   template RankReport generic_closure_rank<S>(const Tree<S>&, const VectorX&);     \

@@ -20,6 +20,10 @@ struct Solution {
   int iterations = 0;
 };
 
+/// Lengths are solved for in units of the characteristic length: the SI value of every coordinate's unit.
+template <class S>
+VectorX column_scale(const Tree<S>& tree);
+
 /// The configuration nearest in spirit to the guess that meets all equations (least-squares sense until it does).
 template <class S>
 Solution solve(System<S>& system, const VectorX& guess, const DriveSample& target, int iterations = 100);
@@ -45,6 +49,7 @@ template <class S>
 Solution continue_to(System<S>& system, const VectorX& y, const DriveSample& from, const DriveSample& to);
 
 #define BALANCE_DECLARE(S)                                                                \
+  extern template VectorX column_scale<S>(const Tree<S>&);                                \
   extern template Solution solve<S>(System<S>&, const VectorX&, const DriveSample&, int); \
   extern template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);           \
   extern template RankReport generic_closure_rank<S>(const Tree<S>&, const VectorX&);     \

@@ -1,0 +1,140 @@
+#include "balance/conditions/conditions.hpp"
+
+#include "balance/conditions/reduce.hpp"
+#include "balance/conditions/rows.hpp"
+
+#include <Eigen/QR>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+constexpr int fewest_samples = 12, most_samples = 2000;
+constexpr int repetitions = 2;  ///< with more samples each, before the rank is called unclear
+
+/// Rows of π alone, for which some value of the extra unknowns makes everything vanish.
+MatrixX without_extra(const MatrixX& rows, int parameters) {
+  const Eigen::Index extra = rows.cols() - parameters;
+  if (extra == 0 || rows.rows() == 0) return rows;
+  Eigen::ColPivHouseholderQR<MatrixX> qr(rows.rightCols(extra));
+  qr.setThreshold(1e-9);
+  const MatrixX rotated = qr.householderQ().adjoint() * rows.leftCols(parameters);
+  return rotated.bottomRows(rows.rows() - qr.rank());
+}
+
+template <class S>
+class Derivation {
+ public:
+  Derivation(const Mechanism& mechanism, const std::vector<Goal>& goals, const ConditionOptions& options)
+      : mechanism_(mechanism),
+        options_(options),
+        tree_(compile<S>(mechanism, mechanism.actuators)),
+        sampler_(mechanism, tree_, options.seed),
+        random_(options.seed + 1) {
+    out_.goals = goals;
+    out_.parameters = list_parameters(mechanism, options.loose_springs);
+  }
+
+  Conditions run() {
+    Configuration configuration;
+    if (!sampler_.next(configuration)) return refuse(ConditionsStatus::not_assembled, motionless());
+    const NaturalUnits units(mechanism_, out_.parameters);
+    GoalRows<S> rows(mechanism_, tree_, units, out_.goals, options_, sampler_.freedoms());
+    if (!rows.mismatch().empty()) return refuse(ConditionsStatus::mismatch, rows.mismatch());
+    const std::vector<int> order = pivot_order(mechanism_, out_.parameters);
+    MatrixX all(0, rows.parameters() + rows.extra());
+    for (int k = 0, wanted = 2 * static_cast<int>(all.cols()) + 20; k <= repetitions; ++k, wanted *= 2) {
+      if (!collect(rows, configuration, wanted, all))
+        return refuse(ConditionsStatus::not_assembled,
+                      "too few configurations were found in which the actuators hold the mechanism");
+      if (!reduce(without_extra(all, rows.parameters()), units.parameter, units.mass, order, out_)) continue;
+      out_.status = ConditionsStatus::done;
+      add_notes();
+      return std::move(out_);
+    }
+    return refuse(ConditionsStatus::rank_unclear,
+                  fmt::format("the number of conditions is not clear: the widest gap between singular values is {:.1e}, from "
+                              "{:.1e} to {:.1e}",
+                              out_.gap, out_.smallest_kept, out_.largest_dropped));
+  }
+
+ private:
+  /// More rows, until there are `wanted`, starting with a configuration at hand.
+  bool collect(GoalRows<S>& rows, Configuration& configuration, int wanted, MatrixX& all) {
+    std::vector<MatrixX> blocks{all};
+    Eigen::Index count = all.rows();
+    for (int tried = 0; count < wanted || out_.samples < fewest_samples; ++tried) {
+      if (tried == most_samples) return false;
+      const Probe probe{configuration.null_space,
+                        configuration.null_space * random_.normal(configuration.null_space.cols())};
+      MatrixX block;
+      if (rows.at(configuration, probe, block)) {
+        ++out_.samples;
+        count += block.rows();
+        blocks.push_back(std::move(block));
+        if (count == 0) break;  // nothing that the goal wants to vanish exists
+      }
+      if (!sampler_.next(configuration)) return false;
+    }
+    all.resize(count, all.cols());
+    Eigen::Index at = 0;
+    for (const MatrixX& block : blocks) {
+      all.middleRows(at, block.rows()) = block;
+      at += block.rows();
+    }
+    return true;
+  }
+
+  std::string motionless() const {
+    return sampler_.freedoms() == 0 && tree_.closure_rows > 0 ? "the loops cannot be closed, or nothing can move"
+                                                              : "the mechanism cannot move";
+  }
+
+  Conditions refuse(ConditionsStatus status, const std::string& reason) {
+    out_.status = status;
+    out_.reason = reason;
+    return std::move(out_);
+  }
+
+  void add_notes() {
+    const auto wants = [&](GoalKind kind) {
+      return std::any_of(out_.goals.begin(), out_.goals.end(), [&](const Goal& g) { return g.kind == kind; });
+    };
+    const bool efforts = wants(GoalKind::statics) || wants(GoalKind::gyroscopic) || wants(GoalKind::decoupled) ||
+                         wants(GoalKind::gyroscopic_independent);
+    if (efforts && mechanism_.gravity.norm() == 0)
+      out_.notes.push_back("there is no gravity in this spec: weight asks for nothing");
+    if (tree_.closure_rows == 0 || (!wants(GoalKind::gyroscopic) && !wants(GoalKind::decoupled))) return;
+    std::string joints;
+    for (std::size_t j = 0; j < mechanism_.joints.size(); ++j)
+      if (tree_.joint_nodes[j] >= 0 && freedom(mechanism_.joints[j].type) > 0)
+        joints += (joints.empty() ? "" : ", ") + mechanism_.joints[j].name;
+    out_.notes.push_back("no velocity terms: when the efforts are written in the accelerations of " + joints);
+  }
+
+  const Mechanism& mechanism_;
+  const ConditionOptions& options_;
+  Tree<S> tree_;
+  Sampler<S> sampler_;
+  Random random_;
+  Conditions out_;
+};
+
+}  // namespace
+
+Conditions derive_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals,
+                             const ConditionOptions& options) {
+  if (goals.empty()) throw std::invalid_argument("conditions need a goal");
+  return mechanism.space == SpaceKind::planar ? Derivation<Planar>(mechanism, goals, options).run()
+                                              : Derivation<Spatial>(mechanism, goals, options).run();
+}
+
+VectorX scaled_residuals(const Conditions& conditions, const VectorX& parameters) {
+  return (conditions.matrix * parameters).cwiseQuotient(conditions.scale);
+}
+
+}  // namespace balance

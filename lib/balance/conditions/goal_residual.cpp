@@ -1,0 +1,137 @@
+#include "balance/conditions/conditions.hpp"
+
+#include "balance/conditions/reduce.hpp"
+#include "balance/conditions/rows.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include <optional>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+/// Configurations of the first mechanism, and how to look at them.
+struct Station {
+  VectorX y;
+  VectorX push;  ///< scaled; its part along the allowed velocities is the velocity probed
+};
+
+/// What is left of A π when the extra unknowns are chosen as well as they can be.
+VectorX left_over(const MatrixX& rows, const VectorX& parameters) {
+  const VectorX all = rows.leftCols(parameters.size()) * parameters;
+  const Eigen::Index extra = rows.cols() - parameters.size();
+  if (extra == 0) return all;
+  const MatrixX others = rows.rightCols(extra);
+  return all - others * others.colPivHouseholderQr().solve(all);
+}
+
+}  // namespace
+
+struct GoalResidual::Implementation {
+  virtual ~Implementation() = default;
+  virtual bool evaluate(const Mechanism& mechanism, VectorX& residual) = 0;
+};
+
+namespace {
+
+template <class S>
+class Stations : public GoalResidual::Implementation {
+ public:
+  Stations(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options)
+      : options_(options),
+        goals_(conditions.goals),
+        tree_(compile<S>(mechanism, mechanism.actuators)),
+        units_(mechanism, conditions.parameters) {
+    Sampler<S> sampler(mechanism, tree_, options.seed);
+    Random random(options.seed + 1);
+    Configuration configuration;
+    const int wanted = conditions.samples + 4;
+    for (int tries = 0; static_cast<int>(stations_.size()) < wanted && tries < 20 * wanted; ++tries) {
+      if (!sampler.next(configuration)) break;
+      freedoms_ = sampler.freedoms();
+      stations_.push_back({configuration.y, random.normal(tree_.columns)});
+      VectorX residual;
+      if (!evaluate_at(mechanism, tree_, {stations_.back()}, residual)) stations_.pop_back();
+    }
+    if (stations_.empty()) throw std::invalid_argument("no configuration of the mechanism was found");
+  }
+
+  bool evaluate(const Mechanism& mechanism, VectorX& residual) override {
+    Tree<S> tree = compile<S>(mechanism, mechanism.actuators);
+    if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows) return false;
+    for (const int ball : tree_.balls)
+      tree.nodes[static_cast<std::size_t>(ball)].R_PF = tree_.nodes[static_cast<std::size_t>(ball)].R_PF;
+    return evaluate_at(mechanism, tree, stations_, residual);
+  }
+
+ private:
+  bool evaluate_at(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<Station>& stations,
+                   VectorX& residual) {
+    GoalRows<S> goal_rows(mechanism, tree, units_, goals_, options_, freedoms_);
+    System<S> closures(tree, Drive<S>{});
+    MatrixX all(0, goal_rows.parameters() + goal_rows.extra()), rows;
+    for (const Station& station : stations) {
+      Configuration here;
+      if (!settle(closures, station, here)) return false;
+      // projected instead of written in a basis, which would turn with the numbers
+      const MatrixX allowed = here.null_space * here.null_space.transpose();
+      if (!goal_rows.at(here, {allowed, allowed * station.push}, rows)) return false;
+      all.conservativeResize(all.rows() + rows.rows(), Eigen::NoChange);
+      all.bottomRows(rows.rows()) = rows;
+    }
+    const VectorX parameters =
+        parameter_values(mechanism, options_.loose_springs).cwiseQuotient(units_.parameter) / units_.mass;
+    residual = left_over(all, parameters);
+    return true;
+  }
+
+  /// The configuration nearest to the station's that closes the loops.
+  bool settle(System<S>& closures, const Station& station, Configuration& here) const {
+    here.y = station.y;
+    if (closures.closure_rows() == 0) {
+      here.null_space = MatrixX::Identity(closures.columns(), closures.columns());
+      return true;
+    }
+    const Solution moved = solve(closures, station.y, {}, 40);
+    if (!moved.found) return false;
+    here.y = moved.y;
+    VectorX residual;
+    MatrixX jacobian;
+    closures.evaluate(here.y, {}, residual, jacobian);
+    const Eigen::JacobiSVD<MatrixX> svd(jacobian, Eigen::ComputeFullV);
+    here.null_space = svd.matrixV().rightCols(freedoms_);
+    return true;
+  }
+
+  ConditionOptions options_;
+  std::vector<Goal> goals_;
+  Tree<S> tree_;  ///< of the first mechanism, with the reference orientations of its spherical joints
+  NaturalUnits units_;
+  int freedoms_ = 0;
+  std::vector<Station> stations_;
+};
+
+}  // namespace
+
+GoalResidual::GoalResidual(const Mechanism& mechanism, const std::vector<Goal>& goals,
+                           const ConditionOptions& options) {
+  const Conditions conditions = derive_conditions(mechanism, goals, options);
+  if (conditions.status != ConditionsStatus::done) throw std::invalid_argument(conditions.reason);
+  if (mechanism.space == SpaceKind::planar)
+    implementation_ = std::make_unique<Stations<Planar>>(mechanism, conditions, options);
+  else
+    implementation_ = std::make_unique<Stations<Spatial>>(mechanism, conditions, options);
+}
+
+GoalResidual::~GoalResidual() = default;
+GoalResidual::GoalResidual(GoalResidual&&) noexcept = default;
+GoalResidual& GoalResidual::operator=(GoalResidual&&) noexcept = default;
+
+bool GoalResidual::evaluate(const Mechanism& mechanism, VectorX& residual) {
+  return implementation_->evaluate(mechanism, residual);
+}
+
+}  // namespace balance

@@ -1,0 +1,143 @@
+#include "balance/conditions/reduce.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <tuple>
+
+namespace balance {
+
+namespace {
+
+constexpr double clear_gap = 1e3;   ///< between the last singular value kept and the first dropped
+constexpr double noise = 1e-8;      ///< of the largest singular value: nothing above it is dropped
+constexpr double detail = 1e-9;     ///< nothing below it is kept
+constexpr double pivotal = 1e-6;    ///< of a unit row: an entry below it is no pivot
+constexpr double round_off = 1e-10;  ///< of a reduced row's largest entry: an entry below it is zero
+
+/// Joints between each body and the ground.
+std::vector<int> depths(const Mechanism& mechanism) {
+  std::vector<int> depth(mechanism.bodies.size(), -1);
+  depth[ground] = 0;
+  std::queue<int> waiting({ground});
+  for (; !waiting.empty(); waiting.pop()) {
+    const int body = waiting.front();
+    for (const Joint& joint : mechanism.joints) {
+      const int other = joint.first == body ? joint.second : joint.second == body ? joint.first : body;
+      if (depth[static_cast<std::size_t>(other)] >= 0) continue;
+      depth[static_cast<std::size_t>(other)] = depth[static_cast<std::size_t>(body)] + 1;
+      waiting.push(other);
+    }
+  }
+  return depth;
+}
+
+int preference(ParameterKind kind) {
+  switch (kind) {
+    case ParameterKind::first_moment: return 0;
+    case ParameterKind::moment_of_inertia: return 1;
+    case ParameterKind::product_of_inertia: return 1;
+    case ParameterKind::mass: return 2;
+    default: return 3;
+  }
+}
+
+/// Number of singular values above the widest gap; −1 if it is not wide enough.
+int rank_by_gap(const VectorX& values, double floor, Conditions& conditions) {
+  int rank = -1;
+  double widest = 0;
+  const auto at = [&](Eigen::Index i) { return i < values.size() ? std::max(values[i] / values[0], floor) : floor; };
+  for (Eigen::Index r = 1; r <= values.size(); ++r) {
+    const double kept = at(r - 1), dropped = at(r);
+    if (kept < detail || dropped > noise || kept / dropped <= widest) continue;
+    widest = kept / dropped;
+    rank = static_cast<int>(r);
+    conditions.smallest_kept = kept;
+    conditions.largest_dropped = dropped;
+  }
+  conditions.gap = widest;
+  return widest > clear_gap ? rank : -1;
+}
+
+/// Gauss–Jordan with the columns in the order of preference. Rows: orthonormal.
+void echelon(MatrixX& rows, const std::vector<int>& order, std::vector<int>& pivots) {
+  pivots.clear();
+  Eigen::Index row = 0;
+  for (const int column : order) {
+    if (row == rows.rows()) break;
+    Eigen::Index best;
+    const double size = rows.col(column).tail(rows.rows() - row).cwiseAbs().maxCoeff(&best);
+    if (size < pivotal) continue;
+    rows.row(row).swap(rows.row(row + best));
+    rows.row(row) /= rows(row, column);
+    for (Eigen::Index other = 0; other < rows.rows(); ++other)
+      if (other != row) rows.row(other) -= rows(other, column) * Eigen::RowVectorXd(rows.row(row));
+    rows.col(column).setZero();
+    rows(row, column) = 1;
+    pivots.push_back(column);
+    ++row;
+    // what is left keeps its size, so that small stays small: orthonormal again
+    if (row == rows.rows()) break;
+    const Eigen::HouseholderQR<MatrixX> qr(rows.bottomRows(rows.rows() - row).transpose());
+    rows.bottomRows(rows.rows() - row) =
+        (qr.householderQ() * MatrixX::Identity(rows.cols(), rows.rows() - row)).transpose();
+  }
+}
+
+}  // namespace
+
+std::vector<int> pivot_order(const Mechanism& mechanism, const std::vector<Parameter>& parameters) {
+  const std::vector<int> depth = depths(mechanism);
+  std::vector<int> order(parameters.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto key = [&](int p) {
+    const Parameter& parameter = parameters[static_cast<std::size_t>(p)];
+    const bool body = parameter.bearer == Bearer::body;
+    return std::tuple(preference(parameter.kind), parameter.bearer,
+                      body ? depth[static_cast<std::size_t>(parameter.index)] : 0, parameter.index, parameter.slot);
+  };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
+  return order;
+}
+
+bool reduce(const MatrixX& rows, const VectorX& units, double mass, const std::vector<int>& order,
+            Conditions& conditions) {
+  const Eigen::Index P = units.size();
+  conditions.rank = 0;
+  conditions.matrix.resize(0, P);
+  conditions.scale.resize(0);
+  conditions.pivots.clear();
+  conditions.gap = 1 / std::numeric_limits<double>::epsilon();
+  if (rows.rows() == 0 || rows.cwiseAbs().maxCoeff() == 0) return true;
+
+  MatrixX compact = rows;
+  if (rows.rows() > P) {
+    const Eigen::HouseholderQR<MatrixX> qr(rows);
+    compact = qr.matrixQR().topRows(P).template triangularView<Eigen::Upper>();
+  }
+  const Eigen::BDCSVD<MatrixX> svd(compact, Eigen::ComputeThinV);
+  const int rank = rank_by_gap(svd.singularValues(), std::numeric_limits<double>::epsilon(), conditions);
+  if (rank < 0) return false;
+
+  MatrixX reduced = svd.matrixV().leftCols(rank).transpose();
+  echelon(reduced, order, conditions.pivots);
+  conditions.rank = rank;
+  conditions.matrix.resize(rank, P);
+  conditions.scale.resize(rank);
+  for (Eigen::Index r = 0; r < rank; ++r) {
+    const double largest = reduced.row(r).cwiseAbs().maxCoeff();
+    for (Eigen::Index p = 0; p < P; ++p)
+      if (std::abs(reduced(r, p)) < round_off * largest) reduced(r, p) = 0;
+    const double pivot = units[conditions.pivots[static_cast<std::size_t>(r)]];
+    conditions.matrix.row(r) = reduced.row(r).cwiseQuotient(units.transpose()) * pivot;
+    conditions.scale[r] = mass * pivot * largest;
+  }
+  return true;
+}
+
+}  // namespace balance

@@ -1,0 +1,21 @@
+#pragma once
+/// From rows that must vanish to the fewest and most readable conditions: rank by the gap of the singular values, reduced row
+/// echelon form. Private to conditions.
+
+#include "balance/conditions/conditions.hpp"
+
+namespace balance {
+
+/// Preference for the parameters that conditions are solved for: first moments, then inertias, then masses, then springs, of
+/// bodies near the ground first; what comes earlier is a better pivot.
+std::vector<int> pivot_order(const Mechanism& mechanism, const std::vector<Parameter>& parameters);
+
+/// Fills in rank, singular values, matrix, pivots and scale of `conditions`, whose parameters are set.
+/// @param rows any number × P, in natural units (dimensionless)
+/// @param units P: SI value of each parameter's natural unit
+/// @param mass the mechanism's [kg]
+/// @return false if the rank is not clear; then only the singular values are filled in
+bool reduce(const MatrixX& rows, const VectorX& units, double mass, const std::vector<int>& order,
+            Conditions& conditions);
+
+}  // namespace balance

@@ -1,0 +1,80 @@
+#pragma once
+/// What a goal wants to vanish, at one configuration, per unit of every parameter. Private to conditions.
+///
+/// Everything is in the mechanism's own units, so that all entries are comparable numbers: lengths in characteristic lengths L,
+/// accelerations in units of gravity (of 1 m/s² without it). Unknowns are the parameters in their natural units.
+
+#include "balance/conditions/conditions.hpp"
+#include "balance/conditions/sampling.hpp"
+#include "balance/dynamics/regressor.hpp"
+
+namespace balance {
+
+/// The mechanism's own units, in SI.
+struct NaturalUnits {
+  double length = 1, acceleration = 1, mass = 1;
+  VectorX parameter;  ///< per parameter: π = unit · π̂, with π̂ in kg
+
+  NaturalUnits(const Mechanism& mechanism, const std::vector<Parameter>& parameters);
+};
+
+/// Which velocities and accelerations the rows of one sample are taken for; all scaled like Configuration's.
+struct Probe {
+  MatrixX directions;  ///< columns × k: spans the velocities that the loops allow
+  VectorX velocity;    ///< one of them
+};
+
+template <class S>
+class GoalRows {
+ public:
+  /// @param tree, units must outlive the rows
+  GoalRows(const Mechanism& mechanism, const Tree<S>& tree, const NaturalUnits& units, std::vector<Goal> goals,
+           const ConditionOptions& options, int freedoms);
+
+  /// Why the goals make no sense for this mechanism; empty if they do.
+  const std::string& mismatch() const { return mismatch_; }
+  int parameters() const { return parameters_; }
+  /// Unknowns that are no parameters, behind them: the matrix of the goal `proportional` [kg].
+  int extra() const { return extra_; }
+
+  /// @param rows rows × (parameters + extra). Those of fully- goals are differences from the first configuration probed, where
+  ///        they are zero.
+  /// @return false, and no rows, if the actuators do not hold the mechanism well there
+  bool at(const Configuration& configuration, const Probe& probe, MatrixX& rows);
+
+ private:
+  void check(int freedoms);
+  bool wants(GoalKind kind) const;
+  bool place(const Configuration& configuration);
+  bool set_actuated(const MatrixX& null_space);
+  VectorX actuated_bias(const VectorX& velocity);
+  Regressor<S> regress(const VectorX& velocity, const VectorX& acceleration, bool weight);
+  void add(const MatrixX& rows, double unit);
+  void add_efforts(const Probe& probe);
+  void add_inertia();
+  void add_momentum(const Probe& probe);
+  MatrixX spring_torques();
+
+  const Mechanism& mechanism_;
+  const Tree<S>& tree_;
+  const NaturalUnits& units_;
+  std::vector<Goal> goals_;
+  ConditionOptions options_;
+  std::string mismatch_;
+  bool needs_actuators_ = false, fully_ = false;
+  int parameters_ = 0, inertial_ = 0, extra_ = 0;
+  VectorX scale_;
+  FixedFrame<S> tool_;
+  MatrixX selection_;  ///< actuated × columns, scaled
+  MatrixX actuated_;   ///< columns × actuated: C, whose actuated rows are the identity
+  MatrixX inertia_reference_;
+  State<S> state_;
+  VectorX y_;
+  MatrixX out_;
+  Eigen::Index filled_ = 0;
+};
+
+extern template class GoalRows<Planar>;
+extern template class GoalRows<Spatial>;
+
+}  // namespace balance
