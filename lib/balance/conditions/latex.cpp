@@ -1,0 +1,173 @@
+#include "balance/conditions/latex.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <string_view>
+
+namespace balance {
+
+namespace {
+
+constexpr std::array greek = {"alpha", "beta",   "gamma", "delta", "epsilon", "zeta",  "eta",   "theta",  "iota",
+                              "kappa", "lambda", "mu",    "nu",    "xi",      "pi",    "rho",   "sigma",  "tau",
+                              "phi",   "chi",    "psi",   "omega", "Gamma",   "Delta", "Theta", "Lambda", "Omega"};
+constexpr std::size_t terms_in_a_line = 5;
+
+/// A name in upright letters.
+std::string upright(const std::string& name) {
+  std::string text;
+  for (const char c : name) {
+    switch (c) {
+      case '\\': text += "\\textbackslash{}"; break;
+      case '^': text += "\\textasciicircum{}"; break;
+      case '~': text += "\\textasciitilde{}"; break;
+      case '{':
+      case '}':
+      case '$':
+      case '&':
+      case '#':
+      case '_':
+      case '%': text += '\\'; [[fallthrough]];
+      default: text += c;
+    }
+  }
+  return "\\text{" + text + "}";
+}
+
+bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+
+/// A word in slanted letters: a Greek letter, a single letter or a name.
+std::string slanted(const std::string& word) {
+  if (std::find(greek.begin(), greek.end(), word) != greek.end()) return "\\" + word;
+  return word.size() == 1 && std::isalnum(static_cast<unsigned char>(word[0])) != 0
+             ? word
+             : "\\mathit{" + upright(word).substr(6);
+}
+
+/// "l1", "l_1", "l_max": a word and what stands below it.
+std::string identifier_latex(const std::string& name) {
+  const std::size_t low = name.find('_');
+  if (low != std::string::npos && low > 0 && low + 1 < name.size()) {
+    const std::string index = name.substr(low + 1);
+    const bool number = std::all_of(index.begin(), index.end(), is_digit);
+    return slanted(name.substr(0, low)) + "_{" + (number ? index : upright(index)) + "}";
+  }
+  std::size_t digits = name.size();
+  while (digits > 0 && is_digit(name[digits - 1])) --digits;
+  if (digits == 0) return upright(name);
+  return digits == name.size() ? slanted(name) : slanted(name.substr(0, digits)) + "_{" + name.substr(digits) + "}";
+}
+
+std::string monomial_size(const Monomial& m, const std::vector<Symbol>& symbols) {
+  std::vector<std::string> above, below;
+  for (const SymbolPower& p : m.powers) {
+    std::string text = symbol_latex(symbols.at(static_cast<std::size_t>(p.symbol)).label);
+    if (std::abs(p.exponent) != 1) text += fmt::format("^{{{}}}", std::abs(p.exponent));
+    (p.exponent > 0 ? above : below).push_back(text);
+  }
+  const int numerator = std::abs(m.numerator);
+  if (numerator != 1 || (above.empty() && (m.denominator != 1 || !below.empty())))
+    above.insert(above.begin(), std::to_string(numerator));
+  if (m.denominator != 1) below.insert(below.begin(), std::to_string(m.denominator));
+  const std::string top = fmt::format("{}", fmt::join(above, "\\, "));
+  return below.empty() ? top : fmt::format("\\frac{{{}}}{{{}}}", top, fmt::join(below, "\\, "));
+}
+
+std::string sum_latex(const std::vector<Monomial>& sum, bool turned, const std::vector<Symbol>& symbols) {
+  std::string text;
+  for (const Monomial& term : sum) {
+    const bool negative = (term.numerator < 0) != turned;
+    const std::string size = monomial_size(term, symbols);
+    text += text.empty() ? (negative ? "-" : "") : (negative ? " - " : " + ");
+    text += size.empty() ? "1" : size;
+  }
+  return "\\left(" + text + "\\right)";
+}
+
+struct Coefficient {
+  bool negative = false;
+  std::string size;  ///< empty for one
+};
+
+Coefficient number_latex(double value) {
+  std::string number = fmt::format("{:.6g}", std::abs(value));
+  if (const std::size_t e = number.find('e'); e != std::string::npos)
+    number = fmt::format("{} \\cdot 10^{{{}}}", number.substr(0, e), std::atoi(number.c_str() + e + 1));
+  return {value < 0, number == "1" ? "" : number};
+}
+
+Coefficient coefficient_latex(const Formula& formula, const std::vector<Symbol>& symbols) {
+  std::string size = monomial_size(formula.factor, symbols);
+  const bool negative = formula.factor.numerator < 0;
+  if (formula.sum.empty()) return {negative, size};
+  const bool turned = formula.sum.front().numerator < 0;
+  if (!size.empty()) size += "\\, ";
+  return {negative != turned, size + sum_latex(formula.sum, turned, symbols)};
+}
+
+/// Terms with their signs, the first one's only if it is negative.
+std::vector<std::string> terms_of(const Conditions& conditions, int row, const ConditionNames& names) {
+  const double largest = conditions.matrix.row(row).cwiseAbs().maxCoeff();
+  std::vector<std::string> terms;
+  for (std::size_t p = 0; p < conditions.parameters.size(); ++p) {
+    const double value = conditions.matrix(row, static_cast<Eigen::Index>(p));
+    if (std::abs(value) <= 1e-12 * largest) continue;
+    const Formula* formula = names.find(row, static_cast<int>(p));
+    const Coefficient c = formula != nullptr ? coefficient_latex(*formula, names.symbols) : number_latex(value);
+    const char* sign = terms.empty() ? (c.negative ? "-" : "") : (c.negative ? "- " : "+ ");
+    terms.push_back(sign + (c.size.empty() ? "" : c.size + "\\, ") + parameter_latex(conditions.parameters[p]));
+  }
+  if (terms.empty()) terms.emplace_back("0");
+  return terms;
+}
+
+}  // namespace
+
+std::string parameter_latex(const Parameter& p) {
+  const std::string owner = upright(p.owner), &s = p.symbol;
+  if (s.size() == 2 && s[0] == 'm') return fmt::format("(m {})_{{{}}}", s[1], owner);
+  if (s.size() == 3 && s[0] == 'I') return fmt::format("I_{{{},{}}}", s.substr(1), owner);
+  if (s.size() >= 3 && s[0] == 'k') {
+    std::string product = "k";
+    for (std::size_t i = 1; i + 1 < s.size(); i += 2) product += fmt::format(" {}_{}", s[i], s[i + 1]);
+    return fmt::format("({})_{{{}}}", product, owner);
+  }
+  return fmt::format("{}_{{{}}}", slanted(s), owner);
+}
+
+std::string symbol_latex(const std::string& label) {
+  const std::size_t dot = label.rfind('.');
+  if (dot == std::string::npos) return identifier_latex(label);
+  return slanted(label.substr(dot + 1)) + "_{" + upright(label.substr(0, dot)) + "}";
+}
+
+std::string formula_latex(const Formula& formula, const std::vector<Symbol>& symbols) {
+  const Coefficient c = coefficient_latex(formula, symbols);
+  return (c.negative ? "-" : "") + (c.size.empty() ? "1" : c.size);
+}
+
+std::string condition_latex(const Conditions& conditions, int row, const ConditionNames& names) {
+  return fmt::format("{} = 0", fmt::join(terms_of(conditions, row, names), " "));
+}
+
+std::string conditions_latex(const Conditions& conditions, const ConditionNames& names) {
+  std::string text = "\\begin{align*}\n";
+  for (int row = 0; row < static_cast<int>(conditions.matrix.rows()); ++row) {
+    const auto terms = terms_of(conditions, row, names);
+    text += row == 0 ? "  & " : " \\\\\n  & ";
+    for (std::size_t i = 0; i < terms.size(); ++i) {
+      if (i > 0) text += i % terms_in_a_line == 0 ? " \\\\\n  & \\quad {}" : " ";
+      text += terms[i];
+    }
+    text += " = 0";
+  }
+  return text + "\n\\end{align*}\n";
+}
+
+}  // namespace balance
