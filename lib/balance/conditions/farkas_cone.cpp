@@ -1,0 +1,217 @@
+// Semidefinite feasibility by cutting planes: a linear program knows each matrix Q by a few vectors v with vᵀQv ≥ 0, its solution's
+// negative eigenvectors are new ones. If the program becomes infeasible there is no certificate. What it ends at is
+// moved inwards where there is room, and where there is none (Q must be singular) put exactly on the cone's boundary.
+
+#include "balance/conditions/farkas.hpp"
+#include "balance/conditions/linear_program.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace balance {
+
+namespace {
+
+/// What an eigenvalue may fall short of zero, beside the largest of all matrices; conditions are not known better.
+constexpr double definite = 1e-10;
+/// Room that is sought inside the cone, beside a matrix' size.
+constexpr double room = 1e-3;
+constexpr double largest_factor = 1e4;
+constexpr int most_rounds = 80;
+
+using Eigen::Index;
+
+class ConeSearch {
+ public:
+  ConeSearch(const MatrixX& rows, const MassCone& cone) : rows_(rows), cone_(cone), n_(rows.rows()), trace_(n_) {
+    trace_.setZero();
+    for (const ConeBlock& block : cone_.blocks)
+      for (Index i = 0; block.body && i < block.size; ++i) {
+        const VectorX v = VectorX::Unit(block.size, i);
+        trace_ += form(block, v, v);
+      }
+    for (std::size_t b = 0; b < cone_.blocks.size(); ++b) add_first_cuts(b);
+  }
+
+  std::optional<Certificate> find() {
+    const std::optional<VectorX> start = search(first_program());
+    if (!start) return std::nullopt;
+    const std::optional<VectorX> inside = search(inner_program(*start));
+    for (const VectorX& candidate : {inside.value_or(*start), *start})
+      for (const double singular : {0.0, 1e-7, 1e-5, 1e-3})
+        if (std::optional<Certificate> found = verified(repaired(candidate, singular))) return found;
+    return std::nullopt;
+  }
+
+ private:
+  struct Cut {
+    std::size_t block;
+    VectorX row;  ///< of λ: vᵀ Q v
+  };
+
+  /// The row by which λ gives uᵀ Q v.
+  VectorX form(const ConeBlock& block, const VectorX& u, const VectorX& v) const {
+    return rows_ * block.form(u, v, rows_.cols());
+  }
+
+  void add_first_cuts(std::size_t b) {
+    const ConeBlock& block = cone_.blocks[b];
+    for (Index i = 0; i < block.size; ++i) {
+      add_cut(b, VectorX::Unit(block.size, i));
+      for (Index j = 0; j < i; ++j)
+        for (const double s : {-1.0, 1.0}) add_cut(b, VectorX::Unit(block.size, i) + s * VectorX::Unit(block.size, j));
+    }
+  }
+
+  void add_cut(std::size_t b, const VectorX& v) {
+    const VectorX row = form(cone_.blocks[b], v, v);
+    if (row.cwiseAbs().maxCoeff() > 0) cuts_.push_back({b, row});
+  }
+
+  /// Unknowns: λ⁺, λ⁻ and, per block, the room t with Q ≥ t.
+  VectorX program_row(const VectorX& lambda, const Cut* cut = nullptr) const {
+    VectorX row = VectorX::Zero(2 * n_ + blocks());
+    row.head(n_) = lambda;
+    row.segment(n_, n_) = -lambda;
+    if (cut) row[2 * n_ + static_cast<Index>(cut->block)] = -1;
+    return row;
+  }
+
+  Index blocks() const { return static_cast<Index>(cone_.blocks.size()); }
+
+  LinearProgram common_program() const {
+    LinearProgram program(2 * n_ + blocks());
+    program.lower.setZero();
+    program.upper.head(2 * n_).setConstant(largest_factor);
+    program.upper.tail(blocks()).setZero();
+    program.cost.head(2 * n_).setOnes();
+    program.add_row(1, program_row(trace_), 1);
+    for (const Index p : cone_.excluded) program.add_row(0, program_row(rows_.col(p)), 0);
+    return program;
+  }
+
+  /// No room asked for, few conditions.
+  LinearProgram first_program() const { return common_program(); }
+
+  /// The same conditions and the same bodies, as much room as possible.
+  LinearProgram inner_program(const VectorX& start) const {
+    LinearProgram program = common_program();
+    program.cost.head(2 * n_).setConstant(1e-6);
+    program.cost.tail(blocks()).setConstant(-1);
+    for (Index r = 0; r < n_; ++r)
+      if (start[r] == 0) program.upper[r] = program.upper[n_ + r] = 0;
+    const VectorX coefficients = rows_.transpose() * start;
+    for (Index b = 0; b < blocks(); ++b) {
+      const ConeBlock& block = cone_.blocks[static_cast<std::size_t>(b)];
+      const double size = block.matrix(coefficients).norm();
+      if (size > coefficient_rounding) {
+        program.upper[2 * n_ + b] = room * size;
+      } else {
+        for (const ConeBlock::Term& term : block.terms) program.add_row(0, program_row(rows_.col(term.parameter)), 0);
+      }
+    }
+    return program;
+  }
+
+  /// Solves, cuts, solves again until no matrix is indefinite.
+  std::optional<VectorX> search(LinearProgram program) {
+    std::size_t known = 0;
+    for (int round = 0; round < most_rounds; ++round) {
+      for (; known < cuts_.size(); ++known) program.add_row(0, program_row(cuts_[known].row, &cuts_[known]), unbounded);
+      const ProgramSolution solution = minimize(program);
+      if (solution.status != ProgramStatus::solved) return std::nullopt;
+      VectorX lambda = solution.x.head(n_) - solution.x.segment(n_, n_);
+      for (double& factor : lambda)
+        if (std::abs(factor) < coefficient_rounding) factor = 0;
+      if (!cut_off(lambda, solution.x.tail(blocks()))) return lambda;
+    }
+    return std::nullopt;
+  }
+
+  /// @return false if there was nothing to cut off
+  bool cut_off(const VectorX& lambda, const VectorX& inside) {
+    const VectorX coefficients = rows_.transpose() * lambda;
+    const std::size_t before = cuts_.size();
+    for (std::size_t b = 0; b < cone_.blocks.size(); ++b) {
+      const Eigen::SelfAdjointEigenSolver<MatrixX> solver(cone_.blocks[b].matrix(coefficients));
+      for (Index i = 0; i < solver.eigenvalues().size(); ++i)
+        if (solver.eigenvalues()[i] < inside[static_cast<Index>(b)] - 10 * coefficient_rounding)
+          add_cut(b, solver.eigenvectors().col(i));
+    }
+    return cuts_.size() > before;
+  }
+
+  /// Newton's method on: what is excluded is zero, the trace is one, matrices of size zero vanish, and eigenvalues below
+  /// `singular` (relative to their matrix) are zero.
+  VectorX repaired(VectorX lambda, double singular) const {
+    std::vector<Index> part;
+    for (Index r = 0; r < n_; ++r)
+      if (lambda[r] != 0) part.push_back(r);
+    for (int round = 0; round < 8; ++round) {
+      std::vector<VectorX> rows = {trace_};
+      for (const Index p : cone_.excluded) rows.push_back(rows_.col(p));
+      const VectorX coefficients = rows_.transpose() * lambda;
+      for (const ConeBlock& block : cone_.blocks) add_equations(block, coefficients, singular, rows);
+      MatrixX jacobian(static_cast<Index>(rows.size()), n_);
+      for (std::size_t i = 0; i < rows.size(); ++i) jacobian.row(static_cast<Index>(i)) = rows[i].transpose();
+      VectorX residual = -jacobian * lambda;
+      residual[0] += 1;
+      Eigen::CompleteOrthogonalDecomposition<MatrixX> solver;
+      solver.setThreshold(1e-9);
+      solver.compute(jacobian(Eigen::all, part));
+      lambda(part) += solver.solve(residual);
+    }
+    return lambda;
+  }
+
+  void add_equations(const ConeBlock& block, const VectorX& coefficients, double singular,
+                     std::vector<VectorX>& rows) const {
+    const MatrixX matrix = block.matrix(coefficients);
+    const double size = matrix.norm();
+    if (size < 10 * coefficient_rounding) {
+      for (const ConeBlock::Term& term : block.terms) rows.emplace_back(rows_.col(term.parameter));
+      return;
+    }
+    const Eigen::SelfAdjointEigenSolver<MatrixX> solver(matrix);
+    std::vector<VectorX> null;
+    for (Index i = 0; singular > 0 && i < block.size; ++i)
+      if (solver.eigenvalues()[i] < singular * size) null.emplace_back(solver.eigenvectors().col(i));
+    for (std::size_t i = 0; i < null.size(); ++i)
+      for (std::size_t j = 0; j <= i; ++j) rows.push_back(form(block, null[i], null[j]));
+  }
+
+  std::optional<Certificate> verified(const VectorX& lambda) const {
+    Certificate out{lambda, rows_.transpose() * lambda};
+    const double bodies = trace_.dot(lambda), size = out.coefficients.cwiseAbs().maxCoeff();
+    if (!(bodies > 0.5) || !(size < largest_factor)) return std::nullopt;
+    for (const Index p : cone_.excluded) {
+      if (std::abs(out.coefficients[p]) > coefficient_rounding * size) return std::nullopt;
+      out.coefficients[p] = 0;
+    }
+    for (double& c : out.coefficients)
+      if (std::abs(c) < definite * size) c = 0;
+    for (const ConeBlock& block : cone_.blocks) {
+      const Eigen::SelfAdjointEigenSolver<MatrixX> solver(block.matrix(out.coefficients), Eigen::EigenvaluesOnly);
+      if (solver.eigenvalues()[0] < -definite * size) return std::nullopt;
+    }
+    return out;
+  }
+
+  MatrixX rows_;
+  const MassCone& cone_;
+  Index n_;
+  VectorX trace_;  ///< of λ: the sum of the traces of all bodies' matrices, normalised to one
+  std::vector<Cut> cuts_;
+};
+
+}  // namespace
+
+std::optional<Certificate> find_cone_certificate(const MatrixX& rows, const MassCone& cone) {
+  return ConeSearch(rows, cone).find();
+}
+
+}  // namespace balance

@@ -1,0 +1,162 @@
+#include "balance/conditions/impossibility.hpp"
+
+#include "balance/conditions/farkas.hpp"
+#include "balance/conditions/rows.hpp"
+#include "balance/conditions/text.hpp"
+
+#include <fmt/format.h>
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+/// Scaled residuals below this are not told from zero.
+constexpr double least_violation = 1e-8;
+
+/// Conditions in natural units, each row's largest entry one: entry = row_unit · R · parameter unit.
+struct NaturalConditions {
+  MatrixX rows;
+  VectorX row_unit;
+  VectorX parameter_unit;
+};
+
+NaturalConditions in_natural_units(const Conditions& conditions, const Mechanism& mechanism) {
+  NaturalConditions out;
+  out.parameter_unit = NaturalUnits(mechanism, conditions.parameters).parameter;
+  out.rows = conditions.matrix * out.parameter_unit.asDiagonal();
+  for (std::size_t p = 0; p < conditions.parameters.size(); ++p)
+    if (is_always_zero(conditions.parameters[p])) out.rows.col(static_cast<Eigen::Index>(p)).setZero();
+  out.row_unit = out.rows.rowwise().lpNorm<Eigen::Infinity>();
+  // A condition that asks nothing proves nothing.
+  out.row_unit = (out.row_unit.array() > 0).select(out.row_unit.cwiseInverse(), 0.0);
+  out.rows = out.row_unit.asDiagonal() * out.rows;
+  return out;
+}
+
+/// The proof in SI, its first coefficient of size one.
+Impossibility in_si(Impossibility::Kind kind, const Certificate& found, const NaturalConditions& natural) {
+  Impossibility proof{kind, natural.row_unit.cwiseProduct(found.combination),
+                      found.coefficients.cwiseQuotient(natural.parameter_unit), ""};
+  const auto first =
+      std::find_if(proof.coefficients.begin(), proof.coefficients.end(), [](double c) { return c != 0; });
+  const double scale = 1 / std::abs(*first);
+  proof.combination *= scale;
+  proof.coefficients *= scale;
+  return proof;
+}
+
+std::string equation(const Conditions& conditions, const Impossibility& proof) {
+  return linear_text(conditions.parameters, proof.coefficients) + " = 0 cannot hold";
+}
+
+/// "it is positive", "both are positive", "none can be negative and link1.J is positive".
+std::string sign_reason(const Conditions& conditions, const VectorX& coefficients) {
+  std::vector<std::string> positive;
+  Eigen::Index terms = 0;
+  for (std::size_t p = 0; p < conditions.parameters.size(); ++p) {
+    if (coefficients[static_cast<Eigen::Index>(p)] == 0) continue;
+    ++terms;
+    if (sign_of(conditions.parameters[p]) == Sign::positive) positive.push_back(conditions.parameters[p].name);
+  }
+  if (static_cast<Eigen::Index>(positive.size()) == terms)
+    return terms == 1 ? "it is positive" : terms == 2 ? "both are positive" : "all are positive";
+  std::string names = positive[0];
+  for (std::size_t i = 1; i < positive.size(); ++i) names += (i + 1 == positive.size() ? " and " : ", ") + positive[i];
+  return fmt::format("none can be negative and {} {} positive", names, positive.size() == 1 ? "is" : "are");
+}
+
+/// tr(Q P) of a flat body's pseudo-inertia P (rank 3) can only vanish if Q has rank one.
+bool holds_for_flat_bodies(const MassCone& cone, const VectorX& coefficients) {
+  return std::any_of(cone.blocks.begin(), cone.blocks.end(), [&](const ConeBlock& block) {
+    if (!block.body) return false;
+    const MatrixX matrix = block.matrix(coefficients);
+    if (matrix.norm() < coefficient_rounding) return false;
+    if (block.size == 3) return true;
+    const Eigen::SelfAdjointEigenSolver<MatrixX> solver(matrix, Eigen::EigenvaluesOnly);
+    return solver.eigenvalues()[2] > 1e-6 * solver.eigenvalues()[3];
+  });
+}
+
+/// The parameters at hand are physical; a proof that they contradict, if only by vanishing, is none.
+bool agrees_with(const Impossibility& proof, const VectorX& present) {
+  const VectorX terms = proof.coefficients.cwiseProduct(present);
+  return terms.sum() > coefficient_rounding * terms.cwiseAbs().sum();
+}
+
+VectorX present_parameters(const Conditions& conditions, const Mechanism& mechanism) {
+  LooseSprings loose(mechanism.springs.size(), false);
+  for (const Parameter& p : conditions.parameters)
+    if (p.kind == ParameterKind::stiffness_moment) loose.at(static_cast<std::size_t>(p.index)) = true;
+  VectorX values = parameter_values(mechanism, loose);
+  if (values.size() != static_cast<Eigen::Index>(conditions.parameters.size()))
+    throw std::invalid_argument("the conditions are not those of this mechanism");
+  return values;
+}
+
+}  // namespace
+
+std::optional<Impossibility> prove_impossible(const Conditions& conditions, const Mechanism& mechanism) {
+  if (conditions.status != ConditionsStatus::done || conditions.matrix.rows() == 0) return std::nullopt;
+  const VectorX present = present_parameters(conditions, mechanism);
+  const NaturalConditions natural = in_natural_units(conditions, mechanism);
+  if (const auto found = find_sign_certificate(natural.rows, conditions.parameters)) {
+    Impossibility proof = in_si(Impossibility::Kind::sign, *found, natural);
+    proof.sentence = fmt::format("{}: {}", equation(conditions, proof), sign_reason(conditions, proof.coefficients));
+    if (agrees_with(proof, present)) return proof;
+  }
+  const MassCone cone(conditions.parameters);
+  if (const auto found = find_cone_certificate(natural.rows, cone)) {
+    Impossibility proof = in_si(Impossibility::Kind::cone, *found, natural);
+    proof.sentence =
+        fmt::format("{}: the left-hand side is positive for every distribution of mass{}", equation(conditions, proof),
+                    holds_for_flat_bodies(cone, found->coefficients) ? "" : " that is not flat");
+    if (agrees_with(proof, present)) return proof;
+  }
+  return std::nullopt;
+}
+
+namespace {
+
+/// The least value of c · (constant + gradient z) in the box, in plain arithmetic, less all that could be round-off.
+/// @param size of the terms that each c is the sum of
+double certain_minimum(const VectorX& c, const VectorX& size, const BoundedParameters& parameters) {
+  double least = c.dot(parameters.constant), doubt = size.dot(parameters.constant.cwiseAbs());
+  for (Eigen::Index j = 0; j < parameters.gradient.cols(); ++j) {
+    const double rate = c.dot(parameters.gradient.col(j)), terms = size.dot(parameters.gradient.col(j).cwiseAbs());
+    const double low = parameters.lower[j], high = parameters.upper[j];
+    if (std::abs(rate) <= 1e-12 * terms && (std::isinf(low) || std::isinf(high))) continue;
+    least += std::min(rate * low, rate * high);
+    doubt += terms * std::max(std::abs(low), std::abs(high));
+  }
+  return least - 1e-11 * doubt;
+}
+
+}  // namespace
+
+std::optional<Impossibility> prove_impossible(const Conditions& conditions, const BoundedParameters& parameters) {
+  if (conditions.status != ConditionsStatus::done || conditions.matrix.rows() == 0) return std::nullopt;
+  const MatrixX rows = conditions.scale.cwiseInverse().asDiagonal() * conditions.matrix;
+  const std::optional<VectorX> lambda = find_bounds_combination(rows * parameters.constant, rows * parameters.gradient,
+                                                                parameters.lower, parameters.upper);
+  if (!lambda || lambda->lpNorm<1>() > 1 / least_violation) return std::nullopt;
+  Impossibility proof{Impossibility::Kind::bounds, lambda->cwiseQuotient(conditions.scale), VectorX(), ""};
+  proof.coefficients = conditions.matrix.transpose() * proof.combination;
+  const double scale = 1 / proof.coefficients.cwiseAbs().maxCoeff();
+  proof.combination *= scale;
+  proof.coefficients *= scale;
+  const VectorX size = conditions.matrix.cwiseAbs().transpose() * proof.combination.cwiseAbs();
+  proof.coefficients = (proof.coefficients.array().abs() > 1e-12 * size.array()).select(proof.coefficients, 0.0);
+  const double least = certain_minimum(proof.coefficients, size, parameters);
+  // In scaled residuals: some condition is missed by at least this much everywhere.
+  if (!(least > least_violation * proof.combination.cwiseProduct(conditions.scale).lpNorm<1>())) return std::nullopt;
+  proof.sentence =
+      fmt::format("{} within the bounds: the left-hand side is at least {:.3g}", equation(conditions, proof), least);
+  return proof;
+}
+
+}  // namespace balance

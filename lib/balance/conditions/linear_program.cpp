@@ -1,0 +1,78 @@
+#include "balance/conditions/linear_program.hpp"
+
+#include <ClpSimplex.hpp>
+
+#include <algorithm>
+#include <vector>
+
+namespace balance {
+
+LinearProgram::LinearProgram(Eigen::Index n)
+    : cost(VectorX::Zero(n)), lower(VectorX::Constant(n, -unbounded)), upper(VectorX::Constant(n, unbounded)) {}
+
+void LinearProgram::add_row(double low, const VectorX& row, double high) {
+  if (used_ == rows.rows()) {
+    const Eigen::Index room = std::max<Eigen::Index>(16, 2 * used_);
+    rows.conservativeResize(room, cost.size());
+    row_lower.conservativeResize(room);
+    row_upper.conservativeResize(room);
+  }
+  rows.row(used_) = row.transpose();
+  row_lower[used_] = low;
+  row_upper[used_] = high;
+  ++used_;
+}
+
+namespace {
+
+/// Clp stops at these violations of limits and optimality; its own default, 1e-7, is too coarse for a proof.
+constexpr double tolerance = 1e-10;
+
+std::vector<double> limits(const VectorX& values, Eigen::Index count) {
+  std::vector<double> out(values.data(), values.data() + count);
+  for (double& v : out) v = std::clamp(v, -COIN_DBL_MAX, COIN_DBL_MAX);
+  return out;
+}
+
+CoinPackedMatrix packed(const LinearProgram& program) {
+  std::vector<int> at_row, at_column;
+  std::vector<double> entries;
+  for (Eigen::Index r = 0; r < program.row_count(); ++r)
+    for (Eigen::Index c = 0; c < program.cost.size(); ++c) {
+      if (program.rows(r, c) == 0) continue;
+      at_row.push_back(static_cast<int>(r));
+      at_column.push_back(static_cast<int>(c));
+      entries.push_back(program.rows(r, c));
+    }
+  CoinPackedMatrix matrix(true, at_row.data(), at_column.data(), entries.data(),
+                          static_cast<CoinBigIndex>(entries.size()));
+  matrix.setDimensions(static_cast<int>(program.row_count()), static_cast<int>(program.cost.size()));
+  return matrix;
+}
+
+}  // namespace
+
+ProgramSolution minimize(const LinearProgram& program) {
+  const Eigen::Index n = program.cost.size(), m = program.row_count();
+  const auto lower = limits(program.lower, n), upper = limits(program.upper, n);
+  const auto row_lower = limits(program.row_lower, m), row_upper = limits(program.row_upper, m);
+  ClpSimplex model;
+  model.setLogLevel(0);
+  model.loadProblem(packed(program), lower.data(), upper.data(), program.cost.data(), row_lower.data(),
+                    row_upper.data());
+  model.setPrimalTolerance(tolerance);
+  model.setDualTolerance(tolerance);
+  model.setMaximumIterations(50000);
+  model.primal();
+  ProgramSolution solution;
+  switch (model.status()) {
+    case 0: solution.status = ProgramStatus::solved; break;
+    case 1: solution.status = ProgramStatus::infeasible; break;
+    case 2: solution.status = ProgramStatus::endless; break;
+    default: break;
+  }
+  if (solution.status == ProgramStatus::solved) solution.x = Eigen::Map<const VectorX>(model.primalColumnSolution(), n);
+  return solution;
+}
+
+}  // namespace balance

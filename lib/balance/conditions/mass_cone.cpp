@@ -1,0 +1,95 @@
+#include "balance/conditions/mass_cone.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+namespace balance {
+
+Sign sign_of(const Parameter& parameter) {
+  switch (parameter.kind) {
+    case ParameterKind::mass:
+    case ParameterKind::moment_of_inertia:
+      return parameter.bearer == Bearer::body ? Sign::positive : Sign::not_negative;
+    case ParameterKind::stiffness: return Sign::not_negative;
+    case ParameterKind::first_moment:
+    case ParameterKind::product_of_inertia:
+    case ParameterKind::stiffness_moment: return Sign::any;
+  }
+  return Sign::any;
+}
+
+bool is_always_zero(const Parameter& parameter) {
+  return parameter.bearer == Bearer::disc && parameter.kind == ParameterKind::first_moment;
+}
+
+MatrixX ConeBlock::matrix(const VectorX& coefficients) const {
+  MatrixX sum = MatrixX::Zero(size, size);
+  for (const Term& term : terms) sum += coefficients[term.parameter] * term.matrix;
+  return sum;
+}
+
+VectorX ConeBlock::form(const VectorX& u, const VectorX& v, Eigen::Index parameters) const {
+  VectorX row = VectorX::Zero(parameters);
+  for (const Term& term : terms) row[term.parameter] = u.dot(term.matrix * v);
+  return row;
+}
+
+namespace {
+
+/// Place of a letter among the coordinates.
+Eigen::Index axis(char letter) { return letter - 'x'; }
+
+/// The quadratic part of a moment or product of inertia, as a form in the place: Ixx = ∫(y² + z²), Ixy = −∫xy, J = ∫(x² + y²).
+MatrixX second_form(std::string_view symbol, Eigen::Index dimension) {
+  MatrixX form = MatrixX::Zero(dimension, dimension);
+  if (symbol == "J") return MatrixX::Identity(dimension, dimension);
+  const Eigen::Index i = axis(symbol[1]), j = axis(symbol[2]);
+  if (i == j) {
+    form.setIdentity();
+    form(i, i) = 0;
+  } else {
+    form(i, j) = form(j, i) = -0.5;
+  }
+  return form;
+}
+
+/// The block of one body, attachment or disc with the parameters first … last − 1. The last row belongs to the constant 1.
+ConeBlock inertia_block(const std::vector<Parameter>& parameters, std::size_t first, std::size_t last) {
+  const Eigen::Index dimension = last - first > 4 ? 3 : 2;
+  ConeBlock block{dimension + 1, parameters[first].bearer == Bearer::body, {}};
+  for (std::size_t p = first; p < last; ++p) {
+    const Parameter& parameter = parameters[p];
+    if (is_always_zero(parameter)) continue;
+    MatrixX form = MatrixX::Zero(dimension + 1, dimension + 1);
+    if (parameter.kind == ParameterKind::mass) {
+      form(dimension, dimension) = 1;
+    } else if (parameter.kind == ParameterKind::first_moment) {
+      const Eigen::Index i = axis(parameter.symbol[1]);
+      form(i, dimension) = form(dimension, i) = 0.5;
+    } else {
+      form.topLeftCorner(dimension, dimension) = second_form(parameter.symbol, dimension);
+    }
+    block.terms.push_back({static_cast<Eigen::Index>(p), form});
+  }
+  return block;
+}
+
+}  // namespace
+
+MassCone::MassCone(const std::vector<Parameter>& parameters) {
+  for (std::size_t first = 0; first < parameters.size();) {
+    const Parameter& head = parameters[first];
+    std::size_t last = first;
+    while (last < parameters.size() && parameters[last].bearer == head.bearer && parameters[last].index == head.index)
+      ++last;
+    if (head.bearer != Bearer::spring) {
+      blocks.push_back(inertia_block(parameters, first, last));
+    } else {
+      blocks.push_back({1, false, {{static_cast<Eigen::Index>(first), MatrixX::Ones(1, 1)}}});
+      for (std::size_t p = first + 1; p < last; ++p) excluded.push_back(static_cast<Eigen::Index>(p));
+    }
+    first = last;
+  }
+}
+
+}  // namespace balance

@@ -1,0 +1,53 @@
+#pragma once
+/// What the parameters of things with mass have in common whatever their numbers: they are moments of a density that is nowhere
+/// negative. Private to conditions.
+///
+/// Σ cₚ πₚ of one thing is the integral of a polynomial in the place over its density (planar: c_m + c_mx x + c_my y +
+/// c_J (x² + y²); spatial: the same with all six products), so it is positive for every density if and only if the
+/// polynomial is not negative anywhere, that is, if its symmetric matrix Q(c) is positive semidefinite. Σ cₚ πₚ = tr(Q P) with
+/// P the pseudo-inertia. Source: Wensing, Kim, Slotine, "Linear matrix inequalities for physically consistent inertial
+/// parameter identification", 2018; Lasserre, "Moments, positive polynomials and their applications", 2010.
+
+#include "balance/conditions/parameter.hpp"
+
+#include <utility>
+#include <vector>
+
+namespace balance {
+
+/// Whether a parameter's own sign is known.
+enum class Sign {
+  positive,      ///< mass and moments of inertia of a body
+  not_negative,  ///< those of things that may vanish; stiffnesses
+  any,
+};
+
+Sign sign_of(const Parameter& parameter);
+/// First moments of discs, which are about their CoM.
+bool is_always_zero(const Parameter& parameter);
+
+/// One matrix that must be positive semidefinite: Q(c) = Σ c[p] E over the parameters p of one thing.
+struct ConeBlock {
+  struct Term {
+    Eigen::Index parameter = 0;
+    MatrixX matrix;
+  };
+  Eigen::Index size = 0;
+  bool body = false;  ///< its density cannot be zero everywhere
+  std::vector<Term> terms;
+
+  MatrixX matrix(const VectorX& coefficients) const;
+  /// The row by which the coefficients give uᵀ Q(c) v.
+  VectorX form(const VectorX& u, const VectorX& v, Eigen::Index parameters) const;
+};
+
+/// The functionals that no physical parameters make negative: every block positive semidefinite, and no parameter that has any
+/// sign by itself (the products of a spring's ends).
+struct MassCone {
+  std::vector<ConeBlock> blocks;
+  std::vector<Eigen::Index> excluded;  ///< their coefficients must be zero
+
+  explicit MassCone(const std::vector<Parameter>& parameters);
+};
+
+}  // namespace balance
