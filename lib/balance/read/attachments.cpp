@@ -41,7 +41,7 @@ void read_attachment(const Cursor& at, Draft& draft, Attachment& attachment) {
   if (!carried.inertia) return;
   draft.problems.guard([&] {
     attachment.inertia = read_inertia_value(*carried.inertia, draft);
-    check_inertia(*carried.inertia, attachment.inertia, draft.mechanism().space, Bearer::attachment);
+    check_inertia(*carried.inertia, attachment.inertia, draft, Bearer::attachment);
   });
 }
 
@@ -79,7 +79,9 @@ Matrix3 read_disc_inertia(const Cursor& at, Draft& draft, const Vector3& axis) {
 }
 
 /// Zero is fine where a free number may change it.
-bool is_stuck_at_zero(const Cursor& at, double value) { return value == 0 && at.is_scalar(); }
+bool is_stuck_at_zero(const Cursor& at, double value, const Draft& draft) {
+  return draft.judging() && value == 0 && at.is_scalar();
+}
 
 void read_disc(const Cursor& at, Draft& draft, Disc& disc) {
   Carried carried;
@@ -96,7 +98,7 @@ void read_disc(const Cursor& at, Draft& draft, Disc& disc) {
   const auto followed = dimension_of(draft.mechanism().coordinates[static_cast<std::size_t>(disc.follows)].kind);
   if (ratio) {
     disc.ratio = read_number(*ratio, draft, dimension::angle / followed);
-    if (is_stuck_at_zero(*ratio, disc.ratio))
+    if (is_stuck_at_zero(*ratio, disc.ratio, draft))
       ratio->fail("expected a ratio other than 0 (a disc that does not turn is a counterweight), found 0");
   }
   if (axis && draft.planar()) axis->fail("expected no axis: a disc in the plane turns about z");
@@ -106,7 +108,7 @@ void read_disc(const Cursor& at, Draft& draft, Disc& disc) {
     disc.axis = followed_axis(at, draft, disc);
   if (carried.mass) disc.mass = read_number(*carried.mass, draft, dimension::mass, Sign::not_negative);
   disc.inertia = read_disc_inertia(*carried.inertia, draft, disc.axis);
-  check_inertia(*carried.inertia, disc.inertia, draft.mechanism().space, Bearer::attachment);
+  check_inertia(*carried.inertia, disc.inertia, draft, Bearer::attachment);
 }
 
 }  // namespace

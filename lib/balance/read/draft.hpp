@@ -4,9 +4,11 @@
 #include "balance/base/types.hpp"
 #include "balance/read/cursor.hpp"
 #include "balance/read/parameters.hpp"
+#include "balance/read/time_table.hpp"
 #include "balance/read/units.hpp"
 #include "balance/study/study.hpp"
 
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -14,13 +16,8 @@
 
 namespace balance::read {
 
-/// A free number, its bounds and start in SI, and where it stands: they are sorted into the document's order at the end. (Free
-/// parameters are listed apart: they have no unit.)
-struct PlacedFreeNumber {
-  Place place;
-  FreeNumber number;
-};
-
+/// A spec is read once at the start values, and everything is judged. Then it may be read again with other values of the free
+/// numbers, at which a mass may be zero or two points may meet: that is for others to judge.
 struct Draft {
   explicit Draft(const std::string& file_name) : problems(file_name) { study.spec_file = file_name; }
 
@@ -28,11 +25,17 @@ struct Draft {
   Problems problems;
   Units units;
   Parameters parameters;
-  std::vector<PlacedFreeNumber> free_numbers;
-  std::set<std::string> free_paths;  ///< of free_numbers: what several trajectories share is one number
-  std::vector<Place> body_places;    ///< of the bodies' names, as mechanism.bodies
+  std::vector<FoundFreeNumber> free_numbers;  ///< but for parameters
+  std::set<std::string> free_paths;           ///< of free_numbers: what several trajectories share is one number
+  std::vector<Place> body_places;             ///< of the bodies' names, as mechanism.bodies
+  std::map<std::string, TimeTable> tables;    ///< of files, by the key path that names the file
+
+  const FreeValues* given = nullptr;                               ///< other values of the free numbers
+  const std::map<std::string, TimeTable>* known_tables = nullptr;  ///< from when the spec was read first
 
   Mechanism& mechanism() { return study.mechanism; }
+  /// Whether numbers must make sense.
+  bool judging() const { return given == nullptr; }
   bool planar() const { return study.mechanism.space == SpaceKind::planar; }
 };
 

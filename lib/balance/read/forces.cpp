@@ -69,7 +69,7 @@ void read_lists(const Cursor& at, Draft& draft, Load& load) {
                                     time = c;
                                     load.time = read_numbers(c, draft, dimension::time, "a list of times");
                                     if (load.time.empty()) c.expected("at least one time");
-                                    check_times(c, load.time);
+                                    check_times(c, load.time, draft);
                                   }},
                                  {"force", Need::optional, [&](const Cursor& c) { force = c; }},
                                  {"moment", Need::optional, [&](const Cursor& c) { moment = c; }}});

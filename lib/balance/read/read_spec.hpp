@@ -1,7 +1,7 @@
 #pragma once
 /// The front door: YAML text in, a complete and validated Study out. The language is described in docs/spec.md.
 
-#include "balance/study/study.hpp"
+#include "balance/study/design_space.hpp"
 
 #include <string>
 #include <utility>
@@ -21,5 +21,16 @@ Study read_spec(const std::string& text, const std::string& file_name, const Rea
 
 /// @throws SystemError if the file cannot be read; SpecError as above
 Study read_spec_file(const std::string& path, const ReadOptions& options = {});
+
+/// The same with the spec's free numbers still free: read_spec is its `start`. Its `at` throws std::invalid_argument for a vector
+/// of another length than start.free_numbers. A direction of no length is x there, a quaternion of no length no rotation.
+/// @throws SpecError, SystemError as above
+DesignSpace read_design_space(const std::string& text, const std::string& file_name, const ReadOptions& options = {});
+DesignSpace read_design_space_file(const std::string& path, const ReadOptions& options = {});
+
+/// What `minimize` says, from the command line.
+/// @param text YAML: `added-mass`, `{rms: torque, along: cycloid}`, a list of such
+/// @throws SpecError that begins with "--minimize: "
+std::vector<ObjectiveTerm> read_objective(const std::string& text, const Study& study);
 
 }  // namespace balance

@@ -37,7 +37,7 @@ void read_coupling(const Cursor& at, Draft& draft, Leaders& leaders) {
   if (!read) return;
   const auto unit = [&](int c) { return dimension_of(mechanism.coordinates[static_cast<std::size_t>(c)].kind); };
   coupling.ratio = read_number(*ratio, draft, unit(coupling.follower) / unit(coupling.leader));
-  if (coupling.ratio == 0 && ratio->is_scalar())
+  if (draft.judging() && coupling.ratio == 0 && ratio->is_scalar())
     ratio->fail("expected a ratio other than 0 (a joint that does not move is 'fixed'), found 0");
   if (offset) coupling.offset = read_number(*offset, draft, unit(coupling.follower));
   const std::string name = mechanism.coordinates[static_cast<std::size_t>(coupling.follower)].name;
@@ -80,22 +80,6 @@ void read_tool(const Cursor& section, Draft& draft) {
     if (point.body == ground) section.fail(fmt::format("expected a point of a moving body, found {}", section.found()));
     draft.mechanism().tool = Tool{point.body, point.name, point.position};
   });
-}
-
-void read_design(const Cursor& section, Draft& draft) {
-  auto& request = draft.study.design;
-  const auto add_goal = [&](const Cursor& c) {
-    request.goals.push_back(*find_goal(goal_names()[c.choice("a goal", goal_names())]));
-  };
-  read_fields(section, "what to design for",
-              {{"goal", Need::optional,
-                [&](const Cursor& c) {
-                  if (!c.is_list()) return add_goal(c);
-                  for (const Cursor& item : c.items("a list of goals")) add_goal(item);
-                }},
-               {"minimize", Need::optional, [&](const Cursor& c) {
-                  if (c.kind() == Node::Kind::null) c.expected("what to minimize");
-                }}});
 }
 
 }  // namespace balance::read

@@ -2,6 +2,7 @@
 /// Values over time: written in the spec, or in a CSV or HDF5 file beside it.
 
 #include "balance/read/draft.hpp"
+#include "balance/read/time_table.hpp"
 
 #include <stdexcept>
 #include <string>
@@ -15,20 +16,14 @@ struct Column {
   Dimension dimension;
 };
 
-/// Rows of values in SI at increasing times [s].
-struct TimeTable {
-  std::vector<double> time;
-  std::vector<int> columns;                 ///< which of the possible columns there are, in the table's order
-  std::vector<std::vector<double>> values;  ///< one row per time, one entry per column
-};
-
 /// `[[t, …], …]`, each row a time and one number per column. Fails unless the times increase.
 TimeTable read_inline_table(const Cursor& at, Draft& draft, const std::vector<Column>& columns);
-/// A file beside the spec with a column `time` and some of the possible columns, in any order, in the spec's units.
+/// A file beside the spec with a column `time` and some of the possible columns, in any order, in the spec's units. Read once for
+/// all values of the free numbers.
 TimeTable read_table_file(const Cursor& at, Draft& draft, const std::vector<Column>& possible);
 
-/// Throws a Problem at `at` unless the times increase.
-void check_times(const Cursor& at, const std::vector<double>& time);
+/// Throws a Problem at `at` unless the times increase or nothing is judged.
+void check_times(const Cursor& at, const std::vector<double>& time, const Draft& draft);
 
 /// What a file holds, in the file's units.
 struct RawTable {

@@ -35,7 +35,9 @@ int depth_of(const Node& node) {
 
 class Builder : public YAML::EventHandler {
  public:
-  Builder(Problems& problems, const DocumentLimits& limits) : problems_(problems), limits_(limits) {}
+  /// @param skipped bytes of the text before yaml-cpp's first: it does not count a byte order mark
+  Builder(Problems& problems, const DocumentLimits& limits, std::size_t skipped)
+      : problems_(problems), limits_(limits), skipped_(skipped) {}
 
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
@@ -54,12 +56,12 @@ class Builder : public YAML::EventHandler {
   }
 
   void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
-                       YAML::EmitterStyle::value) override {
-    open_.push_back({opened(mark, Node::Kind::list), anchor, {}, {}});
+                       YAML::EmitterStyle::value style) override {
+    open(mark, Node::Kind::list, anchor, style);
   }
   void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
-                  YAML::EmitterStyle::value) override {
-    open_.push_back({opened(mark, Node::Kind::map), anchor, {}, {}});
+                  YAML::EmitterStyle::value style) override {
+    open(mark, Node::Kind::map, anchor, style);
   }
   void OnSequenceEnd() override { close(); }
   void OnMapEnd() override { close(); }
@@ -70,7 +72,11 @@ class Builder : public YAML::EventHandler {
       throw Problem(place_of(mark), path(), "expected a value, found an alias of a value that contains it");
     count(mark, size_of(known->second));
     check_depth(mark, depth_of(known->second));
-    finish(known->second, YAML::NullAnchor);
+    Node copy = known->second;
+    copy.begin = byte_of(mark);
+    copy.anchor = 0;
+    copy.alias = static_cast<int>(anchor);
+    finish(std::move(copy), YAML::NullAnchor);
   }
 
   Node take() { return std::move(root_); }
@@ -89,7 +95,18 @@ class Builder : public YAML::EventHandler {
     Node node;
     node.kind = kind;
     node.place = place_of(mark);
+    node.begin = byte_of(mark);
     return node;
+  }
+
+  void open(const YAML::Mark& mark, Node::Kind kind, YAML::anchor_t anchor, YAML::EmitterStyle::value style) {
+    Node node = opened(mark, kind);
+    node.flow = style == YAML::EmitterStyle::Flow;
+    open_.push_back({std::move(node), anchor, {}, {}});
+  }
+
+  std::size_t byte_of(const YAML::Mark& mark) const {
+    return mark.is_null() ? 0 : static_cast<std::size_t>(mark.pos) + skipped_;
   }
 
   void count(const YAML::Mark& mark, long nodes) {
@@ -113,6 +130,7 @@ class Builder : public YAML::EventHandler {
   void finish(Node node, YAML::anchor_t anchor) {
     if (anchor != YAML::NullAnchor) {
       count_anchor(node);
+      node.anchor = static_cast<int>(anchor);
       anchors_[anchor] = node;
     }
     if (open_.empty()) {
@@ -167,6 +185,7 @@ class Builder : public YAML::EventHandler {
 
   Problems& problems_;
   DocumentLimits limits_;
+  std::size_t skipped_;
   std::vector<Open> open_;
   std::map<YAML::anchor_t, Node> anchors_;
   Node root_;
@@ -208,45 +227,24 @@ void check_text(const std::string& text, const DocumentLimits& limits) {
     throw Problem({1, 1}, "", "expected a spec, found an empty file");
 }
 
-std::string joined(const std::vector<std::string>& parts, char open, char close) {
-  std::string text(1, open);
-  for (std::size_t i = 0; i < parts.size(); ++i) text += (i > 0 ? ", " : "") + parts[i];
-  return text + close;
-}
-
 }  // namespace
 
 Node parse_yaml(const std::string& text, Problems& problems, const DocumentLimits& limits) {
   check_text(text, limits);
   std::istringstream stream(text);
-  Builder builder(problems, limits);
+  const std::size_t skipped = text.rfind("\xEF\xBB\xBF", 0) == 0 ? 3 : 0;
+  Builder builder(problems, limits, skipped);
   try {
     YAML::Parser parser(stream);
     if (!parser.HandleNextDocument(builder)) throw Problem({1, 1}, "", "expected a spec, found nothing but comments");
     Node root = builder.take();
-    Builder rest(problems, limits);
+    Builder rest(problems, limits, skipped);
     if (parser.HandleNextDocument(rest))
       throw Problem(rest.take().place, "", "expected one document, found a second one");
     return root;
   } catch (const YAML::Exception& wrong) {
     throw Problem(place_of(wrong.mark), "", "expected YAML, found an error of syntax: " + wrong.msg);
   }
-}
-
-std::string flow_text(const Node& node) {
-  std::vector<std::string> parts;
-  switch (node.kind) {
-    case Node::Kind::null: return "~";
-    case Node::Kind::scalar: return node.quoted ? "\"" + node.text + "\"" : node.text;
-    case Node::Kind::list:
-      for (const Node& item : node.items) parts.push_back(flow_text(item));
-      return joined(parts, '[', ']');
-    case Node::Kind::map:
-      for (std::size_t i = 0; i < node.items.size(); ++i)
-        parts.push_back(flow_text(node.keys[i]) + ": " + flow_text(node.items[i]));
-      return joined(parts, '{', '}');
-  }
-  return "";
 }
 
 }  // namespace balance::read

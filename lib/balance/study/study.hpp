@@ -19,7 +19,15 @@ struct FreeNumber {
   double lower = 0, upper = 0, start = 0;  ///< SI, except free parameters: as written
   bool start_given = false;                ///< the spec has a `start`
   double unit = 1;                         ///< SI value of the spec's unit here; 1 for parameters
-  std::size_t begin = 0, end = 0;          ///< bytes of spec_text that `{free: …}` takes up, to be replaced by a number
+  std::size_t begin = 0, end = 0;  ///< bytes of spec_text that `{free: …}`, or the alias that stands for it, takes up
+};
+
+/// How a spec is written with numbers in place of its free ones, and with what `--set` said: bytes [begin, end) of its text are
+/// replaced by `text` and then, if there is one, the value of a free number.
+struct Rewrite {
+  std::size_t begin = 0, end = 0;
+  std::string text;
+  int number = -1;  ///< index of the free number; −1: none
 };
 
 /// One term of what to minimize. Either `size` is given, or figure, quantity and trajectory.
@@ -43,7 +51,8 @@ struct Study {
   Mechanism mechanism;
   std::vector<Trajectory>
       trajectories;  ///< declared ones and the built-in `cycloid` and `bang-bang`; empty without `motion`
-  std::vector<FreeNumber> free_numbers;
+  std::vector<FreeNumber> free_numbers;  ///< in the document's order
+  std::vector<Rewrite> rewrites;         ///< in the text's order, disjoint
   DesignRequest design;
   std::string spec_file;              ///< as named by the user
   std::string spec_text;              ///< as read

@@ -1,0 +1,76 @@
+// What the free numbers are to achieve.
+
+#include "balance/read/nearest.hpp"
+#include "balance/read/objective.hpp"
+#include "balance/read/sections.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace balance::read {
+
+namespace {
+
+std::vector<Goal> read_goals(const Cursor& at) {
+  std::vector<Goal> goals;
+  const auto read_one = [&](const Cursor& c) {
+    const Goal goal = *find_goal(goal_names()[c.choice("a goal", goal_names())]);
+    if (std::find(goals.begin(), goals.end(), goal) != goals.end())
+      c.fail(fmt::format("expected every goal once, found {} again", c.found()));
+    goals.push_back(goal);
+  };
+  if (!at.is_list()) {
+    read_one(at);
+    return goals;
+  }
+  for (const Cursor& item : at.items("a list of goals")) at.problems().guard([&] { read_one(item); });
+  if (at.node().items.empty()) at.expected("at least one goal");
+  return goals;
+}
+
+std::string read_method(const Cursor& at, const std::string& what, const std::vector<std::string>& names) {
+  return names[at.choice(what, names)];
+}
+
+void read_search(const Cursor& at, Draft& draft, SearchOptions& search) {
+  constexpr long most_seed = 9'007'199'254'740'991;  // what a number in a text surely holds
+  read_fields(
+      at, "how to search {global, local, seed, restarts, evaluations, seconds}",
+      {{"global", Need::optional,
+        [&](const Cursor& c) {
+          search.global = read_method(c, "a global method", {"direct", "crs", "isres", "esch", "mlsl"});
+        }},
+       {"local", Need::optional,
+        [&](const Cursor& c) {
+          search.local = read_method(c, "a local method", {"auto", "slsqp", "auglag", "cobyla", "bobyqa", "sbplx"});
+        }},
+       {"seed", Need::optional,
+        [&](const Cursor& c) { search.seed = static_cast<std::uint64_t>(read_whole(c, draft, 0, most_seed)); }},
+       {"restarts", Need::optional,
+        [&](const Cursor& c) { search.restarts = static_cast<int>(read_whole(c, draft, 1, 10'000)); }},
+       {"evaluations", Need::optional,
+        [&](const Cursor& c) { search.evaluations = static_cast<int>(read_whole(c, draft, 1, 100'000'000)); }},
+       {"seconds", Need::optional, [&](const Cursor& c) {
+          search.seconds = draft.parameters.evaluate(c);
+          if (!(search.seconds > 0))
+            c.fail(fmt::format("must be positive: expected a number of seconds > 0, found {}", search.seconds));
+        }}});
+}
+
+}  // namespace
+
+void read_design(const Cursor& section, Draft& draft) {
+  DesignRequest& request = draft.study.design;
+  // After a mistake elsewhere, trajectories may be missing that are not.
+  const bool complete = draft.problems.none();
+  read_fields(section, "what to design for {goal, minimize, search}",
+              {{"goal", Need::optional, [&](const Cursor& c) { request.goals = read_goals(c); }},
+               {"minimize", Need::optional,
+                [&](const Cursor& c) {
+                  if (complete) request.minimize = read_terms(c, draft.parameters, draft.study);
+                }},
+               {"search", Need::optional, [&](const Cursor& c) { read_search(c, draft, request.search); }}});
+}
+
+}  // namespace balance::read

@@ -1,0 +1,15 @@
+#pragma once
+/// Scalars as YAML.
+
+#include <string>
+
+namespace balance::read {
+
+/// The text in double quotes, on one line.
+std::string double_quoted(const std::string& text);
+
+/// The text as a scalar that stands anywhere in YAML: without blanks around it, and in quotes unless it is a number or a simple
+/// expression.
+std::string as_scalar(const std::string& text);
+
+}  // namespace balance::read

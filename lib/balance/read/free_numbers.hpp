@@ -1,0 +1,33 @@
+#pragma once
+/// The free numbers of a spec while it is being read, and values to read it with again.
+
+#include "balance/base/types.hpp"
+#include "balance/read/node.hpp"
+#include "balance/study/study.hpp"
+
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace balance::read {
+
+/// A free number and the mapping that says so. Its span is not known yet.
+struct FoundFreeNumber {
+  const Node* node = nullptr;
+  FreeNumber number;
+};
+
+/// Values of all free numbers by their key path, as FreeNumber::start is.
+class FreeValues {
+ public:
+  using Index = std::unordered_map<std::string, Eigen::Index>;
+
+  FreeValues(const Index& index, const VectorX& x) : index_(&index), x_(&x) {}
+  double operator[](const std::string& path) const { return (*x_)[index_->at(path)]; }
+
+ private:
+  const Index* index_;
+  const VectorX* x_;
+};
+
+}  // namespace balance::read

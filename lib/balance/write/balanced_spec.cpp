@@ -1,0 +1,64 @@
+#include "balance/write/balanced_spec.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+#include <string_view>
+
+namespace balance {
+
+namespace {
+
+/// The shortest text that reads back to the same double. A power of ten gets a point, without which YAML 1.1 sees no number.
+std::string shortest_text(double value) {
+  std::array<char, 32> buffer{};
+  const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value == 0 ? 0.0 : value);
+  std::string text(buffer.data(), end);
+  const auto exponent = text.find('e');
+  if (exponent != std::string::npos && text.find('.') == std::string::npos) text.insert(exponent, ".0");
+  return text;
+}
+
+/// The number that times `unit` is the value, to the last bit if there is one. Of several, the shortest.
+std::string number_text(double value, double unit) {
+  if (unit == 1) return shortest_text(value);
+  double candidate = value / unit;
+  for (int step = 0; step < 2; ++step) candidate = std::nextafter(candidate, -INFINITY);
+  std::string best;
+  double best_error = INFINITY;
+  for (int step = 0; step < 5; ++step, candidate = std::nextafter(candidate, INFINITY)) {
+    const double error = std::abs(candidate * unit - value);
+    const std::string text = shortest_text(candidate);
+    if (error < best_error || (error == best_error && text.size() < best.size())) {
+      best = text;
+      best_error = error;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+std::string balanced_spec(const Study& study, const VectorX& x) {
+  const std::size_t count = study.free_numbers.size();
+  if (x.size() != static_cast<Eigen::Index>(count))
+    throw std::invalid_argument(fmt::format("expected {} values of free numbers, found {}", count, x.size()));
+  if (!x.allFinite()) throw std::invalid_argument("expected finite values of the free numbers");
+  const std::string_view spec = study.spec_text;
+  std::string text;
+  std::size_t done = 0;
+  for (const Rewrite& rewrite : study.rewrites) {
+    text += spec.substr(done, rewrite.begin - done);
+    text += rewrite.text;
+    if (rewrite.number >= 0)
+      text += number_text(x[rewrite.number], study.free_numbers[static_cast<std::size_t>(rewrite.number)].unit);
+    done = rewrite.end;
+  }
+  text += spec.substr(done);
+  return text;
+}
+
+}  // namespace balance
