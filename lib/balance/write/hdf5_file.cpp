@@ -193,12 +193,13 @@ Hdf5File::Hdf5File(int descriptor, const std::string& shown_name, Storage storag
 
 Hdf5File::~Hdf5File() = default;
 
-Hdf5File::Group Hdf5File::add_group(const std::string& name) {
+Hdf5File::Group Hdf5File::add_group(Group parent, const std::string& name) {
   Implementation& self = *implementation_;
   self.guarded([&] {
     const Handle properties = group_properties(H5P_GROUP_CREATE);
-    self.groups.emplace_back(H5Gcreate2(self.file.get(), name.c_str(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
-                             H5Gclose);
+    self.groups.emplace_back(
+        H5Gcreate2(self.groups.at(parent.index).get(), name.c_str(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+        H5Gclose);
   });
   return {static_cast<int>(self.groups.size()) - 1};
 }

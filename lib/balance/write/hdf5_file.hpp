@@ -40,7 +40,9 @@ class Hdf5File {
   /// Closes without complaint. Call close() to know whether the file is complete.
   ~Hdf5File();
 
-  Group add_group(const std::string& name);
+  /// A group in the root, or in another group.
+  Group add_group(const std::string& name) { return add_group({}, name); }
+  Group add_group(Group parent, const std::string& name);
   void set_attribute(Group group, const std::string& name, const std::string& text);
 
   /// Adds a dimension together with the dataset that holds its values or labels. `variable.dimensions` must be empty;

@@ -1,34 +1,10 @@
 #include "balance/write/json.hpp"
 
+#include "balance/write/json_parts.hpp"
 #include "balance/write/names.hpp"
-
-#include <nlohmann/json.hpp>
 
 namespace balance {
 namespace {
-
-/// Keeps the order in which keys are written.
-using Json = nlohmann::ordered_json;
-
-std::string dump(const Json& value) {
-  // Names that are not UTF-8 must not cost the user the answer.
-  return value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-Json vector_json(const Vector3& vector, int axes) { return std::vector<double>(vector.data(), vector.data() + axes); }
-
-Json metric_json(const Metric& metric) {
-  return {{"quantity", metric.quantity}, {"unit", metric.unit}, {"peak", metric.peak},  {"peak_time", metric.peak_time},
-          {"rms", metric.rms},           {"mean", metric.mean}, {"range", metric.range}};
-}
-
-Json outcome_json(const MotionOutcome& outcome) {
-  Json json = {{"status", name_of(outcome.status)}};
-  if (outcome.status == MotionStatus::done) return json;
-  json["time"] = outcome.time;
-  json["reason"] = outcome.reason;
-  return json;
-}
 
 Json loop_json(const Loop& loop) {
   return {{"cut_joint", loop.cut_joint}, {"bodies", loop.bodies}, {"closure_equations", loop.constraints}};
@@ -95,6 +71,10 @@ std::string check_json(const CheckReport& report, const Mechanism& mechanism,
 
 std::string error_json(const std::string& kind, const std::string& message) {
   return dump({{"error", {{"kind", kind}, {"message", message}}}});
+}
+
+std::string error_json(const std::string& kind, const std::string& message, const std::string& status) {
+  return dump({{"error", {{"kind", kind}, {"message", message}, {"status", status}}}});
 }
 
 std::string error_json(const std::string& kind, const MotionOutcome& outcome) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Results, checks and errors as JSON for programs. The only place that knows the JSON library.
+/// Results, checks and errors as JSON for programs.
 
 #include "balance/model/mechanism.hpp"
 #include "balance/study/check.hpp"
@@ -18,8 +18,9 @@ std::string result_json(const Result& result, const FileDescription& description
 /// One object with everything of the report.
 std::string check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings);
 
-/// {"error": {"kind": …, "message": …}}; a motion that came to its end early adds its status and time.
+/// {"error": {"kind": …, "message": …}}; what stopped early adds its status, a motion the time too.
 std::string error_json(const std::string& kind, const std::string& message);
+std::string error_json(const std::string& kind, const std::string& message, const std::string& status);
 std::string error_json(const std::string& kind, const MotionOutcome& outcome);
 
 }  // namespace balance

@@ -42,4 +42,64 @@ const char* name_of(MotionStatus status) {
   return "";
 }
 
+const char* name_of(ConditionsStatus status) {
+  switch (status) {
+    case ConditionsStatus::unsolved: return "unsolved";
+    case ConditionsStatus::done: return "done";
+    case ConditionsStatus::not_assembled: return "not-assembled";
+    case ConditionsStatus::mismatch: return "mismatch";
+    case ConditionsStatus::rank_unclear: return "rank-unclear";
+  }
+  return "";
+}
+
+const char* name_of(DesignStatus status) {
+  switch (status) {
+    case DesignStatus::unsolved: return "unsolved";
+    case DesignStatus::balanced: return "balanced";
+    case DesignStatus::compromise: return "compromise";
+    case DesignStatus::impossible: return "impossible";
+  }
+  return "";
+}
+
+const char* name_of(DesignMethod method) {
+  switch (method) {
+    case DesignMethod::nothing_to_do: return "nothing-to-do";
+    case DesignMethod::affine: return "affine";
+    case DesignMethod::polynomial: return "polynomial";
+    case DesignMethod::geometric: return "geometric";
+  }
+  return "";
+}
+
+std::string list_names(const std::vector<Goal>& goals) {
+  std::string text;
+  for (const Goal& goal : goals) text += (text.empty() ? "" : ", ") + name_of(goal);
+  return text;
+}
+
+std::string in_words(const Goal& goal) {
+  const auto meaning = [&]() -> std::string {
+    switch (goal.kind) {
+      case GoalKind::statics: return "at rest the actuators carry nothing";
+      case GoalKind::gyroscopic:
+        return "the actuators carry nothing at rest and feel no velocity terms, written in the accelerations of all "
+               "tree "
+               "coordinates";
+      case GoalKind::gyroscopic_independent:
+        return "the actuators carry nothing at rest and feel no velocity terms, written in their own accelerations";
+      case GoalKind::decoupled:
+        return "the actuators carry nothing at rest, feel no velocity terms and no acceleration but their own";
+      case GoalKind::force: return "the frame feels no shaking force: the centre of mass stands still";
+      case GoalKind::moment: return "the frame feels no shaking moment: the angular momentum is always zero";
+      case GoalKind::dynamic: return "the frame feels neither shaking force nor shaking moment";
+      case GoalKind::proportional:
+        return "the centre of mass follows the tool: its velocity is a constant matrix times the tool's";
+    }
+    return "";
+  };
+  return meaning() + (goal.fully ? ", and feel the same inertia everywhere" : "");
+}
+
 }  // namespace balance

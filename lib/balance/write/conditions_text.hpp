@@ -1,0 +1,23 @@
+#pragma once
+/// Balancing conditions as text for people.
+
+#include "balance/write/conditions_view.hpp"
+
+#include <string>
+
+namespace balance {
+
+/// Goal, rank and gap, then the conditions by number with what they miss now and which free numbers they depend on. What no disc can
+/// miss is named in one line. Ends with a line feed.
+std::string conditions_text(const ConditionsView& view);
+
+/// One condition on lines of at most `width` characters, broken between terms; an over-long term has a line of its own.
+std::vector<std::string> wrapped_condition(const ConditionsView& view, int row, std::size_t width);
+
+/// "l1 = 0.5 m, l2 = 0.4 m": what the symbols stand for; "" if there are none.
+std::string symbols_text(const ConditionNames& names);
+
+/// "1–4, 7" of rows that are counted from one.
+std::string ranges_text(const std::vector<int>& rows);
+
+}  // namespace balance

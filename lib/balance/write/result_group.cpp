@@ -1,0 +1,136 @@
+#include "balance/write/result_group.hpp"
+
+#include "balance/write/result_layout.hpp"
+#include "balance/write/sha256.hpp"
+
+#include <optional>
+#include <span>
+
+namespace balance {
+namespace {
+
+using Dimension = Hdf5File::Dimension;
+
+/// The dimensions that this result's quantities need.
+struct Dimensions {
+  Dimension time;
+  std::optional<Dimension> coordinate, joint, actuator, axis, quaternion;
+};
+
+std::optional<Dimension> add_labels(Hdf5File& file, Hdf5File::Group group, const std::string& name,
+                                    const std::string& long_name, const std::vector<std::string>& labels) {
+  if (labels.empty()) return std::nullopt;
+  return file.add_dimension(group, {name, long_name, "1", {}, {}}, labels);
+}
+
+Dimensions add_dimensions(Hdf5File& file, Hdf5File::Group group, const Result& r) {
+  Dimensions d;
+  d.time = file.add_dimension(group, {"time", "time", "s", {}, {}}, std::span(r.time.data(), r.time.size()));
+  d.coordinate = add_labels(file, group, "coordinate", "joint coordinate", r.coordinate_names);
+  d.joint = add_labels(file, group, "joint", "joint", r.joint_names);
+  d.actuator = add_labels(file, group, "actuator", "actuated joint coordinate", r.actuator_names);
+  d.axis = add_labels(file, group, "axis", "axis of the world", axis_labels(r.axes));
+  if (r.tool_orientation.cols() == 4) {
+    d.quaternion = add_labels(file, group, "quaternion", "component of the quaternion", quaternion_labels());
+  }
+  return d;
+}
+
+std::vector<Dimension> dimensions_of(Columns columns, const Dimensions& d) {
+  switch (columns) {
+    case Columns::single: return {d.time};
+    case Columns::coordinate: return {d.time, d.coordinate.value()};
+    case Columns::actuator: return {d.time, d.actuator.value()};
+    case Columns::axis: return {d.time, d.axis.value()};
+    case Columns::quaternion: return {d.time, d.quaternion.value()};
+    case Columns::joint: return {d.time, d.joint.value()};
+    case Columns::joint_axis: return {d.time, d.joint.value(), d.axis.value()};
+  }
+  return {};
+}
+
+std::span<const double> values_of(const Samples& samples) {
+  return {samples.data(), static_cast<std::size_t>(samples.size())};
+}
+
+/// Which unit each label has, where they differ.
+void add_units(Hdf5File& file, Hdf5File::Group group, const std::string& name, const std::string& long_name,
+               Dimension dimension, const std::vector<std::string>& units) {
+  if (common_unit(units) != "mixed") return;
+  file.add(group, {name, long_name, "1", {dimension}, {}}, units);
+}
+
+void add_samples(Hdf5File& file, Hdf5File::Group group, const Result& r, const Dimensions& d,
+                 const WriteOptions& options) {
+  const std::vector<double> about(r.about.data(), r.about.data() + r.axes);
+  for (const Quantity& quantity : list_quantities(r)) {
+    stop_if_cancelled(options);
+    Hdf5File::Variable variable{
+        quantity.name, quantity.long_name, common_unit(quantity.units), dimensions_of(quantity.columns, d), {}};
+    if (quantity.about) variable.attributes.push_back({"about", about});
+    file.add(group, variable, values_of(*quantity.samples));
+  }
+  if (r.newton_iterations.size() == 0) return;
+  file.add(group, {"newton_iterations", "Newton iterations for the position", "1", {d.time}, {}},
+           std::span(r.newton_iterations.data(), r.newton_iterations.size()));
+}
+
+void add_metrics(Hdf5File& file, Hdf5File::Group parent, const Result& r) {
+  const Hdf5File::Group group = file.add_group(parent, "metrics");
+  file.add(group, {"energy", "energy moved by the actuators, the integral of the sum of |power|", "J", {}, {}},
+           std::span(&r.energy, 1));
+  if (r.metrics.empty()) return;
+  std::vector<std::string> names, units;
+  for (const Metric& metric : r.metrics) {
+    names.push_back(metric.quantity);
+    units.push_back(metric.unit);
+  }
+  const Dimension quantity = file.add_dimension(group, {"quantity", "quantity", "1", {}, {}}, names);
+  file.add(group, {"unit", "unit of the quantity", "1", {quantity}, {}}, units);
+  const auto add = [&](const char* name, const char* long_name, const std::string& unit, double Metric::*figure) {
+    std::vector<double> values;
+    for (const Metric& metric : r.metrics) values.push_back(metric.*figure);
+    file.add(group, {name, long_name, unit, {quantity}, {}}, values);
+  };
+  const std::string unit = common_unit(units);
+  add("peak", "largest magnitude", unit, &Metric::peak);
+  add("peak_time", "time of the largest magnitude", "s", &Metric::peak_time);
+  add("rms", "group of the time average of the squared magnitude", unit, &Metric::rms);
+  add("mean", "time average of the magnitude", unit, &Metric::mean);
+  add("range", "largest minus smallest value (vectors: magnitude)", unit, &Metric::range);
+}
+
+}  // namespace
+
+void describe_source(Hdf5File& file, const FileDescription& d) {
+  constexpr Hdf5File::Group root{};
+  file.set_attribute(root, "title", d.title);
+  file.set_attribute(root, "Conventions", "balance-1");
+  file.set_attribute(root, "balance_version", d.version);
+  file.set_attribute(root, "spec", d.spec_text);
+  file.set_attribute(root, "spec_sha256", sha256(d.spec_text));
+  file.set_attribute(root, "command_line", d.command_line);
+}
+
+void describe_run(Hdf5File& file, Hdf5File::Group group, const FileDescription& d) {
+  file.set_attribute(group, "trajectory", d.trajectory);
+  file.set_attribute(group, "law", d.law);
+  file.set_attribute(group, "drive", d.drive);
+  file.set_attribute(group, "formulation", d.formulation);
+}
+
+void add_result(Hdf5File& file, Hdf5File::Group group, const Result& r, const WriteOptions& options) {
+  const Dimensions dimensions = add_dimensions(file, group, r);
+  if (dimensions.coordinate) {
+    add_units(file, group, "coordinate_unit", "unit of the joint coordinate", *dimensions.coordinate,
+              r.coordinate_units);
+  }
+  if (dimensions.actuator) {
+    add_units(file, group, "actuator_unit", "unit of the actuator's torque or force", *dimensions.actuator,
+              r.actuator_units);
+  }
+  add_samples(file, group, r, dimensions, options);
+  add_metrics(file, group, r);
+}
+
+}  // namespace balance

@@ -1,0 +1,20 @@
+#pragma once
+/// A Result as a group of an HDF5 file: the root of a run's own file, or one of several runs in a design's.
+
+#include "balance/study/result.hpp"
+#include "balance/write/hdf5_file.hpp"
+#include "balance/write/write_options.hpp"
+
+namespace balance {
+
+/// Attributes of the root that say where the file comes from.
+void describe_source(Hdf5File& file, const FileDescription& description);
+
+/// Attributes that say what was run.
+void describe_run(Hdf5File& file, Hdf5File::Group group, const FileDescription& description);
+
+/// All dimensions and datasets of a result that is done, metrics included.
+/// @throws Cancelled if options.cancelled says so
+void add_result(Hdf5File& file, Hdf5File::Group group, const Result& result, const WriteOptions& options);
+
+}  // namespace balance
