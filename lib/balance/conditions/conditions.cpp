@@ -3,8 +3,8 @@
 #include "balance/conditions/reduce.hpp"
 #include "balance/conditions/rows.hpp"
 
-#include <Eigen/QR>
 #include <fmt/format.h>
+#include <Eigen/QR>
 
 #include <algorithm>
 #include <stdexcept>
@@ -56,10 +56,11 @@ class Derivation {
       add_notes();
       return std::move(out_);
     }
-    return refuse(ConditionsStatus::rank_unclear,
-                  fmt::format("the number of conditions is not clear: the widest gap between singular values is {:.1e}, from "
-                              "{:.1e} to {:.1e}",
-                              out_.gap, out_.smallest_kept, out_.largest_dropped));
+    return refuse(
+        ConditionsStatus::rank_unclear,
+        fmt::format("the number of conditions is not clear: the widest gap between singular values is {:.1e}, from "
+                    "{:.1e} to {:.1e}",
+                    out_.gap, out_.smallest_kept, out_.largest_dropped));
   }
 
  private:

@@ -25,19 +25,21 @@ struct Conditions {
   std::string reason;  ///< one sentence if not done
   std::vector<Goal> goals;
   std::vector<Parameter> parameters;  ///< P columns
-  MatrixX matrix;                     ///< rank × P [SI], reduced: each row is solved for its pivot, whose coefficient is 1
-  std::vector<int> pivots;            ///< per row: a parameter that occurs in no other row
-  VectorX scale;  ///< per row: the size of its terms in a mechanism of this mass and length; residuals are divided by it
+  MatrixX matrix;           ///< rank × P [SI], reduced: each row is solved for its pivot, whose coefficient is 1
+  std::vector<int> pivots;  ///< per row: a parameter that occurs in no other row
+  VectorX
+      scale;  ///< per row: the size of its terms in a mechanism of this mass and length; residuals are divided by it
   int rank = 0;
-  double smallest_kept = 0;    ///< singular value, the largest being 1
-  double largest_dropped = 0;  ///< the next one
-  double gap = 0;              ///< their ratio; finite (round-off stands in for an exact zero)
-  int samples = 0;             ///< configurations that the rows were taken at
+  double smallest_kept = 0;        ///< singular value, the largest being 1
+  double largest_dropped = 0;      ///< the next one
+  double gap = 0;                  ///< their ratio; finite (round-off stands in for an exact zero)
+  int samples = 0;                 ///< configurations that the rows were taken at
   std::vector<std::string> notes;  ///< what a user should know (which joints' accelerations are meant, …)
 };
 
 struct ConditionOptions {
-  Vector3 about = Vector3::Zero();  ///< world point of the angular momentum [m]; matters only while the force is not met
+  Vector3 about =
+      Vector3::Zero();  ///< world point of the angular momentum [m]; matters only while the force is not met
   LooseSprings loose_springs;
   std::uint64_t seed = 1;  ///< of the configurations
 };

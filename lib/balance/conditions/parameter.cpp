@@ -1,7 +1,7 @@
 #include "balance/conditions/parameter.hpp"
 
-#include "balance/kinematics/tree.hpp"
 #include "balance/dynamics/regressor.hpp"
+#include "balance/kinematics/tree.hpp"
 
 #include <array>
 #include <map>
@@ -87,8 +87,9 @@ class List {
     for (const Parameter& p : all_) bearers[p.owner][{p.bearer, p.index}] = true;
     for (Parameter& p : all_) {
       if (bearers[p.owner].size() > 1) {
-        const auto kind = p.bearer == Bearer::attachment ? mechanism_.attachments[static_cast<std::size_t>(p.index)].kind
-                                                         : AttachmentKind::counterweight;
+        const auto kind = p.bearer == Bearer::attachment
+                              ? mechanism_.attachments[static_cast<std::size_t>(p.index)].kind
+                              : AttachmentKind::counterweight;
         p.owner = std::string(section_of(p.bearer, kind)) + "." + p.owner;
       }
       p.name = p.owner + "." + p.symbol;

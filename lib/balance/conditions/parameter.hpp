@@ -14,9 +14,9 @@ enum class Bearer { body, attachment, disc, spring };
 
 /// What it measures; what else a physical body allows hangs on it.
 enum class ParameterKind {
-  mass,               ///< [kg], positive
-  first_moment,       ///< mass times a coordinate of the CoM [kg m]
-  moment_of_inertia,  ///< about an axis through the frame's origin [kg m^2], positive
+  mass,                ///< [kg], positive
+  first_moment,        ///< mass times a coordinate of the CoM [kg m]
+  moment_of_inertia,   ///< about an axis through the frame's origin [kg m^2], positive
   product_of_inertia,  ///< −∫xy dm [kg m^2]
   stiffness,           ///< [N/m], not negative
   stiffness_moment,    ///< stiffness times coordinates of its end points [N] or [N m]

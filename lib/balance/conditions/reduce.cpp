@@ -14,10 +14,10 @@ namespace balance {
 
 namespace {
 
-constexpr double clear_gap = 1e3;   ///< between the last singular value kept and the first dropped
-constexpr double noise = 1e-8;      ///< of the largest singular value: nothing above it is dropped
-constexpr double detail = 1e-9;     ///< nothing below it is kept
-constexpr double pivotal = 1e-6;    ///< of a unit row: an entry below it is no pivot
+constexpr double clear_gap = 1e3;    ///< between the last singular value kept and the first dropped
+constexpr double noise = 1e-8;       ///< of the largest singular value: nothing above it is dropped
+constexpr double detail = 1e-9;      ///< nothing below it is kept
+constexpr double pivotal = 1e-6;     ///< of a unit row: an entry below it is no pivot
 constexpr double round_off = 1e-10;  ///< of a reduced row's largest entry: an entry below it is zero
 
 /// Joints between each body and the ground.

@@ -25,8 +25,8 @@ NaturalUnits::NaturalUnits(const Mechanism& mechanism, const std::vector<Paramet
   if (const double g = mechanism.gravity.norm(); g > 0) acceleration = g;
   parameter.resize(static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t p = 0; p < parameters.size(); ++p)
-    parameter[static_cast<Eigen::Index>(p)] = std::pow(length, parameters[p].length_power) *
-                                              (is_inertial(parameters[p]) ? 1 : acceleration / length);
+    parameter[static_cast<Eigen::Index>(p)] =
+        std::pow(length, parameters[p].length_power) * (is_inertial(parameters[p]) ? 1 : acceleration / length);
 }
 
 template <class S>
@@ -65,16 +65,16 @@ void GoalRows<S>::check(int freedoms) {
   if (!needs_actuators_) return;
   const auto count = static_cast<int>(mechanism_.actuators.size());
   if (count != freedoms) {
-    mismatch_ = "the goal speaks of the actuators' accelerations and asks for one actuator per degree of freedom: there are " +
-                std::to_string(count) + " actuators and " + std::to_string(freedoms) + " degrees of freedom";
+    mismatch_ =
+        "the goal speaks of the actuators' accelerations and asks for one actuator per degree of freedom: there are " +
+        std::to_string(count) + " actuators and " + std::to_string(freedoms) + " degrees of freedom";
     return;
   }
   selection_ = MatrixX::Zero(count, tree_.columns);
   for (int a = 0; a < count; ++a) {
     const int coordinate = mechanism_.actuators[static_cast<std::size_t>(a)];
     const CoordinateSource& source = tree_.sources[static_cast<std::size_t>(coordinate)];
-    const bool length =
-        mechanism_.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::length;
+    const bool length = mechanism_.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::length;
     selection_(a, source.column) = source.ratio * scale_[source.column] / (length ? tree_.length : 1);
   }
 }
@@ -235,11 +235,12 @@ MatrixX GoalRows<S>::spring_torques() {
     for (std::size_t s = 0; s < mechanism_.springs.size(); ++s) {
       const Spring& spring = mechanism_.springs[s];
       const FixedFrame<S>&A = tree_.bodies[static_cast<std::size_t>(spring.first)],
-                        &B = tree_.bodies[static_cast<std::size_t>(spring.second)];
+            &B = tree_.bodies[static_cast<std::size_t>(spring.second)];
       const NodeState<S>&a = state_[static_cast<std::size_t>(A.node)], &b = state_[static_cast<std::size_t>(B.node)];
       const bool loose = s < options_.loose_springs.size() && options_.loose_springs[s];
       const typename S::Vector end_a = loose ? typename S::Vector(S::Vector::Zero()) : to_vector<S>(spring.point_first);
-      const typename S::Vector end_b = loose ? typename S::Vector(S::Vector::Zero()) : to_vector<S>(spring.point_second);
+      const typename S::Vector end_b =
+          loose ? typename S::Vector(S::Vector::Zero()) : to_vector<S>(spring.point_second);
       const typename S::Vector p_A = A.p_N + A.R_N * end_a, p_B = B.p_N + B.R_N * end_b;
       const typename S::Vector d = position(state_, {A.node, A.R_N, p_A}) - position(state_, {B.node, B.R_N, p_B});
       const typename S::Vector rate = point_velocity<S>(a, p_A) - point_velocity<S>(b, p_B);
@@ -258,8 +259,8 @@ MatrixX GoalRows<S>::spring_torques() {
         torque(c, at++) = -rate.dot(axis(R_B, j)) - d.dot(turned_rate(w_B, axis(R_B, j)));
       for (int i = 0; i < S::dimension; ++i)
         for (int j = 0; j < S::dimension; ++j)
-          torque(c, at++) = -turned_rate(w_A, axis(R_A, i)).dot(axis(R_B, j)) -
-                            axis(R_A, i).dot(turned_rate(w_B, axis(R_B, j)));
+          torque(c, at++) =
+              -turned_rate(w_A, axis(R_A, i)).dot(axis(R_B, j)) - axis(R_A, i).dot(turned_rate(w_B, axis(R_B, j)));
     }
   }
   return torque;

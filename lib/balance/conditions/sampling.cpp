@@ -40,8 +40,9 @@ bool Sampler<S>::next(Configuration& configuration) {
   if (tree_.closure_rows == 0) {
     configuration.y.resize(tree_.columns);
     for (int c = 0; c < tree_.columns; ++c)
-      configuration.y[c] = tree_.column_kind_length[static_cast<std::size_t>(c)] == 0 ? random_.uniform(-std::numbers::pi, std::numbers::pi)
-                                          : scale_[c] * random_.uniform(-1, 1);
+      configuration.y[c] = tree_.column_kind_length[static_cast<std::size_t>(c)] == 0
+                               ? random_.uniform(-std::numbers::pi, std::numbers::pi)
+                               : scale_[c] * random_.uniform(-1, 1);
     configuration.null_space = MatrixX::Identity(tree_.columns, tree_.columns);
     freedoms_ = tree_.columns;
     return freedoms_ > 0;

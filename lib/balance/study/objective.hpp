@@ -1,0 +1,25 @@
+#pragma once
+/// What `minimize` asks for, as one function that a search can call.
+
+#include "balance/study/design_space.hpp"
+
+namespace balance {
+
+/// The weighted sum of the terms. Along motions that do not change with the free numbers it needs no simulation: a function of the
+/// parameters, convex if every term is.
+/// @param start values of the free numbers; added mass and added inertia count from there
+/// @param loose as the conditions are derived with
+/// @throws std::invalid_argument if a term's trajectory or quantity does not exist or the mechanism cannot follow it
+Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const VectorX& start,
+                          const LooseSprings& loose);
+
+/// Mass of everything that moves [kg], and the sum of its moments of inertia about the frames' origins (space: half the
+/// trace) [kg m^2], as coefficients of the parameters.
+VectorX mass_coefficients(const std::vector<Parameter>& parameters);
+VectorX inertia_coefficients(const std::vector<Parameter>& parameters);
+
+/// "rms(torque) along cycloid", "added mass"
+std::string name_of(const ObjectiveTerm& term);
+std::string name_of(Figure figure);
+
+}  // namespace balance
