@@ -9,6 +9,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 import numpy as np
 
+from conditions import configurations, derive, every_name, values
 from drive import Drive, follow, jacobian
 from mechanism import Mechanism
 from reference import Balance, at_indices
@@ -191,6 +192,37 @@ class Consistent(unittest.TestCase):
             motors = here.torque @ here.rates[drive.mechanism.actuators]
             fed = motors + here.external.ravel() @ here.state["velocity"] + friction
             self.assertAlmostEqual(fed, rate, delta=2e-3 * max(abs(rate), abs(motors)), msg=name)
+
+
+def conditions(config, goal, tree_joints=None):
+    """Number of conditions, and how far the config's own numbers are from meeting them, its parameters' size being 1."""
+    mechanism = Mechanism(os.path.join(CONFIGS, config + ".yaml"))
+    names = every_name(mechanism)
+    basis, _, units = derive(mechanism, goal, names, configurations(mechanism), tree_joints)
+    size = values(mechanism, names) / units
+    return len(basis), np.linalg.norm(basis @ size) / np.linalg.norm(size)
+
+
+class Conditions(unittest.TestCase):
+    def test_the_5r_has_the_numbers_of_conditions_that_are_known(self):
+        """Static, gyroscopic in the accelerations of both legs' joints, in the motors' own, dynamic: 6, 8, 9, 11 (what a
+        link carries adds none)."""
+        legs = ["A1", "B1", "A2", "B2"]
+        found = [conditions("5r-impossible", goal, legs)[0]
+                 for goal in ("static", "gyroscopic", "gyroscopic-independent", "dynamic")]
+        self.assertEqual(found, [6, 8, 9, 11])
+
+    def test_balanced_mechanisms_of_the_papers_meet_their_conditions(self):
+        """To round-off of values about 1; the same before balancing: far from it."""
+        for config, goal, joints in (("planar-rrr", "decoupled", None), ("spatial-rrr", "decoupled", None),
+                                     ("scara", "decoupled", None), ("rr-balanced", "fully-gyroscopic", None),
+                                     ("5r-balanced", "static", None),
+                                     ("3rrr-redistributed", "proportional", None)):
+            self.assertLess(conditions(config, goal, joints)[1], 1e-13, (config, goal))
+        for config, goal, joints in (("planar-rrr-design", "decoupled", None), ("scara-design", "decoupled", None),
+                                     ("spatial-rrr-design", "decoupled", None), ("rr", "gyroscopic", None),
+                                     ("5r", "static", None), ("3rrr", "proportional", None)):
+            self.assertGreater(conditions(config, goal, joints)[1], 0.02, (config, goal))
 
 
 if __name__ == "__main__":
