@@ -72,8 +72,7 @@ template <class S>
 bool Actuation<S>::solve_regular(const Equations<S>& equations, const double* tau) {
   for (std::size_t a = 0; a < actuated_.size(); ++a) efforts_[a] = tau[actuated_[a].column] / actuated_[a].ratio;
   if (closures_ == 0) return true;
-  for (const Gathered& entry : gathered_) passive_.storage()[entry.index] = equations.entry(entry.row, entry.column);
-  if (passive_.factorise() < 1e-10) return false;
+  if (!factorise(equations)) return false;
   const std::vector<double>&columns = equations.column_scale(), &rows = equations.row_scale();
   for (int k = 0; k < closures_; ++k) multipliers_[k] = columns[passive_columns_[k]] * tau[passive_columns_[k]];
   passive_.solve_transposed(multipliers_.data());
@@ -86,38 +85,106 @@ bool Actuation<S>::solve_regular(const Equations<S>& equations, const double* ta
   return true;
 }
 
+/// The loops' share of the passive coordinates, at the present configuration.
+template <class S>
+bool Actuation<S>::factorise(const Equations<S>& equations) {
+  for (const Gathered& entry : gathered_) passive_.storage()[entry.index] = equations.entry(entry.row, entry.column);
+  return passive_.factorise() >= 1e-10;
+}
+
+namespace {
+
+/// What efforts can do to the velocities that the loops allow.
+struct Grip {
+  MatrixX null_space;  ///< of the scaled closures
+  Eigen::JacobiSVD<MatrixX> closures, selection;
+  bool firm = true;
+
+  Grip(const MatrixX& closure_matrix, const MatrixX& actuated, int freedoms)
+      : null_space(MatrixX::Identity(actuated.cols(), actuated.cols())) {
+    if (closure_matrix.rows() > 0) {
+      closures.compute(closure_matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+      null_space = closures.matrixV().rightCols(freedoms);
+    }
+    selection.compute(null_space.transpose() * actuated.transpose(), Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const VectorX& strength = selection.singularValues();
+    if (freedoms > 0)
+      firm = strength.size() >= freedoms && strength[freedoms - 1] >= 1e-10 * std::max(1e-300, strength[0]);
+  }
+};
+
+}  // namespace
+
+template <class S>
+MatrixX Actuation<S>::closure_matrix(const Equations<S>& equations) const {
+  MatrixX closures(closures_, columns_);
+  for (int r = 0; r < closures_; ++r)
+    for (int c = 0; c < columns_; ++c) closures(r, c) = equations.entry(r, c);
+  return closures;
+}
+
+/// Scaled tree coordinates to actuated ones.
+template <class S>
+MatrixX Actuation<S>::selection(const Equations<S>& equations) const {
+  MatrixX selection = MatrixX::Zero(static_cast<Eigen::Index>(actuated_.size()), columns_);
+  for (std::size_t a = 0; a < actuated_.size(); ++a)
+    selection(static_cast<Eigen::Index>(a), actuated_[a].column) =
+        actuated_[a].ratio * equations.column_scale()[actuated_[a].column];
+  return selection;
+}
+
 template <class S>
 bool Actuation<S>::solve_general(const Equations<S>& equations, const double* tau) {
   const std::vector<double>&columns = equations.column_scale(), &rows = equations.row_scale();
   const int motors = static_cast<int>(actuated_.size()), rank = columns_ - freedoms_;
-  MatrixX closures(closures_, columns_);
-  for (int r = 0; r < closures_; ++r)
-    for (int c = 0; c < columns_; ++c) closures(r, c) = equations.entry(r, c);
   VectorX needed(columns_);
   for (int c = 0; c < columns_; ++c) needed[c] = columns[c] * tau[c];
-  MatrixX selection = MatrixX::Zero(motors, columns_);
-  for (int a = 0; a < motors; ++a)
-    selection(a, actuated_[a].column) = actuated_[a].ratio * columns[actuated_[a].column];
-
-  MatrixX null_space = MatrixX::Identity(columns_, columns_);
-  Eigen::JacobiSVD<MatrixX> svd;
-  if (closures_ > 0) {
-    svd.compute(closures, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    null_space = svd.matrixV().rightCols(freedoms_);
-  }
-  const Eigen::JacobiSVD<MatrixX> grip(null_space.transpose() * selection.transpose(),
-                                       Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const VectorX& strength = grip.singularValues();
-  if (freedoms_ > 0 && (strength.size() < freedoms_ || strength[freedoms_ - 1] < 1e-10 * std::max(1e-300, strength[0])))
-    return false;
-  const VectorX efforts =
-      freedoms_ > 0 ? VectorX(grip.solve(null_space.transpose() * needed)) : VectorX(VectorX::Zero(motors));
+  const MatrixX actuated = selection(equations);
+  const Grip grip(closure_matrix(equations), actuated, freedoms_);
+  if (!grip.firm) return false;
+  const VectorX efforts = freedoms_ > 0 ? VectorX(grip.selection.solve(grip.null_space.transpose() * needed))
+                                        : VectorX(VectorX::Zero(motors));
   for (int a = 0; a < motors; ++a) efforts_[a] = efforts[a];
   if (closures_ == 0) return true;
   // least-norm multipliers: only the kept singular directions
-  const VectorX rest = svd.matrixV().leftCols(rank).transpose() * (needed - selection.transpose() * efforts);
+  const auto& svd = grip.closures;
+  const VectorX rest = svd.matrixV().leftCols(rank).transpose() * (needed - actuated.transpose() * efforts);
   const VectorX multipliers = svd.matrixU().leftCols(rank) * rest.cwiseQuotient(svd.singularValues().head(rank));
   for (int r = 0; r < closures_; ++r) multipliers_[r] = rows[r] * multipliers[r];
+  return true;
+}
+
+template <class S>
+bool Actuation<S>::project(const Equations<S>& equations, MatrixX& projection) {
+  projection.setZero(static_cast<Eigen::Index>(actuated_.size()), columns_);
+  return regular_ ? project_regular(equations, projection) : project_general(equations, projection);
+}
+
+/// solve_regular transposed: one system per actuator instead of one per generalised force.
+template <class S>
+bool Actuation<S>::project_regular(const Equations<S>& equations, MatrixX& projection) {
+  if (closures_ > 0 && !factorise(equations)) return false;
+  const std::vector<double>& columns = equations.column_scale();
+  std::vector<double> moved(closures_);
+  for (std::size_t a = 0; a < actuated_.size(); ++a) {
+    const auto row = static_cast<Eigen::Index>(a);
+    const Selected& motor = actuated_[a];
+    projection(row, motor.column) = 1 / motor.ratio;
+    if (closures_ == 0) continue;
+    std::fill(moved.begin(), moved.end(), 0);
+    for (const int r : rows_at_[a]) moved[r] = equations.entry(r, motor.column) / (columns[motor.column] * motor.ratio);
+    passive_.solve(moved.data());
+    for (int k = 0; k < closures_; ++k) projection(row, passive_columns_[k]) = -moved[k] * columns[passive_columns_[k]];
+  }
+  return true;
+}
+
+template <class S>
+bool Actuation<S>::project_general(const Equations<S>& equations, MatrixX& projection) const {
+  const Grip grip(closure_matrix(equations), selection(equations), freedoms_);
+  if (!grip.firm) return false;
+  const Eigen::Map<const VectorX> columns(equations.column_scale().data(), columns_);
+  if (freedoms_ > 0) projection = grip.selection.solve(grip.null_space.transpose() * columns.asDiagonal());
   return true;
 }
 

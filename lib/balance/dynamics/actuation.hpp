@@ -26,6 +26,11 @@ class Actuation {
   /// @return false if the actuators do not hold the mechanism at this configuration
   bool solve(const Equations<S>& equations, const double* tau);
 
+  /// The efforts as a matrix times tau: what solve() does to it at this configuration.
+  /// @param projection actuators × tree coordinates
+  /// @return as solve()
+  bool project(const Equations<S>& equations, MatrixX& projection);
+
   const std::vector<double>& efforts() const { return efforts_; }          ///< per actuator [N m or N]
   const std::vector<double>& multipliers() const { return multipliers_; }  ///< per closure row [N or N m]
 
@@ -44,6 +49,11 @@ class Actuation {
   void prepare_regular(const Tree<S>& tree);
   bool solve_regular(const Equations<S>& equations, const double* tau);
   bool solve_general(const Equations<S>& equations, const double* tau);
+  bool factorise(const Equations<S>& equations);
+  bool project_regular(const Equations<S>& equations, MatrixX& projection);
+  bool project_general(const Equations<S>& equations, MatrixX& projection) const;
+  MatrixX closure_matrix(const Equations<S>& equations) const;
+  MatrixX selection(const Equations<S>& equations) const;
 
   int columns_, closures_, freedoms_;
   bool regular_ = false;  ///< as many closures and actuators as coordinates, each actuator on its own

@@ -53,6 +53,17 @@ void inverse_dynamics(const Tree<S>& tree, const State<S>& state, std::vector<Wr
   }
 }
 
+/// Generalised forces of the wrenches alone, as if nothing had mass. Arguments as in inverse_dynamics.
+template <class S>
+void wrench_torques(const Tree<S>& tree, const State<S>& state, std::vector<Wrench<S>>& wrenches, double* tau) {
+  for (int c = 0; c < tree.columns; ++c) tau[c] = 0;
+  for (std::size_t n = tree.nodes.size(); n-- > 1;) {
+    const Node<S>& node = tree.nodes[n];
+    if (node.motion != NodeMotion::weld) tau[node.column] += along_motion(node, wrenches[n]);
+    pass_on(state[n], wrenches[n], wrenches[node.parent]);
+  }
+}
+
 /// Generalised forces of an open tree without external forces, in one go outwards and one back: the shortest way to the
 /// torques of a serial arm.
 template <class S>

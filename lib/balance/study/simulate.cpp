@@ -2,10 +2,10 @@
 
 #include "balance/base/rotation.hpp"
 #include "balance/dynamics/observer.hpp"
+#include "balance/study/hold.hpp"
 #include "balance/study/metrics.hpp"
+#include "balance/study/walk.hpp"
 
-#include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
 namespace balance {
@@ -89,9 +89,9 @@ class Run {
     name_columns(mechanism_, jumps.sides);
     size_arrays(mechanism_, trajectory_.samples, result);
     size_arrays(mechanism_, 2 * static_cast<long>(plan_.schedule->jumps().size()), jumps.sides);
-    if (!walk(stepper, observer, result, jumps)) {
+    if (!follow(stepper, observer, result, jumps)) {
       Result stopped;
-      stopped.outcome = outcome_;
+      stopped.outcome = lost_;
       return stopped;
     }
     add_metrics(result, jumps);
@@ -105,54 +105,30 @@ class Run {
 
  private:
   /// Through all samples and jumps in the order of time.
-  bool walk(Stepper<S>& stepper, Observer<S>& observer, Result& result, Jumps& jumps) {
-    const double duration = plan_.schedule->duration();
-    const long N = trajectory_.samples;
-    const std::vector<double>& times = plan_.schedule->jumps();
-    std::size_t j = 0;
-    for (long k = 0; k < N; ++k) {
-      const double time = k == N - 1 ? duration : duration * static_cast<double>(k) / static_cast<double>(N - 1);
-      for (; j < times.size() && times[j] <= time * (1 + 1e-12); ++j) {
-        const bool here = std::abs(times[j] - time) <= 1e-12 * duration;
-        if (!move(stepper, here ? time : times[j])) return false;
-        const long row = 2 * static_cast<long>(j);
-        jumps.next_sample.push_back(k);
-        jumps.on_sample.push_back(here);
-        stepper.accelerate(Side::before);
-        if (!record(stepper, observer, jumps.sides, row)) return false;
-        stepper.accelerate(Side::after);
-        if (!record(stepper, observer, jumps.sides, row + 1)) return false;
+  bool follow(Stepper<S>& stepper, Observer<S>& observer, Result& result, Jumps& jumps) {
+    const bool done = walk(stepper, *plan_.schedule, trajectory_.samples, [&](const Stop& stop) {
+      switch (stop.kind) {
+        case Stop::Kind::before_jump:
+          jumps.next_sample.push_back(stop.next_sample);
+          jumps.on_sample.push_back(stop.on_sample);
+          return record(stepper, observer, jumps.sides, 2 * stop.index);
+        case Stop::Kind::after_jump: return record(stepper, observer, jumps.sides, 2 * stop.index + 1);
+        case Stop::Kind::sample: break;
       }
-      if (!move(stepper, time) || !record(stepper, observer, result, k)) return false;
-    }
-    return true;
-  }
-
-  bool move(Stepper<S>& stepper, double time) {
-    if (started_ && stepper.time() == time) return true;
-    const bool moved = started_ ? stepper.advance(time) : stepper.begin();
-    started_ = true;
-    if (!moved) outcome_ = stepper.outcome();
-    return moved;
+      return record(stepper, observer, result, stop.index);
+    });
+    if (!done && lost_.status == MotionStatus::unsolved) lost_ = stepper.outcome();
+    return done;
   }
 
   bool record(Stepper<S>& stepper, Observer<S>& observer, Result& result, long row) {
     const bool held = observer.observe(stepper, Detail::everything);
-    const int sign = observer.actuation().determinant_sign();
-    if (!held || (sign_ != 0 && sign != sign_)) return lose_grip(stepper.time());
-    sign_ = sign;
+    if (!hold_.keeps(held, observer.actuation().determinant_sign())) {
+      lost_ = Hold::lost(stepper.time());
+      return false;
+    }
     write(stepper, observer.last(), result, row);
     return true;
-  }
-
-  bool lose_grip(double time) {
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "at t = %.9g s: actuation singularity: the actuators do not hold the mechanism in a configuration "
-                  "reached there",
-                  time);
-    outcome_ = {MotionStatus::actuation_singularity, time, text, {}};
-    return false;
   }
 
   void write(Stepper<S>& stepper, const Observation<S>& seen, Result& result, long row) {
@@ -186,9 +162,8 @@ class Run {
   const Trajectory& trajectory_;
   Tree<S> tree_;
   Plan<S> plan_;
-  bool started_ = false;
-  int sign_ = 0;
-  MotionOutcome outcome_;
+  Hold hold_;
+  MotionOutcome lost_;  ///< why the run ended early
 };
 
 }  // namespace

@@ -1,0 +1,54 @@
+#pragma once
+/// One motion as often as it is wanted, place by place in the order of time. Private to study.
+
+#include "balance/dynamics/observer.hpp"
+#include "balance/study/hold.hpp"
+#include "balance/study/walk.hpp"
+
+namespace balance {
+
+template <class S>
+class Rerun {
+ public:
+  /// @param tree as compiled; the run works on a copy
+  /// @param plan done
+  Rerun(const Mechanism& mechanism, const Trajectory& trajectory, const Tree<S>& tree, const Plan<S>& plan)
+      : trajectory_(trajectory),
+        plan_(plan),
+        tree_(tree),
+        observer_(mechanism, tree_, plan.freedoms, to_vector<S>(trajectory.about)),
+        stepper_(mechanism, tree_, plan) {}
+  Rerun(const Rerun&) = delete;
+  Rerun& operator=(const Rerun&) = delete;
+
+  const Tree<S>& tree() const { return tree_; }
+
+  /// Calls see(stepper) once for every sample and every side of a jump that no sample holds: the places that averages are
+  /// taken over. The stepper's state is that of the place.
+  template <class See>
+  MotionOutcome run(Detail detail, See&& see) {
+    const Actuation<S>& actuation = observer_.actuation();
+    if (!actuation.mismatch().empty()) return {MotionStatus::mismatch, 0, actuation.mismatch(), {}};
+    Hold hold;
+    bool holds = true;
+    const bool done = walk(stepper_, *plan_.schedule, trajectory_.samples, [&](const Stop& stop) {
+      if (stop.kind == Stop::Kind::after_jump && stop.on_sample) return true;
+      const bool held = observer_.observe(stepper_, detail);
+      holds = hold.keeps(held, actuation.determinant_sign());
+      if (holds) see(stepper_);
+      return holds;
+    });
+    if (!holds) return Hold::lost(stepper_.time());
+    if (!done) return stepper_.outcome();
+    return {MotionStatus::done, plan_.schedule->duration(), "", actuation.notes()};
+  }
+
+ private:
+  const Trajectory& trajectory_;
+  const Plan<S>& plan_;
+  Tree<S> tree_;
+  Observer<S> observer_;
+  Stepper<S> stepper_;
+};
+
+}  // namespace balance

@@ -1,0 +1,42 @@
+#pragma once
+/// What springs ask of the tree's coordinates, per unit of their parameters (conditions/parameter.hpp lists these). Private to
+/// study.
+
+#include "balance/conditions/parameter.hpp"
+#include "balance/dynamics/external.hpp"
+
+#include <vector>
+
+namespace balance {
+
+template <class S>
+class SpringColumns {
+ public:
+  SpringColumns(const Mechanism& mechanism, const Tree<S>& tree, const LooseSprings& loose);
+
+  /// Parameters of all springs.
+  Eigen::Index count() const { return count_; }
+
+  /// @param state poses in the world
+  /// @param torque tree coordinates × count [N m or N per unit]
+  void at(const State<S>& state, Eigen::Ref<MatrixX> torque);
+
+ private:
+  /// A spring of stiffness 1, at rest or between unit points.
+  using UnitSpring = ExternalForces<S>;
+
+  void add(const Spring& spring);
+  VectorX torque_of(const UnitSpring& spring, const State<S>& state);
+  void loose_at(std::size_t first, const State<S>& state, Eigen::Ref<MatrixX> torque);
+
+  const Tree<S>& tree_;
+  std::vector<UnitSpring> units_;
+  std::vector<bool> loose_;  ///< per spring
+  Eigen::Index count_ = 0;
+  std::vector<Wrench<S>> wrenches_;
+};
+
+extern template class SpringColumns<Planar>;
+extern template class SpringColumns<Spatial>;
+
+}  // namespace balance
