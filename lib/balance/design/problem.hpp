@@ -27,16 +27,19 @@ struct Objective {
   /// Of the free numbers, by simulation: where the motion itself depends on them. NaN where it cannot be computed.
   std::function<double(const VectorX& x)> of_variables;
   bool convex = false;  ///< of_parameters is convex
+  bool size =
+      false;  ///< of the design (added mass), not of its motion: smallest when nothing is balanced at all, so that
+              ///< a compromise first meets the conditions as well as it can
 };
 
 /// How to search where the solution does not follow directly.
 struct SearchOptions {
-  std::string global = "crs";   ///< direct, crs, isres, esch, mlsl
-  std::string local = "auto";   ///< slsqp, auglag, cobyla, bobyqa, sbplx; auto: slsqp where gradients exist, else cobyla
-  std::uint64_t seed = 1;       ///< of restarts and global search
-  int restarts = 40;            ///< of Gauss–Newton, 1…10000
-  int evaluations = 20000;      ///< of a global search, 1…10^8
-  double seconds = 60;          ///< of a search whose evaluations are simulations, positive
+  std::string global = "crs";  ///< direct, crs, isres, esch, mlsl
+  std::string local = "auto";  ///< slsqp, auglag, cobyla, bobyqa, sbplx; auto: slsqp where gradients exist, else cobyla
+  std::uint64_t seed = 1;      ///< of restarts and global search
+  int restarts = 40;           ///< of Gauss–Newton, 1…10000
+  int evaluations = 20000;     ///< of a global search, 1…10^8; a tenth where lengths or ratios are free
+  double seconds = 60;         ///< of a search whose evaluations are simulations, positive
 
   /// @throws std::invalid_argument
   void validate() const;

@@ -1,0 +1,51 @@
+#pragma once
+/// The free numbers in coordinates of their own: −1 at the lower bound, +1 at the upper one. Private to design.
+
+#include "balance/design/problem.hpp"
+
+#include <cstdint>
+#include <random>
+
+namespace balance::designing {
+
+class Box {
+ public:
+  /// @throws std::invalid_argument if a bound is not finite, bounds are in the wrong order or a start lies outside them
+  explicit Box(const std::vector<Variable>& variables);
+
+  int size() const { return static_cast<int>(half_.size()); }
+  /// The start values in unit coordinates.
+  const VectorX& start() const { return start_; }
+  /// The free numbers [SI], never outside their bounds; bounds and start values are hit exactly.
+  VectorX numbers(const VectorX& u) const;
+  /// Middle and half the width of every interval.
+  const VectorX& centre() const { return centre_; }
+  const VectorX& half() const { return half_; }
+  const VectorX& lower() const { return lower_; }
+  const VectorX& upper() const { return upper_; }
+
+ private:
+  VectorX lower_, upper_, start_numbers_, start_, centre_, half_;
+};
+
+/// Clips unit coordinates to the box.
+inline VectorX clipped(const VectorX& u) { return u.cwiseMax(-1.0).cwiseMin(1.0); }
+
+/// Uniform numbers that are the same with every compiler.
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : engine_(seed) {}
+  double operator()(double lower, double upper) {
+    return lower + (upper - lower) * static_cast<double>(engine_() >> 11) * 0x1p-53;
+  }
+  VectorX point(int size, double lower = -1, double upper = 1) {
+    VectorX u(size);
+    for (double& value : u) value = (*this)(lower, upper);
+    return u;
+  }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+}  // namespace balance::designing

@@ -1,0 +1,209 @@
+#include "balance/design/convex.hpp"
+
+#include "balance/design/quadratic_program.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance::designing {
+
+namespace {
+
+/// Value and bound agree if they differ by less than this part of the value, or of the value at the start.
+constexpr double agreement = 1e-7, of_start = 1e-10;
+constexpr int newton_steps = 30, bundle_steps = 400;
+constexpr std::size_t most_cuts = 150;
+/// Curvature that keeps the epigraph's variable near, in units of the objective.
+constexpr double height_curvature = 0.1;
+
+/// f(u) ≥ constant + slope · u for all u.
+struct Tangent {
+  double constant;
+  VectorX slope;
+};
+
+class ConvexSearch {
+ public:
+  ConvexSearch(const Context& context, const FigureOfMerit& merit, const LinearConditions& conditions,
+               const std::function<VectorX(const VectorX&)>& back, const VectorX& start)
+      : context_(context), merit_(merit), conditions_(conditions), back_(back), n_(start.size()) {
+    best_.u = start;
+    best_.value = merit_(start, &slope_);
+    best_.bound = -std::numeric_limits<double>::infinity();
+    size_ = std::max({std::abs(best_.value), 1e-6 * std::abs(merit_(context.box.start(), nullptr)), 1e-300});
+  }
+
+  Optimum run() {
+    add_tangent(best_.u, best_.value, slope_);
+    bundle_step();
+    if (!done()) newton();
+    for (int k = 0; k < bundle_steps && !done(); ++k)
+      if (!bundle_step()) break;
+    best_.global = done();
+    return best_;
+  }
+
+ private:
+  bool done() const {
+    return best_.value - best_.bound <= std::max(agreement * std::abs(best_.value), of_start * size_);
+  }
+
+  void add_tangent(const VectorX& u, double value, const VectorX& slope) {
+    if (tangents_.size() >= most_cuts) tangents_.erase(tangents_.begin());
+    tangents_.push_back({value - slope.dot(u), slope});
+  }
+
+  /// Tangents of the physical inequalities at u; each holds for every physical design.
+  void add_physical(const VectorX& u) {
+    if (context_.physical.size() == 0) return;
+    VectorX features, g;
+    MatrixX slopes, dg;
+    context_.map.evaluate(u, features, &slopes);
+    context_.physical.evaluate(features, &slopes, g, &dg);
+    for (Eigen::Index k = 0; k < g.size(); ++k) {
+      if (physical_.size() >= most_cuts) physical_.erase(physical_.begin());
+      physical_.push_back({g[k] - dg.row(k).dot(u), dg.row(k).transpose()});
+    }
+  }
+
+  /// Conditions, bounds and physical tangents for the first n of the program's variables.
+  void constrain(QuadraticProgram& program, Eigen::Index variables, Eigen::Index more) const {
+    const auto p = static_cast<Eigen::Index>(physical_.size());
+    program.equalities.setZero(conditions_.a.rows(), variables);
+    program.equalities.leftCols(n_) = conditions_.a;
+    program.equal_to = conditions_.c;
+    program.inequalities.setZero(2 * n_ + p + more, variables);
+    program.at_least.setConstant(2 * n_ + p + more, -1);
+    program.inequalities.topLeftCorner(n_, n_).setIdentity();
+    program.inequalities.block(n_, 0, n_, n_) = -MatrixX::Identity(n_, n_);
+    for (Eigen::Index k = 0; k < p; ++k) {
+      program.inequalities.row(2 * n_ + k).head(n_) = physical_[static_cast<std::size_t>(k)].slope.transpose();
+      program.at_least[2 * n_ + k] = -physical_[static_cast<std::size_t>(k)].constant;
+    }
+  }
+
+  /// A candidate brought back onto the conditions. @return it is better
+  bool accept(const VectorX& candidate, bool& admissible) {
+    const VectorX u = back_(clipped(candidate));
+    admissible = context_.is_physical(u);
+    add_physical(u);
+    if (!admissible) return false;
+    VectorX slope;
+    const double value = merit_(u, &slope);
+    if (!std::isfinite(value) || !slope.allFinite()) return false;
+    add_tangent(u, value, slope);
+    if (!(value < best_.value)) return false;
+    best_.u = u;
+    best_.value = value;
+    slope_ = slope;
+    return true;
+  }
+
+  void newton() {
+    for (int k = 0; k < newton_steps; ++k) {
+      QuadraticProgram program;
+      program.hessian = positive(central_differences(
+          [this](const VectorX& v) {
+            VectorX slope;
+            merit_(v, &slope);
+            return slope;
+          },
+          best_.u, n_));
+      if (!program.hessian.allFinite()) return;
+      program.gradient = slope_ - program.hessian * best_.u;
+      add_physical(best_.u);
+      constrain(program, n_, 0);
+      const auto optimum = solve(program);
+      if (!optimum) return;
+      VectorX step = optimum->x - best_.u;
+      const double before = best_.value;
+      bool admissible = false;
+      for (int halving = 0; halving < 8 && !accept(best_.u + step, admissible); ++halving) step /= 2;
+      if (!(best_.value < before - 1e-14 * std::abs(before))) return;
+    }
+  }
+
+  /// Symmetric part with its eigenvalues kept above a small part of the largest.
+  static MatrixX positive(const MatrixX& hessian) {
+    if (!hessian.allFinite()) return hessian;
+    const Eigen::SelfAdjointEigenSolver<MatrixX> solver((hessian + hessian.transpose()) / 2);
+    const double floor = std::max(1e-9 * solver.eigenvalues().cwiseAbs().maxCoeff(), 1e-12);
+    return solver.eigenvectors() * solver.eigenvalues().cwiseMax(floor).asDiagonal() *
+           solver.eigenvectors().transpose();
+  }
+
+  /// Minimises the tangents' maximum near the best point; its multipliers give a bound.
+  bool bundle_step() {
+    const auto cuts = static_cast<Eigen::Index>(tangents_.size());
+    QuadraticProgram program;
+    program.hessian = MatrixX::Identity(n_ + 1, n_ + 1) * curvature_;
+    program.hessian(n_, n_) = height_curvature;
+    program.gradient = -program.hessian.col(n_) * (best_.value / size_);
+    program.gradient[n_] += 1;
+    program.gradient.head(n_) = -curvature_ * best_.u;
+    constrain(program, n_ + 1, cuts);
+    const auto first = program.at_least.size() - cuts;
+    for (Eigen::Index k = 0; k < cuts; ++k) {
+      const Tangent& tangent = tangents_[static_cast<std::size_t>(k)];
+      program.inequalities.row(first + k).head(n_) = -tangent.slope.transpose() / size_;
+      program.inequalities(first + k, n_) = 1;
+      program.at_least[first + k] = tangent.constant / size_;
+    }
+    const auto optimum = solve(program);
+    if (!optimum) return false;
+    take_bound(program, *optimum, cuts);
+    if (done()) return true;
+    const VectorX candidate = optimum->x.head(n_);
+    const double before = best_.value;
+    bool admissible = false;
+    const bool better = accept(candidate, admissible);
+    const double promised = before - size_ * optimum->x[n_];
+    if (better && before - best_.value > 0.3 * promised)
+      curvature_ = std::max(curvature_ / 3, 1e-8);
+    else if (!better)
+      curvature_ = std::min(curvature_ * 1.3, 1e6);
+    return true;
+  }
+
+  /// Lagrangian of the problem with the program's multipliers, at its least over the box.
+  void take_bound(const QuadraticProgram& program, const QuadraticOptimum& optimum, Eigen::Index cuts) {
+    const VectorX& z = optimum.inequality_multipliers;
+    const auto first = program.at_least.size() - cuts, p = static_cast<Eigen::Index>(physical_.size());
+    const double sum = z.tail(cuts).sum();
+    if (!(sum > 0)) return;
+    double constant = size_ * optimum.equality_multipliers.dot(conditions_.c) / sum;
+    VectorX slope = -size_ * (conditions_.a.transpose() * optimum.equality_multipliers) / sum;
+    for (Eigen::Index k = 0; k < cuts; ++k) {
+      constant += z[first + k] / sum * tangents_[static_cast<std::size_t>(k)].constant;
+      slope += z[first + k] / sum * tangents_[static_cast<std::size_t>(k)].slope;
+    }
+    for (Eigen::Index k = 0; k < p; ++k) {
+      constant -= size_ * z[2 * n_ + k] / sum * physical_[static_cast<std::size_t>(k)].constant;
+      slope -= size_ * z[2 * n_ + k] / sum * physical_[static_cast<std::size_t>(k)].slope;
+    }
+    best_.bound = std::max(best_.bound, constant - slope.lpNorm<1>());
+  }
+
+  const Context& context_;
+  const FigureOfMerit& merit_;
+  const LinearConditions& conditions_;
+  const std::function<VectorX(const VectorX&)>& back_;
+  Eigen::Index n_;
+  Optimum best_;
+  VectorX slope_;
+  double size_;  ///< of the objective
+  double curvature_ = 1;
+  std::vector<Tangent> tangents_;
+  std::vector<Tangent> physical_;  ///< ≥ 0
+};
+
+}  // namespace
+
+Optimum minimise_convex(const Context& context, const FigureOfMerit& merit, const LinearConditions& conditions,
+                        const std::function<VectorX(const VectorX&)>& back, const VectorX& start) {
+  return ConvexSearch(context, merit, conditions, back, start).run();
+}
+
+}  // namespace balance::designing

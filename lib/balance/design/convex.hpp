@@ -1,0 +1,24 @@
+#pragma once
+/// The best of a convex set of designs, with a proof. Private to design.
+
+#include "balance/design/exact.hpp"
+#include "balance/design/figure_of_merit.hpp"
+
+namespace balance::designing {
+
+struct Optimum {
+  VectorX u;
+  double value = std::numeric_limits<double>::quiet_NaN();
+  double bound = std::numeric_limits<double>::quiet_NaN();  ///< of the objective, if proved
+  bool global = false;                                      ///< value and bound agree
+};
+
+/// Improves a solution of affine conditions (none: any point of the box) until a lower bound proves that nothing is better:
+/// tangents of the objective, with multipliers for conditions and inequalities, bound it over the whole box. Newton's method
+/// where the objective is smooth, a proximal bundle method where it is not.
+/// @param merit convex
+/// @param back brings a point near the conditions onto them
+Optimum minimise_convex(const Context& context, const FigureOfMerit& merit, const LinearConditions& conditions,
+                        const std::function<VectorX(const VectorX&)>& back, const VectorX& start);
+
+}  // namespace balance::designing

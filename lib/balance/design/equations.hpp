@@ -1,0 +1,41 @@
+#pragma once
+/// The conditions as equations in the free numbers. Private to design.
+
+#include "balance/design/context.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace balance::designing {
+
+/// Conditions of one geometry: scaled rows times the parameters.
+class FixedRows {
+ public:
+  FixedRows(const Context& context, const Conditions& conditions);
+
+  int size() const { return static_cast<int>(matrix_.rows()); }
+  bool touches(int row, int variable) const;
+  bool affine(const std::vector<int>& rows) const;
+  void evaluate(const VectorX& u, VectorX& residual, MatrixX* jacobian) const;
+  /// From the mechanism itself, to the last digit.
+  VectorX exact(const VectorX& u) const;
+  /// What factors · rows cannot fall below within the bounds; minus infinity if it is not known.
+  double least(const VectorX& factors) const;
+
+ private:
+  const Context& context_;
+  MatrixX matrix_;  ///< rows × features
+  std::optional<Polynomial> polynomial_;
+};
+
+/// Some of the rows, less `target`, with the rows that vanish where bodies are physical. The arguments must outlive them.
+Equations fixed_equations(const Context& context, const FixedRows& rows, std::vector<int> which, VectorX target);
+
+/// The goals' residual while lengths and ratios change too. Every evaluation builds a mechanism.
+/// @param start has conditions
+Equations geometric_equations(const Context& context, const Mechanism& start);
+
+/// Largest size of the conditions' rows among an equation's values.
+double worst(const Equations& equations, const VectorX& values);
+
+}  // namespace balance::designing

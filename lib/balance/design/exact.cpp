@@ -1,0 +1,118 @@
+#include "balance/design/exact.hpp"
+
+#include "balance/design/least_squares.hpp"
+#include "balance/design/quadratic_program.hpp"
+#include "balance/design/solve.hpp"
+
+#include <Eigen/SVD>
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance::designing {
+
+namespace {
+
+/// Rows of affine conditions that are this much smaller than the largest follow from the others.
+constexpr double dependent = 1e-10;
+
+bool is_new(const std::vector<VectorX>& known, const VectorX& u) {
+  return std::none_of(known.begin(), known.end(),
+                      [&](const VectorX& k) { return (k - u).cwiseAbs().maxCoeff() < 1e-6; });
+}
+
+}  // namespace
+
+LinearConditions linear_conditions(const Equations& equations, int numbers) {
+  VectorX values;
+  MatrixX jacobian;
+  const VectorX origin = VectorX::Zero(numbers);
+  equations.evaluate(origin, values, &jacobian);
+  if (equations.conditions == 0) return {MatrixX(0, numbers), VectorX(0)};
+  const MatrixX rows = jacobian.topRows(equations.conditions);
+  const Eigen::JacobiSVD<MatrixX> svd(rows, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const VectorX& s = svd.singularValues();
+  Eigen::Index rank = 0;
+  while (rank < s.size() && s[rank] > dependent * s[0]) ++rank;
+  const VectorX right = -(svd.matrixU().transpose() * values.head(equations.conditions));
+  return {svd.matrixV().leftCols(rank).transpose(), right.head(rank).cwiseQuotient(s.head(rank))};
+}
+
+bool is_exact(const Context& context, const Equations& equations, const VectorX& u) {
+  VectorX values;
+  return equations.evaluate(u, values, nullptr) && worst(equations, values) < met && context.is_physical(u);
+}
+
+ExactSearch find_exact(const Context& context, const Equations& equations, int restarts, int wanted) {
+  ExactSearch search;
+  Dice dice(context.problem.search.seed);
+  for (int k = 0; k <= restarts && static_cast<int>(search.solutions.size()) < wanted; ++k) {
+    const VectorX from = k == 0 ? context.box.start() : dice.point(context.box.size());
+    Descent descent = gauss_newton(equations, from);
+    if (descent.largest < met && is_exact(context, equations, descent.u) && is_new(search.solutions, descent.u))
+      search.solutions.push_back(descent.u);
+    if (k == 0 || (descent.values.size() > 0 &&
+                   (search.best.values.size() == 0 || descent.values.squaredNorm() < search.best.values.squaredNorm())))
+      search.best = std::move(descent);
+  }
+  return search;
+}
+
+VectorX polished(const Equations& equations, const VectorX& u, const std::function<VectorX(const VectorX&)>& exact) {
+  VectorX best = gauss_newton(equations, u).u;
+  if (!exact || equations.conditions == 0) return best;
+  // The polynomials are fitted to about 1e-14 of the widest bounds: the last digits come from the mechanism itself.
+  VectorX values, residual = exact(best);
+  MatrixX jacobian;
+  for (int k = 0; k < 2 && residual.cwiseAbs().maxCoeff() > 1e-16; ++k) {
+    if (!equations.evaluate(best, values, &jacobian)) break;
+    const auto n = best.size();
+    MatrixX a(equations.conditions + n, n);
+    a << jacobian.topRows(equations.conditions),
+        1e-9 * std::max(jacobian.cwiseAbs().maxCoeff(), 1e-30) * MatrixX::Identity(n, n);
+    VectorX b = VectorX::Zero(a.rows()), d = VectorX::Zero(n);
+    b.head(equations.conditions) = -residual;
+    bounded_least_squares(a, b, (-1.0 - best.array()).matrix(), (1.0 - best.array()).matrix(), d);
+    const VectorX next = clipped(best + d), after = exact(next);
+    if (!(after.norm() < residual.norm())) break;
+    best = next;
+    residual = after;
+  }
+  return best;
+}
+
+std::optional<VectorX> nearest_exact(const Context& context, const LinearConditions& conditions) {
+  const auto n = context.box.size();
+  QuadraticProgram program;
+  program.hessian = MatrixX::Identity(n, n);
+  program.gradient = -context.box.start();
+  program.equalities = conditions.a;
+  program.equal_to = conditions.c;
+  program.inequalities.resize(2 * n, n);
+  program.inequalities << MatrixX::Identity(n, n), -MatrixX::Identity(n, n);
+  program.at_least = VectorX::Constant(2 * n, -1);
+  // concave inequalities are replaced by their tangents where they are violated
+  for (int cut = 0; cut < 50; ++cut) {
+    const auto optimum = solve(program);
+    if (!optimum) return std::nullopt;
+    VectorX u = clipped(optimum->x), features, g;
+    for (double& value : u)
+      if (std::abs(value) > 1 - 1e-12) value = value < 0 ? -1 : 1;
+    if (context.physical.size() == 0) return u;
+    MatrixX slopes, dg;
+    context.map.evaluate(u, features, &slopes);
+    context.physical.evaluate(features, &slopes, g, &dg);
+    if (g.minCoeff() >= -1e-9) return u;
+    for (Eigen::Index k = 0; k < g.size(); ++k) {
+      if (g[k] >= -1e-9) continue;
+      const auto rows = program.inequalities.rows();
+      program.inequalities.conservativeResize(rows + 1, Eigen::NoChange);
+      program.inequalities.row(rows) = dg.row(k);
+      program.at_least.conservativeResize(rows + 1);
+      program.at_least[rows] = dg.row(k).dot(u) - g[k];
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace balance::designing

@@ -1,0 +1,119 @@
+#include "balance/design/features.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance::designing {
+
+namespace {
+
+int inertia_size(const Mechanism& mechanism) { return mechanism.space == SpaceKind::planar ? 1 : 6; }
+
+class Numbers {
+ public:
+  void add(double value) { values_.push_back(value); }
+  void add(const Vector3& v) { values_.insert(values_.end(), v.data(), v.data() + 3); }
+  void add(const Matrix3& m) { values_.insert(values_.end(), m.data(), m.data() + 9); }
+  void add_inertia(const Matrix3& i, bool planar) {
+    if (planar)
+      add(i(2, 2));
+    else
+      for (const double value : {i(0, 0), i(1, 1), i(2, 2), i(0, 1), i(0, 2), i(1, 2)}) add(value);
+  }
+  VectorX finish() const {
+    return Eigen::Map<const VectorX>(values_.data(), static_cast<Eigen::Index>(values_.size()));
+  }
+
+ private:
+  std::vector<double> values_;
+};
+
+}  // namespace
+
+std::vector<Element> list_elements(const Mechanism& mechanism, const LooseSprings& loose) {
+  int next = static_cast<int>(parameter_values(mechanism, loose).size());
+  std::vector<Element> all;
+  const auto add = [&](Bearer bearer, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Element element{bearer, static_cast<int>(i), next++, -1};
+      if (bearer != Bearer::spring) {
+        element.inertia = next;
+        next += inertia_size(mechanism);
+      }
+      all.push_back(element);
+    }
+  };
+  add(Bearer::body, 1, mechanism.bodies.size());
+  add(Bearer::attachment, 0, mechanism.attachments.size());
+  add(Bearer::disc, 0, mechanism.discs.size());
+  add(Bearer::spring, 0, mechanism.springs.size());
+  return all;
+}
+
+VectorX features(const Mechanism& mechanism, const LooseSprings& loose) {
+  const bool planar = mechanism.space == SpaceKind::planar;
+  const VectorX parameters = parameter_values(mechanism, loose);
+  Numbers rest;
+  const auto add = [&](double mass, const Matrix3& inertia) {
+    rest.add(mass);
+    rest.add_inertia(inertia, planar);
+  };
+  for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) add(mechanism.bodies[b].mass, mechanism.bodies[b].inertia);
+  for (const Attachment& extra : mechanism.attachments) add(extra.mass, extra.inertia);
+  for (const Disc& disc : mechanism.discs) add(disc.mass, disc.inertia);
+  for (const Spring& spring : mechanism.springs) rest.add(spring.stiffness);
+  const VectorX others = rest.finish();
+  VectorX all(parameters.size() + others.size());
+  all << parameters, others;
+  return all;
+}
+
+VectorX geometry(const Mechanism& mechanism, const LooseSprings& loose) {
+  Numbers all;
+  all.add(mechanism.gravity);
+  for (const Joint& joint : mechanism.joints) {
+    for (const Vector3& v : {joint.point_first, joint.point_second, joint.axis, joint.axis2}) all.add(v);
+    all.add(joint.rotation);
+  }
+  for (const Coupling& coupling : mechanism.couplings) {
+    all.add(coupling.ratio);
+    all.add(coupling.offset);
+  }
+  for (const Disc& disc : mechanism.discs) {
+    all.add(disc.position);
+    all.add(disc.axis);
+    all.add(disc.ratio);
+  }
+  for (std::size_t s = 0; s < mechanism.springs.size(); ++s) {
+    const Spring& spring = mechanism.springs[s];
+    all.add(spring.free_length);
+    if (s < loose.size() && loose[s]) continue;
+    all.add(spring.point_first);
+    all.add(spring.point_second);
+  }
+  if (mechanism.tool) all.add(mechanism.tool->position);
+  return all.finish();
+}
+
+VectorX parameter_units(const Mechanism& mechanism, const LooseSprings& loose) {
+  const double length = characteristic_length(mechanism), mass = total_mass(mechanism);
+  const VectorX values = parameter_values(mechanism, loose);
+  const auto all = list_parameters(mechanism, loose);
+  double stiffness = 0;
+  for (const Spring& spring : mechanism.springs) stiffness = std::max(stiffness, std::abs(spring.stiffness));
+  VectorX unit(values.size());
+  for (std::size_t p = 0; p < all.size(); ++p) {
+    const double size = all[p].bearer == Bearer::spring ? stiffness : mass;
+    unit[static_cast<Eigen::Index>(p)] = (size > 0 ? size : 1) * std::pow(length, all[p].length_power);
+  }
+  return unit;
+}
+
+bool same_numbers(const VectorX& a, const VectorX& b) {
+  // expressions over free parameters may round differently where they do not depend on them
+  constexpr double round_off = 1e-14;
+  if (a.size() != b.size()) return false;
+  return ((a - b).cwiseAbs().array() <= round_off * a.cwiseAbs().cwiseMax(b.cwiseAbs()).array()).all();
+}
+
+}  // namespace balance::designing

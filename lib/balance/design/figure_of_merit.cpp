@@ -1,0 +1,68 @@
+#include "balance/design/figure_of_merit.hpp"
+
+#include "balance/base/error.hpp"
+
+#include <limits>
+#include <stdexcept>
+
+namespace balance::designing {
+
+namespace {
+
+/// The caller's parameters among those that include all loose springs' products.
+std::vector<int> positions(const Mechanism& mechanism, const LooseSprings& asked, const LooseSprings& all) {
+  const auto wanted = list_parameters(mechanism, asked), present = list_parameters(mechanism, all);
+  std::vector<int> result;
+  for (const Parameter& w : wanted)
+    for (std::size_t p = 0; p < present.size(); ++p)
+      if (present[p].bearer == w.bearer && present[p].index == w.index && present[p].slot == w.slot)
+        result.push_back(static_cast<int>(p));
+  return result;
+}
+
+}  // namespace
+
+FigureOfMerit::FigureOfMerit(const Context& context) : context_(context), objective_(*context.problem.objective) {
+  if (static_cast<bool>(objective_.of_parameters) == static_cast<bool>(objective_.of_variables))
+    throw std::invalid_argument("an objective is a function of the parameters or of the variables");
+  parameters_ = positions(context.survey.at_base, context.problem.options.loose_springs, context.survey.loose);
+  convex_ = objective_.of_parameters && objective_.convex && depends_affinely();
+}
+
+double FigureOfMerit::operator()(const VectorX& u, VectorX* gradient) const {
+  if (simulated()) {
+    const auto value = [this](const VectorX& v) {
+      try {
+        return objective_.of_variables(context_.box.numbers(v));
+      } catch (const SpecError&) {
+        return std::numeric_limits<double>::quiet_NaN();  // an expression of the spec has no value here
+      }
+    };
+    if (gradient != nullptr)
+      *gradient = central_differences([&](const VectorX& v) { return VectorX::Constant(1, value(v)).eval(); }, u, 1)
+                      .transpose();
+    return value(u);
+  }
+  VectorX features, slope;
+  MatrixX slopes;
+  context_.map.evaluate(u, features, gradient != nullptr ? &slopes : nullptr);
+  const double value = objective_.of_parameters(features(parameters_), gradient != nullptr ? &slope : nullptr);
+  if (gradient != nullptr) *gradient = slopes(parameters_, Eigen::all).transpose() * slope;
+  return value;
+}
+
+bool FigureOfMerit::depends_affinely() const {
+  const auto& polynomial = context_.map.polynomial();
+  if (!polynomial) return false;
+  Dice dice(1);
+  for (int sample = 0; sample < 3; ++sample) {
+    VectorX features, slope;
+    context_.map.evaluate(dice.point(context_.box.size()), features, nullptr);
+    objective_.of_parameters(features(parameters_), &slope);
+    for (std::size_t p = 0; p < parameters_.size(); ++p)
+      if (slope[static_cast<Eigen::Index>(p)] != 0 && !polynomial->affine(parameters_[p])) return false;
+  }
+  return true;
+}
+
+}  // namespace balance::designing

@@ -1,0 +1,29 @@
+#pragma once
+/// The objective as a function of unit coordinates. Private to design.
+
+#include "balance/design/context.hpp"
+
+namespace balance::designing {
+
+class FigureOfMerit {
+ public:
+  /// @param context its problem has an objective
+  explicit FigureOfMerit(const Context& context);
+
+  /// @param gradient written if not null (by differences where the objective has none)
+  double operator()(const VectorX& u, VectorX* gradient) const;
+  /// Every value takes a simulation.
+  bool simulated() const { return static_cast<bool>(objective_.of_variables); }
+  /// Convex in the free numbers: convex in parameters that are affine in the numbers wherever it depends on them.
+  bool convex() const { return convex_; }
+
+ private:
+  bool depends_affinely() const;
+
+  const Context& context_;
+  const Objective& objective_;
+  std::vector<int> parameters_;  ///< the features that are its arguments
+  bool convex_ = false;
+};
+
+}  // namespace balance::designing

@@ -1,0 +1,80 @@
+#include "balance/design/gauss_newton.hpp"
+
+#include "balance/design/least_squares.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace balance::designing {
+
+namespace {
+
+/// Nothing is left to gain.
+constexpr double solved = 1e-16;
+/// A step that fails with residuals as small as this fails for round-off.
+constexpr double nearly_solved = 1e-12;
+/// Relative decrease of the sum of squares that counts as none, and how often in a row it may happen.
+constexpr double stalled = 1e-7;
+constexpr int patience = 4;
+
+double largest(const VectorX& v) { return v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0; }
+
+/// The damped step within the bounds: min |r + J d|² + damping |d|².
+VectorX step(const MatrixX& jacobian, const VectorX& values, const VectorX& u, double damping) {
+  const auto m = jacobian.rows(), n = jacobian.cols();
+  MatrixX a(m + n, n);
+  a << jacobian, std::sqrt(damping) * MatrixX::Identity(n, n);
+  VectorX b = VectorX::Zero(m + n), d = VectorX::Zero(n);
+  b.head(m) = -values;
+  bounded_least_squares(a, b, (-1.0 - u.array()).matrix(), (1.0 - u.array()).matrix(), d);
+  return d;
+}
+
+/// u + d, with bounds hit exactly.
+VectorX stepped(const VectorX& u, const VectorX& d) {
+  VectorX next = u + d;
+  for (Eigen::Index i = 0; i < u.size(); ++i) {
+    if (d[i] <= -1 - u[i]) next[i] = -1;
+    if (d[i] >= 1 - u[i]) next[i] = 1;
+  }
+  return next;
+}
+
+}  // namespace
+
+Descent gauss_newton(const Equations& equations, VectorX start, int iterations) {
+  Descent result{std::move(start), {}, std::numeric_limits<double>::infinity()};
+  MatrixX jacobian;
+  if (!equations.evaluate(result.u, result.values, &jacobian)) return result;
+  if (result.values.size() == 0 || result.u.size() == 0) {
+    result.largest = largest(result.values);
+    return result;
+  }
+  const double size = std::max(jacobian.colwise().squaredNorm().maxCoeff(), 1e-30);
+  double damping = 1e-10 * size;
+  int stalls = 0;
+  VectorX values;
+  for (int iteration = 0; iteration < iterations && largest(result.values) > solved; ++iteration) {
+    const VectorX d = step(jacobian, result.values, result.u, damping);
+    const double before = result.values.squaredNorm();
+    const double predicted = before - (result.values + jacobian * d).squaredNorm();
+    if (!(predicted > 1e-15 * before) || d.norm() < 1e-16) break;
+    const VectorX next = stepped(result.u, d);
+    const bool valid = equations.evaluate(next, values, nullptr);
+    const double gain = valid ? (before - values.squaredNorm()) / predicted : -1;
+    if (!(gain > 1e-4)) {
+      if (largest(result.values) < nearly_solved || damping > 1e8 * size) break;
+      damping = std::max(10 * damping, 1e-6 * size);
+      continue;
+    }
+    stalls = values.squaredNorm() > (1 - stalled) * before ? stalls + 1 : 0;
+    result.u = next;
+    if (!equations.evaluate(next, result.values, &jacobian) || stalls >= patience) break;
+    if (gain > 0.5) damping = std::max(damping / 10, 1e-14 * size);
+  }
+  result.largest = largest(result.values);
+  return result;
+}
+
+}  // namespace balance::designing

@@ -1,0 +1,29 @@
+#pragma once
+/// Nonlinear equations in the box by damped Gauss–Newton. Private to design.
+
+#include "balance/base/types.hpp"
+
+#include <functional>
+
+namespace balance::designing {
+
+/// Equations that are to vanish for −1 ≤ u ≤ 1.
+struct Equations {
+  int conditions = 0;  ///< the first rows: scaled residuals of conditions
+  int rows = 0;        ///< the others vanish where the bodies are physical
+  /// @param jacobian rows × numbers, or null
+  /// @return false where the equations cannot be evaluated
+  std::function<bool(const VectorX& u, VectorX& values, MatrixX* jacobian)> evaluate;
+};
+
+struct Descent {
+  VectorX u;
+  VectorX values;
+  double largest = 0;  ///< of the values' sizes; infinite if the start cannot be evaluated
+};
+
+/// Levenberg–Marquardt with the bounds in every step's least-squares problem; ends at a solution to round-off or at a local
+/// minimum of the sum of squares.
+Descent gauss_newton(const Equations& equations, VectorX start, int iterations = 100);
+
+}  // namespace balance::designing

@@ -1,0 +1,46 @@
+#pragma once
+/// From free numbers to features of the mechanism without building it again: masses and inertias are polynomials of low degree
+/// in the numbers that a spec leaves open, so a few mechanisms determine them exactly. Private to design.
+
+#include "balance/design/polynomial.hpp"
+#include "balance/design/survey.hpp"
+
+#include <optional>
+
+namespace balance::designing {
+
+class ParameterMap {
+ public:
+  ParameterMap(const Box& box, const DesignProblem& problem, const Survey& survey);
+
+  int features() const { return features_; }
+  /// In unit coordinates; nothing where some feature is no polynomial of degree four or less.
+  const std::optional<Polynomial>& polynomial() const { return polynomial_; }
+  /// Features and their derivatives (rows) by unit coordinates.
+  void evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const;
+  /// From the mechanism itself, to the last digit.
+  VectorX exact(const VectorX& u) const;
+
+ private:
+  const Box& box_;
+  const DesignProblem& problem_;
+  LooseSprings loose_;
+  int features_;
+  std::optional<Polynomial> polynomial_;
+};
+
+/// Jacobian by central differences inside the box; the error is about 1e-10 of the values.
+template <class F>
+MatrixX central_differences(const F& f, const VectorX& u, Eigen::Index rows) {
+  constexpr double step = 6e-6;
+  MatrixX jacobian(rows, u.size());
+  for (Eigen::Index i = 0; i < u.size(); ++i) {
+    VectorX ahead = u, behind = u;
+    ahead[i] = std::min(1.0, u[i] + step);
+    behind[i] = std::max(-1.0, u[i] - step);
+    jacobian.col(i) = (f(ahead) - f(behind)) / (ahead[i] - behind[i]);
+  }
+  return jacobian;
+}
+
+}  // namespace balance::designing

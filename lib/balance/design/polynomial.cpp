@@ -1,0 +1,143 @@
+#include "balance/design/polynomial.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance::designing {
+
+namespace {
+
+/// Coefficients were fitted to about 1e-13 of their size; what cancels to less is round-off.
+constexpr double cancelled = 1e-12;
+
+int degree(const Monomial& monomial) {
+  int sum = 0;
+  for (const auto& [variable, power] : monomial) sum += power;
+  return sum;
+}
+
+double power(double x, int n) {
+  double product = 1;
+  for (; n > 0; --n) product *= x;
+  return product;
+}
+
+/// Product of a monomial's factors, the one at `skip` differentiated (none: −1).
+double product(const Monomial& monomial, const VectorX& u, int skip) {
+  double value = 1;
+  for (int f = 0; f < static_cast<int>(monomial.size()); ++f) {
+    const auto [variable, exponent] = monomial[static_cast<std::size_t>(f)];
+    value *= f == skip ? exponent * power(u[variable], exponent - 1) : power(u[variable], exponent);
+  }
+  return value;
+}
+
+}  // namespace
+
+void Polynomial::add(Monomial monomial, std::vector<std::pair<int, double>> coefficients) {
+  terms_.push_back({std::move(monomial), std::move(coefficients)});
+}
+
+void Polynomial::evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const {
+  values.setZero(outputs_);
+  if (jacobian != nullptr) jacobian->setZero(outputs_, variables_);
+  for (const Term& term : terms_) {
+    const double value = product(term.monomial, u, -1);
+    for (const auto& [output, coefficient] : term.coefficients) values[output] += coefficient * value;
+    if (jacobian == nullptr) continue;
+    for (int f = 0; f < static_cast<int>(term.monomial.size()); ++f) {
+      const double slope = product(term.monomial, u, f);
+      double* column = jacobian->col(term.monomial[static_cast<std::size_t>(f)].first).data();
+      for (const auto& [output, coefficient] : term.coefficients) column[output] += coefficient * slope;
+    }
+  }
+}
+
+bool Polynomial::affine(int output) const {
+  return std::none_of(terms_.begin(), terms_.end(), [&](const Term& term) {
+    return degree(term.monomial) > 1 && std::any_of(term.coefficients.begin(), term.coefficients.end(),
+                                                    [&](const auto& c) { return c.first == output; });
+  });
+}
+
+bool Polynomial::affine() const {
+  return std::all_of(terms_.begin(), terms_.end(), [](const Term& term) { return degree(term.monomial) <= 1; });
+}
+
+bool Polynomial::touches(int output, int variable) const {
+  return std::any_of(terms_.begin(), terms_.end(), [&](const Term& term) {
+    return std::any_of(term.monomial.begin(), term.monomial.end(),
+                       [&](const auto& f) { return f.first == variable; }) &&
+           std::any_of(term.coefficients.begin(), term.coefficients.end(),
+                       [&](const auto& c) { return c.first == output; });
+  });
+}
+
+double Polynomial::least(int output) const {
+  double sum = 0;
+  for (const Term& term : terms_)
+    for (const auto& [o, coefficient] : term.coefficients) {
+      if (o != output) continue;
+      const bool even =
+          std::all_of(term.monomial.begin(), term.monomial.end(), [](const auto& f) { return f.second % 2 == 0; });
+      if (term.monomial.empty())
+        sum += coefficient;
+      else
+        sum -= even ? std::max(0.0, -coefficient) : std::abs(coefficient);
+    }
+  return sum;
+}
+
+Polynomial Polynomial::combined(const MatrixX& matrix) const {
+  TermCollector collector(static_cast<int>(matrix.rows()));
+  for (const Term& term : terms_)
+    for (const auto& [output, coefficient] : term.coefficients)
+      for (int row = 0; row < matrix.rows() && output < matrix.cols(); ++row)
+        if (matrix(row, output) != 0) collector.add(term.monomial, row, matrix(row, output) * coefficient);
+  return collector.finish(variables_, cancelled);
+}
+
+Polynomial Polynomial::substituted(const VectorX& centre, const VectorX& half) const {
+  // u = (x − centre) / half, factor by factor; a number whose bounds coincide occurs in no term
+  TermCollector collector(outputs_);
+  for (const Term& term : terms_) {
+    std::map<Monomial, double> expanded{{{}, 1.0}};
+    for (const auto& [variable, exponent] : term.monomial)
+      for (int k = 0; k < exponent; ++k) {
+        std::map<Monomial, double> next;
+        for (const auto& [monomial, value] : expanded) {
+          next[monomial] -= value * centre[variable] / half[variable];
+          Monomial raised = monomial;
+          if (!raised.empty() && raised.back().first == variable)
+            ++raised.back().second;
+          else
+            raised.emplace_back(variable, 1);
+          next[raised] += value / half[variable];
+        }
+        expanded = std::move(next);
+      }
+    for (const auto& [monomial, value] : expanded)
+      for (const auto& [output, coefficient] : term.coefficients)
+        if (value != 0) collector.add(monomial, output, value * coefficient);
+  }
+  return collector.finish(variables_, cancelled);
+}
+
+void TermCollector::add(const Monomial& monomial, int output, double coefficient) {
+  auto& [sum, size] = sums_[monomial][output];
+  sum += coefficient;
+  size += std::abs(coefficient);
+}
+
+Polynomial TermCollector::finish(int variables, double relative) const {
+  Polynomial result(variables, outputs_);
+  for (const auto& [monomial, coefficients] : sums_) {
+    std::vector<std::pair<int, double>> kept;
+    for (const auto& [output, entry] : coefficients)
+      if (std::abs(entry.first) > relative * entry.second) kept.emplace_back(output, entry.first);
+    if (!kept.empty()) result.add(monomial, std::move(kept));
+  }
+  return result;
+}
+
+}  // namespace balance::designing
