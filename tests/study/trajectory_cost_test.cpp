@@ -38,7 +38,8 @@ Vector3 shift(const Mechanism& mechanism, std::mt19937& random) {
 /// An inertia tensor of another size and, in space, other principal axes.
 Matrix3 another(const Matrix3& inertia, bool planar, std::mt19937& random) {
   if (planar) return factor(random) * inertia;
-  const Matrix3 R = rotation_about(Vector3::Random().normalized(), factor(random));
+  const Vector3 axis(factor(random) - 1, factor(random) - 1, 1);
+  const Matrix3 R = rotation_about(axis.normalized(), factor(random));
   return factor(random) * R * inertia * R.transpose();
 }
 
@@ -69,6 +70,8 @@ double value_of(const Metric& metric, Figure figure) {
   }
   return NAN;
 }
+
+using Names = std::vector<std::string>;
 
 constexpr Figure all_figures[] = {Figure::peak, Figure::rms, Figure::mean, Figure::range};
 
@@ -134,4 +137,151 @@ TEST_CASE("every figure of other masses and stiffnesses is that of a simulation 
       compare(cost, parameter_values(other), simulate(other, trajectory));
     }
   });
+}
+
+TEST_CASE("of loose springs the end points may change too") {
+  std::mt19937 random(6);
+  Study spatial = config("spatial-rrr.yaml");
+  spatial.mechanism.springs = {{"s1", 0, 2, {0.1, 0.2, 0.5}, {0.05, -0.1, 0.2}, 300, 0},
+                               {"s2", 1, 3, {-0.1, 0.1, 0}, {0.1, 0, 0.1}, 200, 0},
+                               {"s3", 0, 3, {0.3, 0, 0.2}, {0, 0.1, 0}, 100, 0.2}};
+  for (const Study& study : {config("spring-balancer-two-link.yaml"), spatial}) {
+    const Mechanism& mechanism = study.mechanism;
+    Trajectory trajectory = find(study, "cycloid");
+    trajectory.samples = 41;
+    LooseSprings loose;
+    for (const Spring& spring : mechanism.springs) loose.push_back(spring.free_length == 0);
+    const TrajectoryCost cost(mechanism, trajectory, loose);
+    Mechanism other = other_masses(mechanism, random);
+    for (std::size_t s = 0; s < loose.size(); ++s) {
+      if (!loose[s]) continue;
+      other.springs[s].point_first += shift(mechanism, random);
+      other.springs[s].point_second += shift(mechanism, random);
+    }
+    compare(cost, parameter_values(other, loose), simulate(other, trajectory));
+  }
+}
+
+TEST_CASE("more motors than freedoms share the effort as in a simulation") {
+  std::mt19937 random(8);
+  const Study study = config("four-bar.yaml");
+  Mechanism mechanism = study.mechanism;
+  mechanism.actuators = {0, 1};
+  Trajectory trajectory = find(study, "cycloid");
+  trajectory.samples = 41;
+  const TrajectoryCost cost(mechanism, trajectory);
+  REQUIRE(cost.outcome().status == MotionStatus::done);
+  const Mechanism other = other_masses(mechanism, random);
+  compare(cost, parameter_values(other), simulate(other, trajectory));
+}
+
+TEST_CASE("where the centre of mass is driven, the figures are those of the mechanism's own masses") {
+  const Study study = config("3rrr.yaml");
+  Trajectory trajectory = find(study, "bang-bang");
+  CHECK(depends_on_masses(trajectory));
+  CHECK_FALSE(depends_on_masses(find(study, "cycloid")));
+  trajectory.samples = 42;
+  compare(TrajectoryCost(study.mechanism, trajectory), parameter_values(study.mechanism),
+          simulate(study.mechanism, trajectory));
+}
+
+TEST_CASE("the gradient is what finite differences say, along random directions") {
+  std::mt19937 random(9);
+  const auto uniform = [&] { return 2 * factor(random) - 2; };
+  for_each_case([&](const Mechanism& mechanism, Trajectory trajectory) {
+    trajectory.samples = 21;
+    const TrajectoryCost cost(mechanism, trajectory);
+    const VectorX pi = parameter_values(other_masses(mechanism, random));
+    for (const std::string& quantity :
+         Names{"torque", "power", "shaking_force", "shaking_moment", "ground_force", "ground_moment", "kinetic_energy"})
+      for (const Figure figure : all_figures) {
+        const auto function = cost.figure(figure, quantity);
+        if (!function) continue;  // torque and force are no common quantity
+        VectorX gradient, direction(pi.size());
+        const double value = (*function)(pi, &gradient);
+        REQUIRE(gradient.size() == pi.size());
+        for (Eigen::Index p = 0; p < pi.size(); ++p) direction[p] = uniform() * (std::abs(pi[p]) + 1e-3);
+        // central differences of a smooth function miss by h², and by the round-off of its values over h
+        constexpr double h = 1e-5;
+        const VectorX ahead = pi + h * direction, behind = pi - h * direction;
+        const double slope = ((*function)(ahead, nullptr) - (*function)(behind, nullptr)) / (2 * h);
+        const double scale = value + gradient.cwiseAbs().dot(direction.cwiseAbs());
+        CHECK_MESSAGE(std::abs(gradient.dot(direction) - slope) < 1e-7 * scale,
+                      quantity << " figure " << static_cast<int>(figure) << ": " << gradient.dot(direction)
+                               << " against " << slope);
+      }
+  });
+}
+
+TEST_CASE("peak and rms are convex") {
+  std::mt19937 random(10);
+  for_each_case([&](const Mechanism& mechanism, Trajectory trajectory) {
+    trajectory.samples = 21;
+    const TrajectoryCost cost(mechanism, trajectory);
+    const VectorX a = parameter_values(mechanism), b = parameter_values(other_masses(mechanism, random));
+    for (const std::string& quantity : Names{"torque", "shaking_force", "ground_moment"})
+      for (const Figure figure : {Figure::peak, Figure::rms})
+        if (const auto f = cost.figure(figure, quantity)) {
+          const double ends = ((*f)(a, nullptr) + (*f)(b, nullptr)) / 2, middle = (*f)((a + b) / 2, nullptr);
+          CHECK_MESSAGE(middle <= ends * (1 + 1e-12), quantity);  // round-off
+          // strictly where parameters are no multiples; a scalar may have its peak at the same sample all the way
+          if (figure == Figure::rms) CHECK_MESSAGE(middle < ends, quantity);
+        }
+  });
+}
+
+TEST_CASE(
+    "a billionth of a counterweight off balance, the force's rms is a billionth of what the counterweight makes") {
+  const Study study = config("5r-balanced.yaml");
+  const TrajectoryCost cost(study.mechanism, find(study, "cycloid"));
+  const CostFunction rms = cost.figure(Figure::rms, "shaking_force").value();
+  VectorX pi = parameter_values(study.mechanism);
+  const double scale = cost.figure(Figure::rms, "ground_force").value()(pi, nullptr);
+  CHECK(rms(pi, nullptr) < 1e-13 * scale);
+  VectorX without = pi, nearly = pi;
+  const Eigen::Index first =
+      4 * static_cast<Eigen::Index>(study.mechanism.bodies.size() - 1);  // attachments' parameters
+  without.segment(first, 4).setZero();
+  nearly.segment(first, 4) *= 1 - 1e-9;
+  // 1e-4: round-off of 1e-13 beside 1e-9
+  CHECK(rms(nearly, nullptr) == doctest::Approx(1e-9 * rms(without, nullptr)).epsilon(1e-4));
+}
+
+TEST_CASE("a trajectory that cannot be followed has a reason and no figures") {
+  const Study study = config("planar-rrr.yaml");
+  Mechanism mechanism = study.mechanism;
+  mechanism.actuators.pop_back();
+  const TrajectoryCost cost(mechanism, find(study, "cycloid"));
+  CHECK(cost.outcome().status == MotionStatus::mismatch);
+  CHECK(cost.outcome().reason == simulate(mechanism, find(study, "cycloid")).outcome.reason);
+  CHECK_FALSE(cost.figure(Figure::rms, "shaking_force").has_value());
+}
+
+TEST_CASE("a singularity on the way ends the cost where it ends the simulation") {
+  const Study study = config("3rrr.yaml");
+  Trajectory trajectory = find(study, "cycloid");
+  trajectory.to.tool = Vector3(3, 0, 0);
+  const TrajectoryCost cost(study.mechanism, trajectory);
+  const MotionOutcome outcome = simulate(study.mechanism, trajectory).outcome;
+  CHECK(outcome.status != MotionStatus::done);
+  CHECK(cost.outcome().status == outcome.status);
+  CHECK(cost.outcome().reason == outcome.reason);
+}
+
+TEST_CASE("quantities that do not exist have no figure") {
+  const Study arm = config("planar-rrr.yaml"), scara = config("scara.yaml");
+  const TrajectoryCost of_arm(arm.mechanism, find(arm, "cycloid"));
+  for (const std::string& name :
+       Names{"", "torque[", "torque[]", "torque[nobody]", "power[nobody]", "shaking_force[J1]", "noise"})
+    CHECK_MESSAGE(!of_arm.figure(Figure::rms, name), name);
+  // torques and forces cannot be compared, powers can
+  const TrajectoryCost of_scara(scara.mechanism, find(scara, "cycloid"));
+  CHECK_FALSE(of_scara.figure(Figure::rms, "torque"));
+  CHECK(of_scara.figure(Figure::rms, "power"));
+}
+
+TEST_CASE("parameters of another number are refused") {
+  const Study arm = config("planar-rrr.yaml");
+  const auto function = TrajectoryCost(arm.mechanism, find(arm, "cycloid")).figure(Figure::rms, "torque").value();
+  CHECK_THROWS_AS(function(VectorX::Ones(3), nullptr), std::invalid_argument);
 }

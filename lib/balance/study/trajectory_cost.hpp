@@ -15,12 +15,17 @@ namespace balance {
 
 enum class Figure { peak, rms, mean, range };
 
-/// One figure along one trajectory: value and, where asked for, gradient.
+/// One figure along one trajectory [SI]: value and, where asked for, gradient.
+/// @param parameters in the order of list_parameters for the same loose springs
+/// @param gradient null, or where to put it: of the parameters' size
+/// @throws std::invalid_argument if there are not as many values as parameters
 using CostFunction = std::function<double(const VectorX& parameters, VectorX* gradient)>;
 
 class TrajectoryCost {
  public:
-  /// Solves the motion and keeps the forces' matrices.
+  /// Solves the motion. For com drives it is that of the mechanism's own masses.
+  /// @param loose springs whose parameters are all products of stiffness and end points
+  /// @throws std::invalid_argument if trajectory and mechanism do not fit
   TrajectoryCost(const Mechanism& mechanism, const Trajectory& trajectory, const LooseSprings& loose = {});
   ~TrajectoryCost();
   TrajectoryCost(TrajectoryCost&&) noexcept;
@@ -31,6 +36,8 @@ class TrajectoryCost {
 
   /// @param quantity as in Result::metrics: "torque", "torque[A1]", "shaking_force", "shaking_moment", "ground_force",
   ///        "ground_moment", "power", "power[A1]", "kinetic_energy"
+  /// Goes along the motion once (rms) or twice; the function it returns does not, and does not need this object any more. Peak
+  /// and rms are convex; where a figure has a corner the gradient is that of one side.
   /// @return nothing if the quantity is not linear in the parameters or does not exist
   std::optional<CostFunction> figure(Figure figure, const std::string& quantity) const;
 
@@ -39,7 +46,7 @@ class TrajectoryCost {
   std::shared_ptr<const Implementation> implementation_;
 };
 
-/// The prescribed motion itself depends on where the mass is (drive com).
+/// The prescribed motion itself depends on where the mass is (drive com, or a pose that is stated by the CoM).
 bool depends_on_masses(const Trajectory& trajectory);
 
 }  // namespace balance
