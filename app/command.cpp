@@ -4,6 +4,7 @@
 
 #include "balance/base/error.hpp"
 
+#include <filesystem>
 #include <string_view>
 
 namespace balance::app {
@@ -16,7 +17,7 @@ void add_spec_options(CLI::App& parser, SpecOptions& options) {
   parser.add_flag("--json", options.json, "print JSON, errors included");
 }
 
-Study read_study(const SpecOptions& options) {
+ReadOptions read_options(const SpecOptions& options) {
   ReadOptions read;
   for (const std::string& text : options.set) {
     const std::size_t equals = text.find('=');
@@ -25,13 +26,26 @@ Study read_study(const SpecOptions& options) {
     }
     read.set.emplace_back(text.substr(0, equals), text.substr(equals + 1));
   }
+  return read;
+}
+
+Study read_study(const SpecOptions& options) { return read_space(options).start; }
+
+DesignSpace read_space(const SpecOptions& options) {
+  const ReadOptions read = read_options(options);
   try {
-    return read_spec_file(options.spec, read);
+    return read_design_space_file(options.spec, read);
   } catch (const SpecError& error) {
     // The reader names the place of every mistake; one whose place is the command line is not the spec's.
     if (std::string_view(error.what()).starts_with("--set ")) throw UsageError(error.what());
     throw;
   }
+}
+
+bool same_file(const std::string& a, const std::string& b) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
 }
 
 std::string shell_word(const std::string& text) {

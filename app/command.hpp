@@ -31,10 +31,21 @@ void add_spec_options(CLI::App& parser, SpecOptions& options);
 /// has no place for; otherwise as read_spec_file
 Study read_study(const SpecOptions& options);
 
+/// The same with its free numbers still free.
+DesignSpace read_space(const SpecOptions& options);
+
+/// The overrides alone. @throws UsageError for one that is not `name=value`
+ReadOptions read_options(const SpecOptions& options);
+
+/// Whether two names are one file, which need not exist.
+bool same_file(const std::string& a, const std::string& b);
+
 /// One word for a POSIX shell: quoted if it needs to be.
 std::string shell_word(const std::string& text);
 
 Command setup_check(CLI::App& program);
+Command setup_conditions(CLI::App& program);
+Command setup_design(CLI::App& program);
 Command setup_simulate(CLI::App& program);
 
 }  // namespace balance::app

@@ -4,6 +4,8 @@
 #include "balance/motion/motion.hpp"
 
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 namespace balance::app {
 
@@ -17,7 +19,15 @@ class CallError : public UsageError {
   using UsageError::UsageError;
 };
 
-/// The mechanism cannot do what was asked.
+/// The mechanism cannot have what was asked: no conditions, no design.
+class MechanismFailure : public std::runtime_error {
+ public:
+  MechanismFailure(std::string its_status, const std::string& reason)
+      : std::runtime_error(reason), status(std::move(its_status)) {}
+  std::string status;
+};
+
+/// The mechanism cannot make a motion that was asked for.
 class MotionFailure : public std::runtime_error {
  public:
   explicit MotionFailure(const MotionOutcome& result) : std::runtime_error(result.reason), outcome(result) {}

@@ -21,9 +21,11 @@ namespace {
 constexpr const char* footer =
     "Examples:\n"
     "  balance check 3rrr.yaml\n"
+    "  balance conditions 5r.yaml --goal static\n"
+    "  balance design 5r.yaml -o balanced.yaml\n"
     "  balance simulate 3rrr.yaml --trajectory cycloid -o out.h5\n\n"
-    "Exit codes: 0 done; 1 a requirement is not met; 2 wrong usage; 3 invalid spec; 4 the mechanism\n"
-    "cannot do it; 5 file or system error.";
+    "Exit codes: 0 done; 1 a requirement is not met or a design is only a compromise; 2 wrong usage;\n"
+    "3 invalid spec; 4 the mechanism cannot do it; 5 file or system error.";
 
 constexpr const char* help = "balance --help and balance <command> --help show the usage";
 
@@ -62,7 +64,8 @@ ExitCode parse_and_run(int argc, char** argv) {
   CLI::App program("balance: balancing conditions, torques and shaking forces of mechanisms", "balance");
   program.set_version_flag("--version", std::string("balance ") + version(), "Print the version and exit");
   program.footer(footer);
-  const std::vector<Command> commands = {setup_check(program), setup_simulate(program)};
+  const std::vector<Command> commands = {setup_check(program), setup_conditions(program), setup_design(program),
+                                         setup_simulate(program)};
   program.require_subcommand(0, 1);
   program.allow_extras();  // after the commands, which would inherit it: only here can the message be a good one
   try {
@@ -94,6 +97,9 @@ ExitCode translate(int argc, char** argv) {
   } catch (const MotionFailure& error) {
     const std::string message = std::string("error: ") + error.what();
     return fail(ExitCode::mechanism, message, json ? error_json("mechanism", error.outcome) : "");
+  } catch (const MechanismFailure& error) {
+    const std::string message = std::string("error: ") + error.what();
+    return fail(ExitCode::mechanism, message, json ? error_json("mechanism", error.what(), error.status) : "");
   } catch (const SystemError& error) {
     return failed(ExitCode::system, "system", std::string("error: ") + error.what(), error.what());
   } catch (const Cancelled& error) {

@@ -54,12 +54,6 @@ void change_duration(Trajectory& trajectory, double duration) {
   trajectory.duration = duration;
 }
 
-bool same_file(const std::string& a, const std::string& b) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
-}
-
 /// What computes the same file again. Options that do not change its content are left out, and so is the spec's folder:
 /// the same spec gives the same bytes wherever it and the result lie.
 std::string command_line(const SimulateOptions& options, const Trajectory& trajectory) {

@@ -124,7 +124,7 @@ class Namer {
     }
     std::erase_if(governing, [](const Symbol& symbol) { return symbol.uses.empty(); });
     for (std::size_t n = 0; n < numbers_.size(); ++n)
-      if (numbers_[n].value != 0 && governed.count(n) == 0) governing.push_back(own_symbol(numbers_[n]));
+      if (worth_a_name(numbers_[n]) && governed.count(n) == 0) governing.push_back(own_symbol(numbers_[n]));
     return governing;
   }
 
@@ -164,6 +164,11 @@ class Namer {
     double product = 1;
     for (const auto& [p, e] : powers) product *= std::pow(symbols[p].value, e);
     return as_small_ratio(numbers_[n].value / product).has_value();
+  }
+
+  /// A ratio of one is easier to read left out.
+  static bool worth_a_name(const GeometricNumber& number) {
+    return number.value != 0 && !(number.unit == "1" && std::abs(number.value) == 1);
   }
 
   Symbol own_symbol(const GeometricNumber& number) const {

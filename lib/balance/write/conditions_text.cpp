@@ -109,7 +109,7 @@ std::vector<std::string> wrapped_condition(const ConditionsView& view, int row, 
   for (std::size_t i = 0; i < text.size(); ++i) {
     // A term begins with its sign; signs inside brackets belong to their term.
     const bool sign =
-        text.compare(i, 3, " + ") == 0 || text.compare(i, 3, " - ") == 0 || text.compare(i, 3, " = ") == 0;
+        text.compare(i, 3, " + ") == 0 || text.compare(i, 3, " - ") == 0;
     const auto depth = std::count(term.begin(), term.end(), '(') - std::count(term.begin(), term.end(), ')');
     if (sign && depth == 0)
       finish_term();

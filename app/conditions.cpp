@@ -1,0 +1,88 @@
+#include "command.hpp"
+#include "console.hpp"
+#include "failure.hpp"
+#include "goals.hpp"
+
+#include "balance/conditions/latex.hpp"
+#include "balance/read/symbols.hpp"
+#include "balance/study/occurrence.hpp"
+#include "balance/write/conditions_json.hpp"
+#include "balance/write/conditions_text.hpp"
+#include "balance/write/names.hpp"
+
+#include <memory>
+
+namespace balance::app {
+namespace {
+
+struct ConditionsOptions {
+  SpecOptions spec;
+  GoalOptions goal;
+  bool latex = false;
+  bool numbers = false;
+};
+
+void add_options(CLI::App& parser, ConditionsOptions& o) {
+  add_spec_options(parser, o.spec);
+  add_goal_options(parser, o.goal);
+  CLI::Option* latex = parser.add_flag("--latex", o.latex, "print LaTeX (amsmath) and nothing else");
+  latex->excludes(parser.get_option("--json"));
+  parser.add_flag("--numbers", o.numbers, "print coefficients as numbers, without the lengths that they are made of");
+}
+
+ConditionsView derive_view(const ConditionsOptions& options, const DesignSpace& space) {
+  const Study& study = space.start;
+  const bool modular = is_modular(options.goal);
+  ConditionOptions condition_options;
+  condition_options.seed = options.goal.seed.value_or(condition_options.seed);
+  // Angular momentum is about the same point as in the runs.
+  if (!study.trajectories.empty()) condition_options.about = study.trajectories.front().about;
+  const Derive derive = make_derive(choose_goals(options.goal, study), modular, condition_options);
+  ConditionsView view;
+  view.title = study.mechanism.name;
+  view.strategy = options.goal.strategy;
+  view.conditions = derive(study.mechanism);
+  if (view.conditions.status != ConditionsStatus::done)
+    throw MechanismFailure(name_of(view.conditions.status), view.conditions.reason);
+  if (!options.numbers) {
+    view.names =
+        name_coefficients(study.mechanism, view.conditions, list_symbols(study, read_options(options.spec)), derive);
+  }
+  view.numbers = study.free_numbers;
+  view.occurring = list_occurring(space, view.conditions, derive);
+  judge(view, study.mechanism);
+  return view;
+}
+
+ExitCode run(const ConditionsOptions& options) {
+  const DesignSpace space = read_space(options.spec);
+  const ConditionsView view = derive_view(options, space);
+  for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
+  if (options.spec.json)
+    print(conditions_json(view, space.start.warnings));
+  else
+    print(options.latex ? conditions_latex(view.conditions, view.names) : conditions_text(view));
+  return ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_conditions(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("conditions", "Derive the complete balancing conditions");
+  const auto options = std::make_shared<ConditionsOptions>();
+  add_options(*parser, *options);
+  parser->footer(
+      "Prints the linear conditions on masses, centres of mass, inertias and stiffnesses that are\n"
+      "necessary and sufficient for the goal, which of them are met and which free numbers of the\n"
+      "spec each of them depends on. Without --goal it is the spec's `design: goal`.\n"
+      "Inertial parameters are about the origin of the body's frame, those of discs about their\n"
+      "centre of mass. Exit code 4: the loops cannot be closed, the number of conditions is not\n"
+      "clear, or the goal needs actuators or a tool that the mechanism does not have.\n\n"
+      "Examples:\n"
+      "  balance conditions 5r.yaml --goal static\n"
+      "  balance conditions 3rrr.yaml --goal force --goal gyroscopic --json\n"
+      "  balance conditions rr.yaml --goal decoupled --latex");
+  return {parser, [options] { return run(*options); }};
+}
+
+}  // namespace balance::app

@@ -1,0 +1,123 @@
+#include "design_options.hpp"
+
+#include "failure.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/base/version.hpp"
+#include "balance/read/nearest.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string_view>
+
+namespace balance::app {
+namespace {
+
+const std::vector<std::string> global_algorithms = {"crs", "direct", "isres", "esch", "mlsl"};
+const std::vector<std::string> local_algorithms = {"auto", "slsqp", "auglag", "cobyla", "bobyqa", "sbplx"};
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+void choose_algorithm(const std::string& name, SearchOptions& search) {
+  if (name.empty()) return;
+  if (contains(global_algorithms, name)) {
+    search.global = name;
+  } else if (contains(local_algorithms, name)) {
+    search.local = name;
+  } else {
+    std::vector<std::string> all = global_algorithms;
+    all.insert(all.end(), local_algorithms.begin(), local_algorithms.end());
+    throw UsageError(fmt::format("--algorithm {}: expected {}{}", read::in_quotes(name), read::one_of(all),
+                                 read::nearest_hint(name, all)));
+  }
+}
+
+std::vector<ObjectiveTerm> choose_objective(const std::string& text, const Study& study) {
+  if (text.empty()) return {};
+  try {
+    return read_objective(text, study);
+  } catch (const SpecError& error) {
+    throw UsageError(error.what());
+  }
+}
+
+/// What computes the same file again; see describe in simulate_options.cpp.
+std::string command_line(const DesignCommandOptions& o) {
+  std::vector<std::string> words = {"balance", "design", std::filesystem::path(o.spec.spec).filename().string()};
+  const auto add = [&](const char* name, const std::string& value) {
+    if (!value.empty()) words.insert(words.end(), {name, value});
+  };
+  for (const std::string& goal : o.goal.goals) add("--goal", goal);
+  add("--minimize", o.minimize);
+  if (o.goal.strategy != "complete") add("--strategy", o.goal.strategy);
+  add("--algorithm", o.algorithm);
+  if (o.goal.seed) add("--seed", std::to_string(*o.goal.seed));
+  for (const std::string& set : o.spec.set) add("--set", set);
+  for (std::string& word : words) word = shell_word(word);
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
+}  // namespace
+
+void add_design_options(CLI::App& parser, DesignCommandOptions& o) {
+  add_spec_options(parser, o.spec);
+  parser.add_option("-o,--output", o.output, "write the spec with numbers in place of its free ones")
+      ->type_name("FILE");
+  parser.add_option("--h5", o.h5, "write numbers, conditions and all runs to this HDF5 file")->type_name("FILE");
+  add_goal_options(parser, o.goal);
+  parser.add_option("--minimize", o.minimize, "what to prefer among exact solutions, as in the spec's design section")
+      ->type_name("YAML");
+  parser
+      .add_option("--algorithm", o.algorithm,
+                  fmt::format("of the search; global: {}; local: {}", fmt::join(global_algorithms, ", "),
+                              fmt::join(local_algorithms, ", ")))
+      ->type_name("NAME");
+  parser.add_flag("--force", o.force, "replace files that exist, even the spec by its balanced self");
+  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+}
+
+DesignStudyOptions study_options(const DesignCommandOptions& options, const Study& study) {
+  DesignStudyOptions result;
+  result.modular = is_modular(options.goal);
+  result.goals = choose_goals(options.goal, study);
+  result.minimize = choose_objective(options.minimize, study);
+  result.search = study.design.search;
+  choose_algorithm(options.algorithm, result.search);
+  if (options.goal.seed) result.search.seed = *options.goal.seed;
+  result.trajectories = !options.quiet || options.spec.json || !options.h5.empty();
+  if (study.free_numbers.empty()) {
+    throw SpecError(study.spec_file +
+                    ": there is nothing to design: no number is free; write {free: [lower, upper]} in "
+                    "place of a number, for instance mass: {free: [0, 10]} of a counterweight");
+  }
+  return result;
+}
+
+void check_outputs(const DesignCommandOptions& options) {
+  const Existing existing = options.force ? Existing::replace : Existing::keep;
+  if (!options.output.empty() && !options.force && same_file(options.output, options.spec.spec))
+    throw UsageError("the design would replace the spec, with its free numbers: " + options.output +
+                     "; --force allows it");
+  if (!options.h5.empty() && same_file(options.h5, options.spec.spec))
+    throw UsageError("the result would replace the spec: " + options.h5);
+  if (!options.h5.empty() && !options.output.empty() && same_file(options.h5, options.output))
+    throw UsageError("--output and --h5 name the same file: " + options.output);
+  for (const std::string& file : {options.output, options.h5})
+    if (!file.empty()) check_writable(file, existing);
+}
+
+FileDescription describe(const DesignCommandOptions& options, const Study& study) {
+  FileDescription description;
+  description.title = study.mechanism.name;
+  description.version = version();
+  description.spec_text = study.spec_text;
+  description.command_line = command_line(options);
+  return description;
+}
+
+}  // namespace balance::app

@@ -1,0 +1,33 @@
+#pragma once
+/// What `balance conditions` and `balance design` share: goals, the strategy and the derivation that they stand for.
+
+#include "command.hpp"
+
+#include "balance/conditions/naming.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+namespace balance::app {
+
+struct GoalOptions {
+  std::vector<std::string> goals;  ///< names; empty: the spec's
+  std::string strategy = "complete";
+  std::optional<std::uint64_t> seed;
+};
+
+void add_goal_options(CLI::App& parser, GoalOptions& options);
+
+/// The goals that the options name, or else the spec's.
+/// @throws UsageError for a name that does not exist, or if there is none at all
+std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study);
+
+/// @throws UsageError unless the strategy is `complete` or `modular`
+bool is_modular(const GoalOptions& options);
+
+/// Derives the conditions of a mechanism the same way again and again.
+using Derive = std::function<Conditions(const Mechanism&)>;
+Derive make_derive(const std::vector<Goal>& goals, bool modular, const ConditionOptions& options);
+
+}  // namespace balance::app

@@ -1,0 +1,167 @@
+#include "balance/write/design_text.hpp"
+
+#include "balance/write/conditions_text.hpp"
+#include "balance/write/names.hpp"
+#include "balance/write/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+namespace {
+
+/// Six digits; an exact zero is just that.
+std::string number_text(double value) {
+  if (std::isnan(value)) return "-";
+  return value == 0 ? "0" : format_number(value);
+}
+
+std::string ratio_text(double before, double after) {
+  if (!(before != 0) || std::isnan(before) || std::isnan(after)) return "-";
+  return after == 0 ? "0" : fmt::format("{:.4g}", after / before);
+}
+
+std::string headline(const DesignView& view) {
+  const DesignOutcome& outcome = view.report.outcome;
+  const std::string goals = list_names(outcome.conditions.goals);
+  switch (outcome.status) {
+    case DesignStatus::unsolved: return "no design for " + goals;
+    case DesignStatus::balanced:
+      if (outcome.global && !view.objective.empty())
+        return fmt::format("balanced exactly for {}, with the least {} there is", goals, view.objective);
+      return "balanced exactly for " + goals;
+    case DesignStatus::compromise: return fmt::format("a compromise: not balanced for {}", goals);
+    case DesignStatus::impossible:
+      return fmt::format("impossible: no choice of the free numbers balances it for {}", goals);
+  }
+  return "";
+}
+
+std::string objective_line(const DesignView& view) {
+  const DesignOutcome& outcome = view.report.outcome;
+  if (view.objective.empty() || std::isnan(outcome.objective)) return "";
+  const std::string unit = view.objective_unit.empty() ? "" : " " + view.objective_unit;
+  std::string text = fmt::format("{}: {}{}", view.objective, number_text(outcome.objective), unit);
+  if (!std::isnan(outcome.lower_bound) && !outcome.global && outcome.status == DesignStatus::balanced)
+    text += fmt::format("; at least {}{} is needed", number_text(outcome.lower_bound), unit);
+  return text + "\n";
+}
+
+/// Each sentence once, although several parts of the report may have it.
+class Sentences {
+ public:
+  void add(const std::string& sentence) {
+    if (!sentence.empty() && text_.find(sentence) == std::string::npos) text_ += sentence + "\n";
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+std::string reasons(const DesignView& view) {
+  Sentences sentences;
+  sentences.add(view.report.outcome.reason);
+  if (view.report.outcome.proof) sentences.add(view.report.outcome.proof->sentence);
+  return sentences.text() + objective_line(view);
+}
+
+std::string numbers_text(const DesignView& view) {
+  const DesignReport& report = view.report;
+  Table table{{"free number [SI]", "lower", "upper", "before", "value", ""},
+              {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
+              {}};
+  for (std::size_t i = 0; i < report.numbers.size(); ++i) {
+    const FreeNumber& number = report.numbers[i];
+    const auto k = static_cast<Eigen::Index>(i);
+    const double value = report.outcome.x[k];
+    const int bound = at_bound(number, value);
+    table.rows.push_back({number.path, fmt::format("{:g}", number.lower), fmt::format("{:g}", number.upper),
+                          number_text(report.before[k]), number_text(value),
+                          bound < 0 ? "at its lower bound" : (bound > 0 ? "at its upper bound" : "")});
+  }
+  return format_table(table) + "\n";
+}
+
+std::string residual_text(double residual) {
+  if (std::isnan(residual)) return "-";
+  return std::abs(residual) <= met ? "met" : fmt::format("{:.2g}", std::abs(residual));
+}
+
+std::string conditions_table(const DesignView& view) {
+  const ConditionsView& c = view.conditions;
+  Table table{{"no", "condition", "before", "after"}, {Align::right, Align::left, Align::right, Align::right}, {}};
+  std::vector<int> hidden;
+  for (int row = 0; row < static_cast<int>(c.conditions.matrix.rows()); ++row) {
+    if (c.by_definition[static_cast<std::size_t>(row)]) {
+      hidden.push_back(row + 1);
+      continue;
+    }
+    const auto lines = wrapped_condition(c, row, 76);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      table.rows.push_back({i == 0 ? std::to_string(row + 1) : "", lines[i],
+                            i == 0 ? residual_text(view.residuals_before[row]) : "",
+                            i == 0 ? residual_text(c.residuals[row]) : ""});
+  }
+  std::string text = table.rows.empty() ? "" : format_table(table);
+  const std::string symbols = symbols_text(c.names);
+  if (!symbols.empty()) text += "where " + symbols + "\n";
+  if (!hidden.empty())
+    text += fmt::format("{} {} for every disc that is symmetrical about its axis\n", ranges_text(hidden),
+                        hidden.size() == 1 ? "holds" : "hold");
+  return text.empty() ? "" : text + "\n";
+}
+
+std::string cost_text(const DesignReport& report) {
+  const double mass = report.mass_after - report.mass_before, inertia = report.inertia_after - report.inertia_before;
+  const auto signed_text = [](double value, double scale) {
+    return std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:+.6g}", value);
+  };
+  return fmt::format("added mass     {} kg ({:.6g} kg before, {:.6g} kg after)\n", signed_text(mass, report.mass_after),
+                     report.mass_before, report.mass_after) +
+         fmt::format("added inertia  {} kg m^2 ({:.6g} kg m^2 before, {:.6g} kg m^2 after)\n",
+                     signed_text(inertia, report.inertia_after), report.inertia_before, report.inertia_after);
+}
+
+std::string comparison_text(const TrajectoryComparison& comparison) {
+  std::string text = fmt::format("\ntrajectory {}\n", comparison.trajectory);
+  for (const auto& [when, result] : {std::pair("before", &comparison.before), std::pair("after", &comparison.after)})
+    if (result->outcome.status != MotionStatus::done)
+      text += fmt::format("{}: it cannot be followed: {}\n", when, result->outcome.reason);
+  Table table{{"quantity", "unit", "peak before", "after", "ratio", "rms before", "after", "ratio"}, {}, {}};
+  table.align.assign(table.heading.size(), Align::right);
+  table.align[0] = table.align[1] = Align::left;
+  const std::vector<Change> changes = list_changes(comparison);
+  for (std::size_t i = 0; i + 1 < changes.size(); i += 2) {
+    std::vector<std::string> row = {changes[i].quantity, changes[i].unit};
+    for (const Change& change : {changes[i], changes[i + 1]}) {
+      row.push_back(number_text(change.before));
+      row.push_back(number_text(change.after));
+      row.push_back(ratio_text(change.before, change.after));
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table.rows.empty() ? text : text + format_table(table);
+}
+
+std::string notes_text(const DesignView& view) {
+  std::string text;
+  for (const auto* notes : {&view.report.outcome.notes, &view.report.notes, &view.conditions.conditions.notes,
+                            &view.conditions.names.notes})
+    for (const std::string& note : *notes)
+      if (text.find(note) == std::string::npos) text += "note: " + note + "\n";
+  return text.empty() ? "" : "\n" + text;
+}
+
+}  // namespace
+
+std::string design_text(const DesignView& view) {
+  std::string text = fmt::format("{}: {}\n{}\n", view.conditions.title, headline(view), reasons(view));
+  text += numbers_text(view) + conditions_table(view) + cost_text(view.report);
+  for (const TrajectoryComparison& comparison : view.report.comparisons) text += comparison_text(comparison);
+  return text + notes_text(view);
+}
+
+}  // namespace balance
