@@ -56,7 +56,27 @@ def mistakes(spec):
     yield "one end", changed(lambda s: s["joints"][first_joint].update(connects=["ground.O"]))
     yield "a unit of nothing", changed(lambda s: s.update(units={"length": "inch"}))
     yield "a motion without an end", changed(lambda s: s.update(motion={"duration": 1, "form": {}}))
+    yield "an unknown goal", changed(lambda s: s.update(design={"goal": "statics"}))
+    yield "an unknown size", changed(lambda s: s.update(design={"minimize": "mass"}))
+    yield "a figure without its quantity", changed(lambda s: s.update(design={"minimize": {"along": "cycloid"}}))
+    yield "two figures at once", changed(lambda s: s.update(design={"minimize": {"rms": "power", "peak": "power"}}))
+    yield "a size along a trajectory", changed(
+        lambda s: s.update(design={"minimize": {"of": "added-mass", "along": "cycloid"}})
+    )
+    yield "an unknown method", changed(lambda s: s.update(design={"search": {"global": "luck"}}))
+    yield "no restarts", changed(lambda s: s.update(design={"search": {"restarts": 0}}))
     yield "an unknown law", changed(lambda s: s.update(trajectories={"t": {"law": "fast", "drive": "tool"}}))
+
+
+def designs():
+    """What `design` may say, by name."""
+    yield "one size", {"goal": "decoupled", "minimize": "added-inertia"}
+    yield "two goals", {"goal": ["force", "moment"]}
+    yield "a figure", {"minimize": {"peak": "shaking_force", "along": "cycloid"}}
+    yield "a sum", {"minimize": [{"rms": "torque[J1]", "weight": "2 * l"}, {"of": "total-mass", "weight": 0.5}, "added-mass"]}
+    yield "a search", {
+        "search": {"global": "isres", "local": "sbplx", "seed": 0, "restarts": 10000, "evaluations": 1, "seconds": 0.5}
+    }
 
 
 def is_mechanism(spec):
@@ -72,6 +92,9 @@ def main():
     for name, spec in mechanisms.items():
         for error in validator.iter_errors(spec):
             failures.append(f"{name}: {'.'.join(map(str, error.absolute_path))}: {error.message}")
+        for design, value in designs():
+            if not validator.is_valid(dict(spec, design=value)):
+                failures.append(f"{name}: the schema refuses a design: {design}")
         for mistake, wrong in mistakes(spec):
             if validator.is_valid(wrong):
                 failures.append(f"{name}: the schema takes {mistake}")

@@ -170,11 +170,3 @@ TEST_CASE("a table file that does not fit is named with what is wrong in it") {
             .find("forces.csv: expected the columns time, x, y or angle, found 'm'") != std::string::npos);
   CHECK(complaint("drive: tool, " + file(".")).find("expected a file, found something else at") != std::string::npos);
 }
-
-TEST_CASE("what to design for is read as written") {
-  const std::string design = "design: {goal: static, minimize: added-mass}";
-  CHECK(specs::read(specs::planar).design.goals == std::vector<Goal>{{GoalKind::statics}});
-  const Study several =
-      specs::read(specs::with(specs::planar, design, "design: {goal: [force, fully-decoupled]}"));
-  CHECK(several.design.goals == std::vector<Goal>{{GoalKind::force}, {GoalKind::decoupled, true}});
-}

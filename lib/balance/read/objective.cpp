@@ -52,6 +52,7 @@ std::string read_along(const Cursor& at, const Study& study) {
 }
 
 double read_weight(const Cursor& at, Parameters& parameters) {
+  if (!at.is_scalar()) at.expected("a weight, a number or an expression");
   const double weight = parameters.evaluate(at);
   if (weight < 0) at.fail(fmt::format("must not be negative: expected a weight ≥ 0, found {}", weight));
   return weight;

@@ -124,7 +124,10 @@ void SourceText::leaves(const Node& node, std::vector<Span>& all) const {
   if (node.alias != 0) {
     all.push_back({node.begin, end(node)});
   } else if (node.kind == Node::Kind::scalar) {
-    all.push_back({content(node), end(node)});
+    const std::size_t begin = content(node);
+    // The line of `|` and `>` may end with a comment.
+    if (is_one_of(begin, "|>")) all.push_back({begin, begin + 1});
+    all.push_back({is_one_of(begin, "|>") ? line_end(begin) : begin, end(node)});
   } else {
     for (std::size_t i = 0; i < node.items.size(); ++i) {
       if (i < node.keys.size()) leaves(node.keys[i], all);
