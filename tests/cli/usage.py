@@ -27,17 +27,18 @@ trajectories: {turn: {law: cycloidal, drive: joints}}
 
 class Usage(Case):
     def test_help_and_version_are_results(self):
-        for arguments in (["--help"], ["check", "--help"], ["simulate", "--help"]):
-            done = run(*arguments)
+        self.assertIn("balance simulate", run("--help").stdout)
+        for command in ("check", "conditions", "design", "simulate"):
+            done = run(command, "--help")
             self.assert_quiet_success(done)
-            self.assertIn("balance simulate" if "check" not in arguments else "balance check", done.stdout)
+            self.assertIn("balance " + command, done.stdout)
         done = run("--version")
         self.assert_quiet_success(done)
         self.assertRegex(done.stdout, r"^balance \d+\.\d+\.\d+\n$")
 
     def test_wrong_usage_ends_with_2_and_says_what_is_wrong(self):
         for arguments, part in (
-            ([], "a command is needed: check or simulate"),
+            ([], "a command is needed: check, conditions, design or simulate"),
             (["simulat", SPEC], "nearest is 'simulate'"),
             (["--quiet"], "'--quiet' must stand behind a command"),
             (["--force", "check", SPEC], "'--force' must stand behind a command"),

@@ -53,10 +53,9 @@ std::string heading_text(const ConditionsView& view) {
   std::string text = fmt::format("{}: {} conditions{}\n", view.title, list_names(c.goals),
                                  view.strategy == "modular" ? ", chain by chain" : "");
   for (const Goal& goal : c.goals) text += in_words(goal) + "\n";
-  text += "\n" + plural(static_cast<std::size_t>(c.rank), "condition", "conditions") +
-          fmt::format(" (the rank) on {}", plural(c.parameters.size(), "parameter", "parameters"));
-  if (c.gap > 0) text += fmt::format("; singular values fall by {:.1f} decades behind them", std::log10(c.gap));
-  if (c.samples > 0) text += fmt::format("; {}", plural(static_cast<std::size_t>(c.samples), "sample", "samples"));
+  text += fmt::format("\nrank {} of {}", c.rank, plural(c.parameters.size(), "parameter", "parameters"));
+  if (c.rank > 0 && c.gap > 0) text += fmt::format(", gap {:.1f} decades", std::log10(c.gap));
+  if (c.samples > 0) text += ", " + plural(static_cast<std::size_t>(c.samples), "sample", "samples");
   return text + "\n\n";
 }
 
@@ -108,8 +107,7 @@ std::vector<std::string> wrapped_condition(const ConditionsView& view, int row, 
   };
   for (std::size_t i = 0; i < text.size(); ++i) {
     // A term begins with its sign; signs inside brackets belong to their term.
-    const bool sign =
-        text.compare(i, 3, " + ") == 0 || text.compare(i, 3, " - ") == 0;
+    const bool sign = text.compare(i, 3, " + ") == 0 || text.compare(i, 3, " - ") == 0;
     const auto depth = std::count(term.begin(), term.end(), '(') - std::count(term.begin(), term.end(), ')');
     if (sign && depth == 0)
       finish_term();

@@ -78,8 +78,10 @@ std::string numbers_text(const DesignView& view) {
     const auto k = static_cast<Eigen::Index>(i);
     const double value = report.outcome.x[k];
     const int bound = at_bound(number, value);
+    // What rounding leaves of a zero says nothing.
+    const bool zero = std::abs(value) < 1e-12 * (number.upper - number.lower);
     table.rows.push_back({number.path, fmt::format("{:g}", number.lower), fmt::format("{:g}", number.upper),
-                          number_text(report.before[k]), number_text(value),
+                          number_text(report.before[k]), number_text(zero ? 0 : value),
                           bound < 0 ? "at its lower bound" : (bound > 0 ? "at its upper bound" : "")});
   }
   return format_table(table) + "\n";
@@ -127,15 +129,21 @@ std::string cost_text(const DesignReport& report) {
 
 std::string comparison_text(const TrajectoryComparison& comparison) {
   std::string text = fmt::format("\ntrajectory {}\n", comparison.trajectory);
+  const bool moved = comparison.before.outcome.status == MotionStatus::done &&
+                     comparison.after.outcome.status == MotionStatus::done;
   for (const auto& [when, result] : {std::pair("before", &comparison.before), std::pair("after", &comparison.after)})
     if (result->outcome.status != MotionStatus::done)
-      text += fmt::format("{}: it cannot be followed: {}\n", when, result->outcome.reason);
+      text += fmt::format("cannot be followed {}: {}\n", when, result->outcome.reason);
+  if (!moved) return text;
   Table table{{"quantity", "unit", "peak before", "after", "ratio", "rms before", "after", "ratio"}, {}, {}};
   table.align.assign(table.heading.size(), Align::right);
   table.align[0] = table.align[1] = Align::left;
   const std::vector<Change> changes = list_changes(comparison);
+  const std::size_t actuators = comparison.before.actuator_names.size();
   for (std::size_t i = 0; i + 1 < changes.size(); i += 2) {
-    std::vector<std::string> row = {changes[i].quantity, changes[i].unit};
+    const bool worst = changes[i].quantity == "torque";
+    if (worst && actuators == 1) continue;  // it has a line of its own
+    std::vector<std::string> row = {worst ? "torque, the worst" : changes[i].quantity, changes[i].unit};
     for (const Change& change : {changes[i], changes[i + 1]}) {
       row.push_back(number_text(change.before));
       row.push_back(number_text(change.after));
