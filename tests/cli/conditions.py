@@ -63,8 +63,8 @@ class Conditions(Case):
             symbols = {s["name"].replace(".", "_"): s["value"] for s in result["symbols"]}
             named = 0
             for term in (t for c in result["conditions"] for t in c["terms"] if "name" in t):
-                name = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", term["name"].replace(".", "_", term["name"].count(".")
-                              if re.search(r"[a-z]\.[a-z]", term["name"]) else 0)).replace("^", "**")
+                name = re.sub(r"(?<=\w)\.(?=[A-Za-z])", "_", term["name"]).replace("^", "**")
+                name = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", name)
                 # Coefficients carry the round-off of the derivation.
                 self.assertAlmostEqual(eval(name, {}, symbols), term["coefficient"], delta=1e-6)  # pylint: disable=eval-used
                 named += term["name"] != "1"
