@@ -6,6 +6,7 @@
 #include "balance/conditions/linear_program.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <Eigen/QR>
 
 #include <algorithm>
@@ -20,6 +21,8 @@ namespace {
 constexpr double definite = 1e-10;
 /// Room that is sought inside the cone, beside a matrix' size.
 constexpr double room = 1e-3;
+/// A matrix of this size stands for zero.
+constexpr double vanished = 1e-8;
 constexpr double largest_factor = 1e4;
 constexpr int most_rounds = 80;
 
@@ -41,9 +44,11 @@ class ConeSearch {
     const std::optional<VectorX> start = search(first_program());
     if (!start) return std::nullopt;
     const std::optional<VectorX> inside = search(inner_program(*start));
-    for (const VectorX& candidate : {inside.value_or(*start), *start})
-      for (const double singular : {0.0, 1e-7, 1e-5, 1e-3})
+    for (const VectorX& candidate : {inside.value_or(*start), *start}) {
+      if (std::optional<Certificate> found = verified(centred(candidate))) return found;
+      for (const double singular : {1e-5, 1e-3, 1e-7, 0.0})
         if (std::optional<Certificate> found = verified(repaired(candidate, singular))) return found;
+    }
     return std::nullopt;
   }
 
@@ -148,40 +153,93 @@ class ConeSearch {
   /// Newton's method on: what is excluded is zero, the trace is one, matrices of size zero vanish, and eigenvalues below
   /// `singular` (relative to their matrix) are zero.
   VectorX repaired(VectorX lambda, double singular) const {
-    std::vector<Index> part;
-    for (Index r = 0; r < n_; ++r)
-      if (lambda[r] != 0) part.push_back(r);
+    const std::vector<Index> part = taking_part(lambda);
     for (int round = 0; round < 8; ++round) {
-      std::vector<VectorX> rows = {trace_};
-      for (const Index p : cone_.excluded) rows.push_back(rows_.col(p));
       const VectorX coefficients = rows_.transpose() * lambda;
-      for (const ConeBlock& block : cone_.blocks) add_equations(block, coefficients, singular, rows);
-      MatrixX jacobian(static_cast<Index>(rows.size()), n_);
-      for (std::size_t i = 0; i < rows.size(); ++i) jacobian.row(static_cast<Index>(i)) = rows[i].transpose();
+      std::vector<VectorX> rows = equations(coefficients);
+      for (const ConeBlock& block : cone_.blocks) {
+        const Spectrum spectrum(block, coefficients, singular);
+        for (Index i = 0; i < spectrum.null; ++i)
+          for (Index k = 0; k <= i; ++k) rows.push_back(form(block, spectrum.vectors.col(i), spectrum.vectors.col(k)));
+      }
+      const MatrixX jacobian = stacked(rows);
       VectorX residual = -jacobian * lambda;
       residual[0] += 1;
-      Eigen::CompleteOrthogonalDecomposition<MatrixX> solver;
-      solver.setThreshold(1e-9);
-      solver.compute(jacobian(Eigen::all, part));
-      lambda(part) += solver.solve(residual);
+      lambda(part) += least_squares(jacobian(Eigen::all, part), residual);
     }
     return lambda;
   }
 
-  void add_equations(const ConeBlock& block, const VectorX& coefficients, double singular,
-                     std::vector<VectorX>& rows) const {
-    const MatrixX matrix = block.matrix(coefficients);
-    const double size = matrix.norm();
-    if (size < 10 * coefficient_rounding) {
-      for (const ConeBlock::Term& term : block.terms) rows.emplace_back(rows_.col(term.parameter));
-      return;
+  /// Where the family of matrices only touches the cone its smallest eigenvalues are zero at their maximum, and Newton's method
+  /// on their values is blind: this is Newton's method on the gradient of their sum, everything else kept.
+  VectorX centred(VectorX lambda) const {
+    const std::vector<Index> part = taking_part(lambda);
+    for (int round = 0; round < 3; ++round) {
+      const VectorX coefficients = rows_.transpose() * lambda;
+      VectorX gradient = VectorX::Zero(n_);
+      MatrixX hessian = MatrixX::Zero(n_, n_);
+      for (const ConeBlock& block : cone_.blocks) {
+        const Spectrum s(block, coefficients, 1e-5);
+        for (Index a = 0; a < s.null; ++a) {
+          gradient += form(block, s.vectors.col(a), s.vectors.col(a));
+          for (Index b = s.null; b < block.size; ++b) {
+            const VectorX mixed = form(block, s.vectors.col(a), s.vectors.col(b));
+            hessian -= 2 / (s.values[b] - s.values[a]) * mixed * mixed.transpose();
+          }
+        }
+      }
+      const Eigen::FullPivLU<MatrixX> kept(stacked(equations(coefficients))(Eigen::all, part));
+      const MatrixX free = kept.kernel();
+      if (free.isZero(0)) break;
+      const MatrixX curvature = free.transpose() * hessian(part, part) * free;
+      lambda(part) -= free * least_squares(curvature, free.transpose() * gradient(part));
     }
-    const Eigen::SelfAdjointEigenSolver<MatrixX> solver(matrix);
-    std::vector<VectorX> null;
-    for (Index i = 0; singular > 0 && i < block.size; ++i)
-      if (solver.eigenvalues()[i] < singular * size) null.emplace_back(solver.eigenvectors().col(i));
-    for (std::size_t i = 0; i < null.size(); ++i)
-      for (std::size_t j = 0; j <= i; ++j) rows.push_back(form(block, null[i], null[j]));
+    return lambda;
+  }
+
+  /// Eigenvalues, increasing, and how many of them are zero.
+  struct Spectrum {
+    VectorX values;
+    MatrixX vectors;
+    Index null = 0;
+
+    Spectrum(const ConeBlock& block, const VectorX& coefficients, double singular) {
+      const MatrixX matrix = block.matrix(coefficients);
+      const double size = matrix.norm();
+      const Eigen::SelfAdjointEigenSolver<MatrixX> solver(matrix);
+      values = solver.eigenvalues(), vectors = solver.eigenvectors();
+      if (size >= vanished) null = (values.array() < singular * size).count();
+      if (singular == 0) null = 0;
+    }
+  };
+
+  static std::vector<Index> taking_part(const VectorX& lambda) {
+    std::vector<Index> part;
+    for (Index r = 0; r < lambda.size(); ++r)
+      if (lambda[r] != 0) part.push_back(r);
+    return part;
+  }
+
+  /// Rows of λ that give the trace, what is excluded, and the entries of matrices that vanish.
+  std::vector<VectorX> equations(const VectorX& coefficients) const {
+    std::vector<VectorX> rows = {trace_};
+    for (const Index p : cone_.excluded) rows.emplace_back(rows_.col(p));
+    for (const ConeBlock& block : cone_.blocks)
+      if (block.matrix(coefficients).norm() < vanished)
+        for (const ConeBlock::Term& term : block.terms) rows.emplace_back(rows_.col(term.parameter));
+    return rows;
+  }
+
+  MatrixX stacked(const std::vector<VectorX>& rows) const {
+    MatrixX all(static_cast<Index>(rows.size()), n_);
+    for (std::size_t i = 0; i < rows.size(); ++i) all.row(static_cast<Index>(i)) = rows[i].transpose();
+    return all;
+  }
+
+  static VectorX least_squares(const MatrixX& matrix, const VectorX& right) {
+    Eigen::CompleteOrthogonalDecomposition<MatrixX> solver;
+    solver.setThreshold(coefficient_rounding);
+    return solver.compute(matrix).solve(right);
   }
 
   std::optional<Certificate> verified(const VectorX& lambda) const {

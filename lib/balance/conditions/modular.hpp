@@ -11,8 +11,13 @@
 namespace balance {
 
 /// The chains' conditions together, in the parameters of the whole mechanism. `notes` say how the mechanism was split, how the
-/// shares are formed and what inertia is left over with the platform.
-/// @param goals static, gyroscopic or gyroscopic-independent (with or without others the status is mismatch)
+/// shares are formed and what inertia is left over with the platform; where that matters, conditions that it be balanced by
+/// itself are added, so that the strategy stays sufficient whatever the shares can reproduce.
+///
+/// Gyroscopic: the efforts have no velocity terms when every chain's are written in the accelerations of its own joints. The
+/// complete conditions write them in the accelerations of one spanning tree's joints, which need not be the same.
+/// @param goals static, gyroscopic or, for mechanisms without loops, gyroscopic-independent: written in the actuators'
+///              accelerations the loops bring the chains' velocity terms back. With or without others the status is mismatch
 Conditions derive_modular_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals,
                                      const ConditionOptions& options = {});
 

@@ -1,0 +1,167 @@
+#include "balance/conditions/chain_builder.hpp"
+
+#include "balance/conditions/cuts.hpp"
+
+namespace balance {
+
+using Eigen::Index;
+
+VectorX point_mass(SpaceKind space, const Vector3& r) {
+  if (space == SpaceKind::planar) return Eigen::Vector4d(1, r.x(), r.y(), r.head<2>().squaredNorm());
+  VectorX pi(10);
+  pi << 1, r, r.y() * r.y() + r.z() * r.z(), r.x() * r.x() + r.z() * r.z(), r.x() * r.x() + r.y() * r.y(),
+      -r.x() * r.y(), -r.x() * r.z(), -r.y() * r.z();
+  return pi;
+}
+
+Columns::Columns(const std::vector<Parameter>& parameters) : count_(static_cast<Index>(parameters.size())) {
+  for (Index p = 0; p < count_; ++p) {
+    const Parameter& parameter = parameters[static_cast<std::size_t>(p)];
+    ++ranges_.try_emplace({parameter.bearer, parameter.index}, p, 0).first->second.second;
+  }
+}
+
+ChainBuilder::ChainBuilder(const Mechanism& whole, const LooseSprings& loose, const Columns& columns)
+    : whole_(whole),
+      loose_(loose),
+      columns_(columns),
+      body_(whole.bodies.size(), -1),
+      coordinate_(whole.coordinates.size(), -1) {
+  chain_.mechanism.name = whole.name;
+  chain_.mechanism.space = whole.space;
+  chain_.mechanism.gravity = whole.gravity;
+  chain_.mechanism.bodies.push_back(whole.bodies[ground]);
+  body_[ground] = ground;
+}
+
+void ChainBuilder::add_body(int b) {
+  const Body& body = whole_.bodies[static_cast<std::size_t>(b)];
+  body_[static_cast<std::size_t>(b)] = append(body);
+  chain_.name += (chain_.name.empty() ? "" : ", ") + body.name;
+  carried_.push_back({Bearer::body, body_[static_cast<std::size_t>(b)], b});
+}
+
+void ChainBuilder::add_joint(int j) {
+  Joint joint = whole_.joints[static_cast<std::size_t>(j)];
+  joint.first = body_[static_cast<std::size_t>(joint.first)];
+  joint.second = body_[static_cast<std::size_t>(joint.second)];
+  append(joint, j);
+}
+
+void ChainBuilder::add_tip(const Tip& tip, const VectorX& present) {
+  Joint joint = whole_.joints[static_cast<std::size_t>(tip.joint)];
+  const bool beyond_first = joint.first == tip.other;
+  Attachment mass;
+  mass.name = "share at " + joint.name;
+  mass.kind = AttachmentKind::payload;
+  mass.mass = tip.mass.dot(present);
+  if (holds_point(joint.type)) {
+    mass.body = body_[static_cast<std::size_t>(beyond_first ? joint.second : joint.first)];
+    mass.position = beyond_first ? joint.point_second : joint.point_first;
+  } else {
+    Body end;
+    end.name = whole_.bodies[static_cast<std::size_t>(tip.other)].name;
+    mass.body = append(end);
+    mass.position = beyond_first ? joint.point_first : joint.point_second;
+    joint.first = beyond_first ? mass.body : body_[static_cast<std::size_t>(joint.first)];
+    joint.second = beyond_first ? body_[static_cast<std::size_t>(joint.second)] : mass.body;
+    append(joint, tip.joint);
+  }
+  add_mass(mass, tip.mass);
+}
+
+void ChainBuilder::add_fittings() {
+  Mechanism& m = chain_.mechanism;
+  m.coordinates = list_coordinates(m.space, m.joints);
+  find_coordinates();
+  for (std::size_t a = 0; a < whole_.attachments.size(); ++a) add_attachment(static_cast<int>(a));
+  for (std::size_t d = 0; d < whole_.discs.size(); ++d) add_disc(static_cast<int>(d));
+  for (std::size_t s = 0; s < whole_.springs.size(); ++s) add_spring(static_cast<int>(s));
+  for (Coupling coupling : whole_.couplings) {
+    coupling.follower = here(coupling.follower), coupling.leader = here(coupling.leader);
+    if (coupling.follower >= 0 && coupling.leader >= 0) m.couplings.push_back(coupling);
+  }
+  for (const int c : whole_.actuators)
+    if (here(c) >= 0) m.actuators.push_back(here(c));
+  for (const CoordinateValue& value : whole_.assembly)
+    if (here(value.coordinate) >= 0) m.assembly.push_back({here(value.coordinate), value.value});
+}
+
+Chain ChainBuilder::finish(MatrixX& left_over) {
+  const Columns own(list_parameters(chain_.mechanism, chain_.loose_springs));
+  chain_.parameters = MatrixX::Zero(own.count(), columns_.count());
+  for (const Carried& c : carried_) {
+    const Index size = own.size(c.bearer, c.index), from = columns_.first(c.bearer, c.whole_index);
+    chain_.parameters.block(own.first(c.bearer, c.index), from, size, size).setIdentity();
+    left_over.block(from, from, size, size).setZero();
+  }
+  for (const Point& p : points_) {
+    const Vector3& r = chain_.mechanism.attachments[static_cast<std::size_t>(p.attachment)].position;
+    chain_.parameters.middleRows(own.first(Bearer::attachment, p.attachment),
+                                 own.size(Bearer::attachment, p.attachment)) +=
+        point_mass(whole_.space, r) * p.mass.transpose();
+    if (p.taken >= 0) left_over(p.taken, p.taken) = 0;
+  }
+  return std::move(chain_);
+}
+
+int ChainBuilder::append(const Body& body) {
+  chain_.mechanism.bodies.push_back(body);
+  return static_cast<int>(chain_.mechanism.bodies.size()) - 1;
+}
+
+void ChainBuilder::append(const Joint& joint, int whole) {
+  chain_.mechanism.joints.push_back(joint);
+  joints_.push_back(whole);
+}
+
+void ChainBuilder::add_mass(const Attachment& mass, const VectorX& linear, Index taken) {
+  chain_.mechanism.attachments.push_back(mass);
+  points_.push_back({static_cast<int>(chain_.mechanism.attachments.size()) - 1, linear, taken});
+}
+
+void ChainBuilder::find_coordinates() {
+  const auto& own = chain_.mechanism.coordinates;
+  for (std::size_t c = 0; c < own.size(); ++c)
+    for (std::size_t w = 0; w < whole_.coordinates.size(); ++w)
+      if (whole_.coordinates[w].joint == joints_[static_cast<std::size_t>(own[c].joint)] &&
+          whole_.coordinates[w].index == own[c].index)
+        coordinate_[w] = static_cast<int>(c);
+}
+
+void ChainBuilder::add_attachment(int a) {
+  Attachment attachment = whole_.attachments[static_cast<std::size_t>(a)];
+  if (!is_own(attachment.body)) return;
+  attachment.body = body_[static_cast<std::size_t>(attachment.body)];
+  chain_.mechanism.attachments.push_back(attachment);
+  carried_.push_back({Bearer::attachment, static_cast<int>(chain_.mechanism.attachments.size()) - 1, a});
+}
+
+/// A disc that follows a coordinate of another chain loads this one with its mass; what its spin does is left over.
+void ChainBuilder::add_disc(int d) {
+  Disc disc = whole_.discs[static_cast<std::size_t>(d)];
+  if (!has(disc.body) || (disc.body == ground && here(disc.follows) < 0)) return;
+  disc.body = body_[static_cast<std::size_t>(disc.body)];
+  if (here(disc.follows) >= 0) {
+    disc.follows = here(disc.follows);
+    chain_.mechanism.discs.push_back(disc);
+    carried_.push_back({Bearer::disc, static_cast<int>(chain_.mechanism.discs.size()) - 1, d});
+  } else {
+    const Index mass = columns_.first(Bearer::disc, d);
+    add_mass({disc.name, AttachmentKind::counterweight, disc.body, disc.position, disc.mass, Matrix3::Zero()},
+             VectorX::Unit(columns_.count(), mass), mass);
+  }
+}
+
+void ChainBuilder::add_spring(int s) {
+  Spring spring = whole_.springs[static_cast<std::size_t>(s)];
+  if (!has(spring.first) || !has(spring.second) || (!is_own(spring.first) && !is_own(spring.second))) return;
+  spring.first = body_[static_cast<std::size_t>(spring.first)];
+  spring.second = body_[static_cast<std::size_t>(spring.second)];
+  chain_.mechanism.springs.push_back(spring);
+  const auto index = static_cast<std::size_t>(s);
+  chain_.loose_springs.push_back(index < loose_.size() && loose_[index]);
+  carried_.push_back({Bearer::spring, static_cast<int>(chain_.mechanism.springs.size()) - 1, s});
+}
+
+}  // namespace balance

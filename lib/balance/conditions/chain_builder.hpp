@@ -1,0 +1,85 @@
+#pragma once
+/// Takes one chain out of a mechanism. Private to chains.
+
+#include "balance/conditions/chains.hpp"
+
+#include <map>
+#include <utility>
+
+namespace balance {
+
+/// Parameters of a point of mass one about the origin of the frame that it is given in.
+VectorX point_mass(SpaceKind space, const Vector3& place);
+
+/// Where the parameters of each bearer stand.
+class Columns {
+ public:
+  explicit Columns(const std::vector<Parameter>& parameters);
+  Eigen::Index first(Bearer bearer, int index) const { return ranges_.at({bearer, index}).first; }
+  Eigen::Index size(Bearer bearer, int index) const { return ranges_.at({bearer, index}).second; }
+  Eigen::Index count() const { return count_; }
+
+ private:
+  Eigen::Index count_;
+  std::map<std::pair<Bearer, int>, std::pair<Eigen::Index, Eigen::Index>> ranges_;
+};
+
+/// A point mass that a chain carries at the end of a joint that was cut.
+struct Tip {
+  int joint = 0;
+  int other = 0;  ///< the body beyond the joint
+  VectorX mass;   ///< P: linear in the whole mechanism's parameters
+};
+
+/// Bodies first, then joints and tips, then the rest.
+class ChainBuilder {
+ public:
+  /// @param whole, loose, columns must outlive the builder
+  ChainBuilder(const Mechanism& whole, const LooseSprings& loose, const Columns& columns);
+
+  void add_body(int body);
+  void add_joint(int joint);
+  /// At the joint's point; where that point wanders over the chain's last body, on a body of its own that has no other mass.
+  /// @param present the whole mechanism's parameters
+  void add_tip(const Tip& tip, const VectorX& present);
+  /// What hangs on the bodies and what refers to coordinates.
+  void add_fittings();
+  /// @param left_over loses what this chain carries
+  Chain finish(MatrixX& left_over);
+
+  bool has(int body) const { return body_[static_cast<std::size_t>(body)] >= 0; }
+
+ private:
+  /// Parameters that are the same in the chain and in the whole.
+  struct Carried {
+    Bearer bearer;
+    int index;
+    int whole_index;
+  };
+  struct Point {
+    int attachment;
+    VectorX mass;
+    Eigen::Index taken = -1;  ///< parameter of the whole that it is, if it is one
+  };
+
+  int append(const Body& body);
+  void append(const Joint& joint, int whole);
+  void add_mass(const Attachment& mass, const VectorX& linear, Eigen::Index taken = -1);
+  void add_attachment(int attachment);
+  void add_disc(int disc);
+  void add_spring(int spring);
+  void find_coordinates();
+  int here(int coordinate) const { return coordinate_[static_cast<std::size_t>(coordinate)]; }
+  bool is_own(int body) const { return body != ground && has(body); }
+
+  const Mechanism& whole_;
+  const LooseSprings& loose_;
+  const Columns& columns_;
+  Chain chain_;
+  std::vector<int> body_, coordinate_;  ///< of the whole to those of the chain, −1 for none
+  std::vector<int> joints_;             ///< of the chain to those of the whole
+  std::vector<Carried> carried_;
+  std::vector<Point> points_;
+};
+
+}  // namespace balance

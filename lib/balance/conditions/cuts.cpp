@@ -1,0 +1,171 @@
+#include "balance/conditions/cuts.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace balance {
+
+namespace {
+
+/// Points closer than this, beside the mechanism's length, are the same.
+constexpr double coincident = 1e-9;
+
+using Bodies = std::vector<int>;
+
+/// Connected bodies, by joints between two of them.
+std::vector<Bodies> pieces(const Mechanism& mechanism, const Bodies& bodies) {
+  std::vector<int> label(mechanism.bodies.size(), -1);
+  for (const int b : bodies) label[static_cast<std::size_t>(b)] = b;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const Joint& joint : mechanism.joints) {
+      int &a = label[static_cast<std::size_t>(joint.first)], &b = label[static_cast<std::size_t>(joint.second)];
+      if (a < 0 || b < 0 || a == b) continue;
+      a = b = std::min(a, b);
+      changed = true;
+    }
+  }
+  std::vector<Bodies> out;
+  for (const int head : bodies) {
+    if (label[static_cast<std::size_t>(head)] != head) continue;
+    out.emplace_back();
+    for (const int b : bodies)
+      if (label[static_cast<std::size_t>(b)] == head) out.back().push_back(b);
+  }
+  return out;
+}
+
+bool has(const Bodies& bodies, int body) { return std::find(bodies.begin(), bodies.end(), body) != bodies.end(); }
+
+std::vector<int> joints_of(const Mechanism& mechanism, int body) {
+  std::vector<int> out;
+  for (std::size_t j = 0; j < mechanism.joints.size(); ++j)
+    if (mechanism.joints[j].first == body || mechanism.joints[j].second == body) out.push_back(static_cast<int>(j));
+  return out;
+}
+
+int other_end(const Joint& joint, int body) { return joint.first == body ? joint.second : joint.first; }
+
+bool reaches_ground(const Mechanism& mechanism, const Bodies& bodies) {
+  return std::any_of(mechanism.joints.begin(), mechanism.joints.end(), [&](const Joint& joint) {
+    return (joint.first == ground && has(bodies, joint.second)) || (joint.second == ground && has(bodies, joint.first));
+  });
+}
+
+class Cutter {
+ public:
+  explicit Cutter(const Mechanism& mechanism) : mechanism_(mechanism) {
+    cuts_.chain_of.assign(mechanism.bodies.size(), -1);
+  }
+
+  Cuts run() {
+    Bodies all;
+    for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) all.push_back(static_cast<int>(b));
+    for (const Bodies& piece : pieces(mechanism_, all)) {
+      if (loops(piece) == 0)
+        add_chain(piece);
+      else if (!split_at_platform(piece) && !open_loop(piece))
+        cuts_.refusal =
+            "no body with three or more joints has several chains on it that all reach the ground, and the "
+            "mechanism is not a single loop: it cannot be split into chains";
+    }
+    return std::move(cuts_);
+  }
+
+ private:
+  int loops(const Bodies& piece) const {
+    const auto inside = std::count_if(mechanism_.joints.begin(), mechanism_.joints.end(), [&](const Joint& joint) {
+      return has(piece, joint.first) || has(piece, joint.second);
+    });
+    return static_cast<int>(inside) - static_cast<int>(piece.size());
+  }
+
+  void add_chain(const Bodies& bodies) {
+    for (const int b : bodies) cuts_.chain_of[static_cast<std::size_t>(b)] = cuts_.chains;
+    ++cuts_.chains;
+  }
+
+  bool split_at_platform(const Bodies& piece) {
+    std::vector<std::pair<int, int>> candidates;  // by number of joints; the tool's body first among equals
+    for (const int b : piece) {
+      const int joints = static_cast<int>(joints_of(mechanism_, b).size());
+      const bool tool = mechanism_.tool && mechanism_.tool->body == b;
+      if (joints >= 3) candidates.emplace_back(-2 * joints - tool, b);
+    }
+    std::sort(candidates.begin(), candidates.end());
+    for (const auto& [rank, body] : candidates) {
+      Bodies rest = piece;
+      std::erase(rest, body);
+      const std::vector<Bodies> chains = pieces(mechanism_, rest);
+      const bool grounded = std::all_of(chains.begin(), chains.end(),
+                                        [&](const Bodies& chain) { return reaches_ground(mechanism_, chain); });
+      if (chains.size() < 2 || !grounded) continue;
+      for (const Bodies& chain : chains) add_chain(chain);
+      Platform platform{body, joints_of(mechanism_, body)};
+      std::erase_if(platform.joints, [&, p = body](int j) {
+        return other_end(mechanism_.joints[static_cast<std::size_t>(j)], p) == ground;
+      });
+      cuts_.platforms.push_back(std::move(platform));
+      return true;
+    }
+    return false;
+  }
+
+  bool open_loop(const Bodies& piece) {
+    const bool binary =
+        std::all_of(piece.begin(), piece.end(), [&](int b) { return joints_of(mechanism_, b).size() <= 2; });
+    if (!binary || loops(piece) != 1 || piece.size() < 2) return false;
+    Bodies round;
+    const std::vector<int> joints = walk(piece, round);
+    std::size_t at = joints.size() / 2;
+    for (std::size_t j = 1; j + 1 < joints.size(); ++j)
+      if (carries_tool(mechanism_.joints[static_cast<std::size_t>(joints[j])])) at = j;
+    cuts_.opened.push_back(joints[at]);
+    const auto middle = round.begin() + static_cast<std::ptrdiff_t>(at);
+    add_chain(Bodies(round.begin(), middle));
+    add_chain(Bodies(middle, round.end()));
+    return true;
+  }
+
+  /// Joints and bodies in the order round the loop, from the ground to the ground.
+  std::vector<int> walk(const Bodies& piece, Bodies& round) const {
+    std::vector<int> joints;
+    int body = ground;
+    do {
+      for (std::size_t j = 0; j < mechanism_.joints.size(); ++j) {
+        const Joint& joint = mechanism_.joints[j];
+        const int next = other_end(joint, body);
+        if ((joint.first != body && joint.second != body) || has(joints, static_cast<int>(j))) continue;
+        if (body == ground && !has(piece, next)) continue;
+        joints.push_back(static_cast<int>(j));
+        body = next;
+        break;
+      }
+      if (body != ground) round.push_back(body);
+    } while (body != ground);
+    return joints;
+  }
+
+  bool carries_tool(const Joint& joint) const {
+    if (!mechanism_.tool || !holds_point(joint.type)) return false;
+    const Tool& tool = *mechanism_.tool;
+    const auto is_at = [&](int body, const Vector3& point) {
+      return body == tool.body && (point - tool.position).norm() <= coincident * characteristic_length(mechanism_);
+    };
+    return is_at(joint.first, joint.point_first) || is_at(joint.second, joint.point_second);
+  }
+
+  const Mechanism& mechanism_;
+  Cuts cuts_;
+};
+
+}  // namespace
+
+bool holds_point(JointType type) {
+  return type == JointType::revolute || type == JointType::universal || type == JointType::spherical ||
+         type == JointType::fixed;
+}
+
+Cuts find_cuts(const Mechanism& mechanism) { return Cutter(mechanism).run(); }
+
+}  // namespace balance

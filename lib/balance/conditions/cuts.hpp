@@ -1,0 +1,33 @@
+#pragma once
+/// Where a parallel mechanism falls apart into chains: the graph only. Private to conditions.
+
+#include "balance/model/mechanism.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// A body that several chains carry together.
+struct Platform {
+  int body = 0;
+  std::vector<int> joints;  ///< to the chains
+};
+
+struct Cuts {
+  std::string refusal;        ///< why the mechanism cannot be split; empty if it can, or need not be
+  int chains = 0;             ///< connected pieces that reach the ground; they may branch
+  std::vector<int> chain_of;  ///< per body: its chain, −1 for the ground and platforms
+  std::vector<Platform> platforms;
+  std::vector<int> opened;  ///< joints of loops without a platform
+};
+
+/// Everything that moves in one piece, the ground aside, is looked at by itself. Without loops it is a chain. With loops its
+/// platform is the body with the most joints, at least three, whose removal leaves several pieces that all reach the
+/// ground. A single loop of bodies with two joints each is opened at the joint at the tool's point, else at the joint halfway round.
+Cuts find_cuts(const Mechanism& mechanism);
+
+/// Whether a joint holds one point of its first body at one point of its second.
+bool holds_point(JointType type);
+
+}  // namespace balance

@@ -1,0 +1,185 @@
+#include "balance/conditions/modular.hpp"
+
+#include "balance/conditions/chains.hpp"
+#include "balance/conditions/reduce.hpp"
+#include "balance/conditions/rows.hpp"
+#include "balance/kinematics/joint_coordinates.hpp"
+#include "balance/motion/plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+/// A condition's terms, beside its largest one, that are round-off.
+constexpr double round_off = 1e-11;
+
+/// Every joint coordinate where the mechanism is assembled, so that its parts are assembled in the same mode.
+template <class S>
+bool complete_assembly(Mechanism& mechanism) {
+  Tree<S> tree = compile<S>(mechanism, mechanism.actuators);
+  System<S> closures(tree, Drive<S>{});
+  const Solution pose = find_pose(mechanism, tree, closures, {});
+  if (!pose.found) return false;
+  State<S> state(tree.nodes.size());
+  poses(tree, pose.y.data(), state);
+  mechanism.assembly.clear();
+  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
+    const Coordinate& coordinate = mechanism.coordinates[c];
+    const Joint& joint = mechanism.joints[static_cast<std::size_t>(coordinate.joint)];
+    const JointReading reading = read_joint(joint, relative_motion(tree, state, joint));
+    mechanism.assembly.push_back({static_cast<int>(c), reading.position[static_cast<std::size_t>(coordinate.index)]});
+  }
+  return true;
+}
+
+bool complete_assembly(Mechanism& mechanism) {
+  return mechanism.space == SpaceKind::planar ? complete_assembly<Planar>(mechanism)
+                                              : complete_assembly<Spatial>(mechanism);
+}
+
+/// Why the strategy has nothing to say about the goals; empty if it has.
+std::string mismatch(const std::vector<Goal>& goals, bool serial) {
+  for (const Goal& goal : goals) {
+    const bool independent = goal.kind == GoalKind::gyroscopic_independent;
+    if (goal.fully || (goal.kind != GoalKind::statics && goal.kind != GoalKind::gyroscopic && !independent))
+      return "the modular strategy is for the goals static, gyroscopic and gyroscopic-independent, not for " +
+             name_of(goal);
+    if (independent && !serial)
+      return "balanced chains keep no velocity terms in their own joints' accelerations, but written in the actuators' "
+             "accelerations the loops bring them back: the modular strategy cannot promise gyroscopic-independent";
+  }
+  return "";
+}
+
+class Modular {
+ public:
+  Modular(const Mechanism& mechanism, const std::vector<Goal>& goals, const ConditionOptions& options)
+      : mechanism_(mechanism), options_(options) {
+    out_.goals = goals;
+    out_.parameters = list_parameters(mechanism, options.loose_springs);
+  }
+
+  Conditions run() {
+    ChainSplit split = split_into_chains(mechanism_, options_.loose_springs);
+    if (!split.refusal.empty()) return refuse(ConditionsStatus::mismatch, split.refusal);
+    if (const std::string why = mismatch(out_.goals, split.serial); !why.empty())
+      return refuse(ConditionsStatus::mismatch, why);
+    if (split.serial) return ordinary();
+    if (!complete_assembly(mechanism_)) return refuse(ConditionsStatus::not_assembled, "the loops cannot be closed");
+    split = split_into_chains(mechanism_, options_.loose_springs);
+    out_.notes = split.notes;
+    const NaturalUnits units(mechanism_, out_.parameters);
+    for (const Chain& chain : split.chains) {
+      ConditionOptions options = options_;
+      options.loose_springs = chain.loose_springs;
+      const Conditions part = derive_conditions(chain.mechanism, out_.goals, options);
+      if (part.status != ConditionsStatus::done)
+        return refuse(part.status, fmt::format("chain ({}): {}", chain.name, part.reason));
+      append(part, chain.mechanism, chain.parameters, units);
+      add_notes(part.notes);
+    }
+    add_gyroscopic_note(split.chains);
+    if (!add_left_over(split.left_over, units)) return std::move(out_);
+    return finish(units);
+  }
+
+ private:
+  Conditions ordinary() {
+    Conditions out = derive_conditions(mechanism_, out_.goals, options_);
+    out.notes.insert(out.notes.begin(), "there is no loop: the modular strategy is the ordinary one");
+    return out;
+  }
+
+  Conditions refuse(ConditionsStatus status, const std::string& reason) {
+    out_.status = status;
+    out_.reason = reason;
+    return std::move(out_);
+  }
+
+  /// Conditions on parameters that are linear in the whole mechanism's, in natural units.
+  void append(const Conditions& part, const Mechanism& of, const MatrixX& map, const NaturalUnits& units) {
+    const VectorX own = NaturalUnits(of, part.parameters).parameter;
+    const Eigen::Index before = rows_.rows();
+    rows_.conservativeResize(before + part.matrix.rows(), units.parameter.size());
+    for (Eigen::Index r = 0; r < part.matrix.rows(); ++r) {
+      const double size = part.matrix.row(r).cwiseProduct(own.transpose()).cwiseAbs().maxCoeff();
+      auto row = rows_.row(before + r);
+      row = part.matrix.row(r) * map * units.parameter.asDiagonal() / size;
+      row = (row.array().abs() > round_off).select(row, 0.0);
+    }
+    out_.samples += part.samples;
+  }
+
+  void add_notes(const std::vector<std::string>& notes) {
+    for (const std::string& note : notes)
+      if (std::find(out_.notes.begin(), out_.notes.end(), note) == out_.notes.end()) out_.notes.push_back(note);
+  }
+
+  void add_gyroscopic_note(const std::vector<Chain>& chains) {
+    const auto wanted = [](const Goal& goal) { return goal.kind == GoalKind::gyroscopic; };
+    if (std::none_of(out_.goals.begin(), out_.goals.end(), wanted)) return;
+    std::string joints;
+    for (const Chain& chain : chains)
+      for (const Joint& joint : chain.mechanism.joints)
+        if (freedom(joint.type) > 0) joints += (joints.empty() ? "" : ", ") + joint.name;
+    out_.notes.push_back(
+        "no velocity terms: when every chain's efforts are written in the accelerations of its joints, " + joints);
+  }
+
+  /// What no chain carries is balanced by itself, with the whole mechanism moving.
+  bool add_left_over(const MatrixX& left_over, const NaturalUnits& units) {
+    if (!matters(left_over)) return true;
+    const Conditions whole = derive_conditions(mechanism_, out_.goals, options_);
+    if (whole.status != ConditionsStatus::done) {
+      refuse(whole.status, whole.reason);
+      return false;
+    }
+    const Eigen::Index before = rows_.rows();
+    append(whole, mechanism_, left_over, units);
+    if (rows_.rows() == before || rows_.bottomRows(rows_.rows() - before).isZero(0)) return true;
+    out_.notes.push_back("what is left over is balanced by itself, with the whole mechanism moving");
+    add_notes(whole.notes);
+    return true;
+  }
+
+  /// Weight knows no moments of inertia.
+  bool matters(const MatrixX& left_over) const {
+    const bool dynamic = std::any_of(out_.goals.begin(), out_.goals.end(),
+                                     [](const Goal& goal) { return goal.kind != GoalKind::statics; });
+    for (std::size_t p = 0; p < out_.parameters.size(); ++p) {
+      const ParameterKind kind = out_.parameters[p].kind;
+      const bool second = kind == ParameterKind::moment_of_inertia || kind == ParameterKind::product_of_inertia;
+      if ((dynamic || !second) && !left_over.row(static_cast<Eigen::Index>(p)).isZero(0)) return true;
+    }
+    return false;
+  }
+
+  Conditions finish(const NaturalUnits& units) {
+    const std::vector<int> order = pivot_order(mechanism_, out_.parameters);
+    if (!reduce(rows_, units.parameter, units.mass, order, out_))
+      return refuse(ConditionsStatus::rank_unclear,
+                    "the chains' conditions are too close to depending on each other to count them");
+    out_.status = ConditionsStatus::done;
+    return std::move(out_);
+  }
+
+  Mechanism mechanism_;
+  const ConditionOptions& options_;
+  Conditions out_;
+  MatrixX rows_;
+};
+
+}  // namespace
+
+Conditions derive_modular_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals,
+                                     const ConditionOptions& options) {
+  if (goals.empty()) throw std::invalid_argument("conditions need a goal");
+  return Modular(mechanism, goals, options).run();
+}
+
+}  // namespace balance

@@ -1,0 +1,135 @@
+#pragma once
+/// Generalised forces of a mechanism and of its chains moving along with it, by the regressor alone.
+
+#include "balance/conditions/chains.hpp"
+#include "balance/conditions/sampling.hpp"
+#include "balance/dynamics/regressor.hpp"
+#include "balance/kinematics/closure.hpp"
+#include "balance/kinematics/joint_coordinates.hpp"
+
+#include <Eigen/QR>
+
+#include <map>
+#include <string>
+
+namespace hand_made {
+
+using namespace balance;
+
+/// One joint coordinate's motion and how it changes with the independent velocities.
+struct JointMotion {
+  double position = 0, velocity = 0, acceleration = 0;
+  VectorX rates;
+};
+
+/// A mechanism at random states.
+template <class S>
+class Moving {
+ public:
+  Moving(const Mechanism& mechanism, std::uint64_t seed)
+      : m_(mechanism),
+        tree_(compile<S>(mechanism, mechanism.actuators)),
+        sampler_(mechanism, tree_, seed),
+        random_(seed),
+        state_(tree_.nodes.size()) {}
+
+  bool next() {
+    Configuration at;
+    if (!sampler_.next(at)) return false;
+    y_ = at.y;
+    const VectorX scale = column_scale(tree_);
+    directions_ = scale.asDiagonal() * at.null_space;
+    poses(tree_, y_.data(), state_);
+    dy_ = directions_ * random_.normal(directions_.cols());
+    ddy_ = directions_ * random_.normal(directions_.cols()) + bias(scale);
+    return true;
+  }
+
+  /// Forces along the independent velocities, per unit of every inertial parameter.
+  /// @param moving 0: the velocities are left out, the accelerations kept
+  MatrixX forces(double moving, const Vector3& gravity) {
+    return directions_.transpose() * torque(tree_, state_, y_, moving * dy_, ddy_, gravity);
+  }
+
+  std::map<std::string, JointMotion> joints() {
+    std::map<std::string, JointMotion> out;
+    read(dy_, ddy_, [&](const std::string& name, double q, double dq, double ddq) {
+      out[name] = {q, dq, ddq, VectorX(directions_.cols())};
+    });
+    for (Eigen::Index k = 0; k < directions_.cols(); ++k)
+      read(directions_.col(k), VectorX::Zero(tree_.columns),
+           [&](const std::string& name, double, double dq, double) { out[name].rates[k] = dq; });
+    return out;
+  }
+
+  /// Forces of a chain whose joints move like these, along the whole mechanism's independent velocities.
+  MatrixX chain_forces(const Chain& chain, double moving, const Vector3& gravity) {
+    const Tree<S> tree = compile<S>(chain.mechanism, {});
+    State<S> state(tree.nodes.size());
+    VectorX y(tree.columns), dy(tree.columns), ddy(tree.columns);
+    MatrixX rates(tree.columns, directions_.cols());
+    const auto motions = joints();
+    for (std::size_t c = 0; c < tree.sources.size(); ++c) {
+      const CoordinateSource& source = tree.sources[c];
+      if (source.column < 0) continue;
+      const JointMotion& motion = motions.at(chain.mechanism.coordinates[c].name);
+      y[source.column] = (motion.position - source.offset) / source.ratio;
+      dy[source.column] = moving * motion.velocity / source.ratio;
+      ddy[source.column] = motion.acceleration / source.ratio;
+      rates.row(source.column) = motion.rates.transpose() / source.ratio;
+    }
+    return rates.transpose() * torque(tree, state, y, dy, ddy, gravity);
+  }
+
+ private:
+  static MatrixX torque(const Tree<S>& tree, State<S>& state, const VectorX& y, const VectorX& dy, const VectorX& ddy,
+                        const Vector3& gravity) {
+    poses(tree, y.data(), state);
+    angular_velocities(tree, dy.data(), state);
+    accelerations(tree, dy.data(), ddy.data(), typename S::Vector(-to_vector<S>(gravity)), state);
+    return regressor(tree, state).torque;
+  }
+
+  template <class Take>
+  void read(const VectorX& dy, const VectorX& ddy, const Take& take) {
+    poses(tree_, y_.data(), state_);
+    velocities(tree_, dy.data(), state_);
+    accelerations<S>(tree_, dy.data(), ddy.data(), S::Vector::Zero(), state_);
+    for (const Coordinate& coordinate : m_.coordinates) {
+      const Joint& joint = m_.joints[static_cast<std::size_t>(coordinate.joint)];
+      const JointReading r = read_joint(joint, relative_motion(tree_, state_, joint));
+      const auto i = static_cast<std::size_t>(coordinate.index);
+      take(coordinate.name, r.position[i], r.velocity[i], r.acceleration[i]);
+    }
+  }
+
+  /// Accelerations that the loops demand at this velocity.
+  VectorX bias(const VectorX& scale) {
+    if (tree_.closure_rows == 0) return VectorX::Zero(tree_.columns);
+    velocities(tree_, dy_.data(), state_);
+    accelerations<S>(tree_, dy_.data(), nullptr, S::Vector::Zero(), state_);
+    VectorX demand(tree_.closure_rows), residual;
+    double* next = demand.data();
+    for (const Closure<S>& closure : tree_.closures) {
+      closure_bias(state_, closure, closure_pose(state_, closure), next);
+      for (const ClosureRow& row : closure.rows)
+        *next++ *= row.kind == ClosureRow::Kind::along ? -1 / tree_.length : -1;
+    }
+    System<S> system(tree_, Drive<S>{});
+    MatrixX jacobian;
+    system.evaluate(y_, {}, residual, jacobian);
+    Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
+    qr.setThreshold(1e-9);
+    return scale.cwiseProduct(VectorX(qr.compute(jacobian).solve(demand)));
+  }
+
+  const Mechanism m_;
+  Tree<S> tree_;
+  Sampler<S> sampler_;
+  Random random_;
+  State<S> state_;
+  VectorX y_, dy_, ddy_;
+  MatrixX directions_;  ///< columns × freedoms
+};
+
+}  // namespace hand_made
