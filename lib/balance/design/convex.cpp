@@ -41,13 +41,19 @@ class ConvexSearch {
     if (!done()) newton();
     for (int k = 0; k < bundle_steps && !done(); ++k)
       if (!bundle_step()) break;
-    best_.global = done();
+    conclude();
     return best_;
   }
 
  private:
-  bool done() const {
-    return best_.value - best_.bound <= std::max(agreement * std::abs(best_.value), of_start * size_);
+  double tolerance() const { return std::max(agreement * std::abs(best_.value), of_start * size_); }
+  bool done() const { return best_.value - best_.bound <= tolerance(); }
+
+  /// A bound above the value by more than round-off contradicts the convexity that it rests on.
+  void conclude() {
+    if (!(best_.bound <= best_.value + tolerance())) best_.bound = std::numeric_limits<double>::quiet_NaN();
+    best_.global = done();
+    best_.bound = std::min(best_.bound, best_.value);
   }
 
   void add_tangent(const VectorX& u, double value, const VectorX& slope) {

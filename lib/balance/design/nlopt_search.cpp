@@ -143,11 +143,13 @@ bool wants_gradients(const std::string& local_method) { return local_method == "
 
 Found search_locally(const std::string& method, const Program& program, const VectorX& start,
                      const SearchLimits& limits) {
-  const Method* found = find(local_methods, method);
+  // BOBYQA's quadratic model needs two dimensions
+  const Method* found = find(local_methods, method == "bobyqa" && program.size == 1 ? "sbplx" : method);
   if (found == nullptr) throw std::invalid_argument("no local search is called " + method);
   Run run(program, found->algorithm, limits);
   if (method != "bobyqa" && method != "sbplx") run.add_constraints(true);
   run.stop_at_changes_below(limits.relative);
+  if (limits.step > 0) nlopt_set_initial_step1(run.get(), limits.step);
   Optimiser inner;
   if (method == "auglag") {
     inner = Run::create(program, NLOPT_LD_LBFGS);

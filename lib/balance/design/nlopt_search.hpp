@@ -23,6 +23,7 @@ struct SearchLimits {
   int evaluations = 2000;
   double seconds = 0;       ///< 0: no limit
   double relative = 1e-13;  ///< change of the numbers or of the objective that ends a local search
+  double step = 0;          ///< first one of methods without gradients; 0: their own choice
 };
 
 struct Found {

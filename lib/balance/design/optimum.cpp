@@ -20,6 +20,7 @@ std::string local_method(const Context& context, const FigureOfMerit& merit) {
 SearchLimits local_limits(const Context& context, const FigureOfMerit& merit, const Deadline& deadline) {
   SearchLimits limits;
   limits.evaluations = std::min(context.problem.search.evaluations, 2000);
+  limits.step = 0.1;
   if (merit.simulated()) {
     limits.seconds = deadline.left();
     limits.relative = 1e-6;
@@ -45,7 +46,7 @@ std::vector<int> independent_rows(const Equations& equations, const VectorX& u) 
   VectorX values;
   MatrixX jacobian;
   std::vector<int> rows;
-  if (!equations.evaluate(u, values, &jacobian)) return rows;
+  if (equations.conditions == 0 || !equations.evaluate(u, values, &jacobian)) return rows;
   Eigen::ColPivHouseholderQR<MatrixX> qr(jacobian.topRows(equations.conditions).transpose());
   qr.setThreshold(1e-9);
   for (Eigen::Index k = 0; k < qr.rank(); ++k) rows.push_back(qr.colsPermutation().indices()[k]);
@@ -75,23 +76,29 @@ VectorX with_equalities(const Context& context, const FigureOfMerit& merit, cons
   return search_locally(method, program, start, limits).u;
 }
 
+/// Orthonormal directions in which no condition changes.
+MatrixX tangent_space(const Equations& equations, const VectorX& u) {
+  const auto n = u.size();
+  if (equations.conditions == 0) return MatrixX::Identity(n, n);
+  VectorX values;
+  MatrixX jacobian;
+  if (!equations.evaluate(u, values, &jacobian)) return MatrixX(n, 0);
+  Eigen::ColPivHouseholderQR<MatrixX> qr(jacobian.topRows(equations.conditions).transpose());
+  qr.setThreshold(1e-9);
+  const MatrixX q = qr.householderQ() * MatrixX::Identity(n, n);
+  return q.rightCols(n - qr.rank());
+}
+
 /// Methods without gradients move in the tangent space of the conditions; every point is brought back onto them.
 VectorX in_tangent_space(const Context& context, const FigureOfMerit& merit, const Equations& equations,
                          const std::function<VectorX(const VectorX&)>& back, const VectorX& start,
                          const std::string& method, const SearchLimits& limits) {
-  VectorX values;
-  MatrixX jacobian;
-  if (!equations.evaluate(start, values, &jacobian)) return start;
-  Eigen::ColPivHouseholderQR<MatrixX> qr(jacobian.topRows(equations.conditions).transpose());
-  qr.setThreshold(1e-9);
-  const auto n = start.size(), rank = qr.rank();
-  if (rank == n) return start;
-  const MatrixX q = qr.householderQ() * MatrixX::Identity(n, n);
-  const MatrixX tangents = q.rightCols(n - rank);
+  const MatrixX tangents = tangent_space(equations, start);
+  if (tangents.cols() == 0) return start;
   const double worst_value = penalty(merit(start, nullptr));
   Program program;
-  program.size = static_cast<int>(n - rank);
-  program.bound = 2 * std::sqrt(static_cast<double>(n));
+  program.size = static_cast<int>(tangents.cols());
+  program.bound = 2 * std::sqrt(static_cast<double>(start.size()));
   const auto point = [&](const VectorX& z) { return back(clipped(start + tangents * z)); };
   program.objective = [&](const VectorX& z, VectorX* gradient) {
     if (gradient != nullptr) throw std::logic_error("a method without gradients asked for one");
@@ -100,7 +107,7 @@ VectorX in_tangent_space(const Context& context, const FigureOfMerit& merit, con
     const double value = merit(u, nullptr);
     return std::isfinite(value) ? value : worst_value;
   };
-  return point(search_locally(method, program, VectorX::Zero(n - rank), limits).u);
+  return point(search_locally(method, program, VectorX::Zero(tangents.cols()), limits).u);
 }
 
 }  // namespace
@@ -122,10 +129,19 @@ Optimum best_exact(const Context& context, const FigureOfMerit& merit, const Equ
   for (const VectorX& solution : solutions) {
     consider(solution);
     const SearchLimits limits = local_limits(context, merit, deadline);
-    const VectorX found = wants_gradients(method)
-                              ? with_equalities(context, merit, equations, solution, method, limits)
-                              : in_tangent_space(context, merit, equations, back, solution, method, limits);
-    consider(back(found));
+    if (wants_gradients(method)) {
+      consider(back(with_equalities(context, merit, equations, solution, method, limits)));
+      continue;
+    }
+    VectorX from = solution;
+    for (SearchLimits round = limits; round.step > 1e-4; round.step /= 4) {
+      const double before = merit(from, nullptr);
+      const VectorX found = in_tangent_space(context, merit, equations, back, from, method, round);
+      consider(found);
+      if (!(merit(found, nullptr) < before) || !is_exact(context, equations, found)) break;
+      from = found;
+      if (merit.simulated()) round.seconds = deadline.left();
+    }
   }
   if (best.u.size() == 0) best.u = solutions.front();
   return best;

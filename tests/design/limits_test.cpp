@@ -1,0 +1,209 @@
+#include "mechanisms.hpp"
+#include "objectives.hpp"
+
+#include <doctest/doctest.h>
+
+#include <stdexcept>
+
+using namespace design_tests;
+
+namespace {
+
+/// Counterweight of free mass at x and y on one link of 2 kg whose CoM lies at 0.25.
+DesignProblem one_counterweight(double x, double y, double most) {
+  return problem(
+      {{"cw.mass", 0, most, 0}},
+      [x, y](const VectorX& mass) {
+        Mechanism m = planar_arm({0.5}, {2});
+        m.attachments = {counterweight("cw", 1, x, y, mass[0])};
+        return m;
+      },
+      GoalKind::statics);
+}
+
+/// Two links; only the first one's CoM is free.
+DesignProblem upper_arm_alone() {
+  return problem(
+      {{"com1", -0.6, 0.6, 0.2}},
+      [](const VectorX& x) {
+        Mechanism m = planar_arm({0.5, 0.4}, {3, 1});
+        m.bodies[1].com[0] = x[0];
+        return m;
+      },
+      GoalKind::statics);
+}
+
+}  // namespace
+
+TEST_CASE("too small a counterweight is used in full, and the bounds are named as the reason") {
+  const auto design = one_counterweight(-0.2, 0, 1.5);  // 2.5 kg are needed
+  const DesignOutcome outcome = solve(design);
+  CHECK(outcome.status == DesignStatus::impossible);
+  REQUIRE(outcome.proof);
+  CHECK(outcome.proof->kind == Impossibility::Kind::bounds);
+  CHECK(outcome.x[0] == 1.5);
+  CHECK(outcome.open.size() == 1);
+  CHECK(std::abs(outcome.after[outcome.open[0]]) < std::abs(outcome.before[outcome.open[0]]));
+  CHECK_FALSE(outcome.reason.empty());
+}
+
+TEST_CASE("the best compromise between two conditions is the least-squares one") {
+  // a counterweight off the link's line cannot meet mx and my at once
+  const auto design = one_counterweight(-0.2, 0.1, 10);
+  const DesignOutcome outcome = solve(design);
+  CHECK(outcome.status == DesignStatus::impossible);
+  const Conditions conditions = derive_conditions(design.mechanism_at(outcome.x), design.goals);
+  const auto sum = [&](double mass) {
+    return scaled_residuals(conditions, parameter_values(design.mechanism_at(VectorX::Constant(1, mass))))
+        .squaredNorm();
+  };
+  CHECK(sum(outcome.x[0]) < sum(outcome.x[0] + 0.01));
+  CHECK(sum(outcome.x[0]) < sum(outcome.x[0] - 0.01));
+}
+
+TEST_CASE("a condition without a free number is named, and the others are met all the same") {
+  const auto design = upper_arm_alone();
+  const DesignOutcome outcome = solve(design);
+  CHECK(outcome.status == DesignStatus::impossible);
+  REQUIRE(outcome.unmet_fixed.size() == 1);
+  const int fixed = outcome.unmet_fixed[0];
+  CHECK(outcome.occurring[static_cast<std::size_t>(fixed)].empty());
+  CHECK(outcome.open == outcome.unmet_fixed);
+  CHECK(outcome.reason.find("link2.mx") != std::string::npos);
+  // link1.mx + 0.5 link2.m = 0
+  CHECK(outcome.x[0] == doctest::Approx(-0.5 / 3).epsilon(1e-13));
+}
+
+TEST_CASE("a balanced mechanism stays as it is") {
+  auto design = upper_arm_alone();
+  design.mechanism_at = [](const VectorX& x) {
+    Mechanism m = planar_arm({0.5}, {3});
+    m.bodies[1].com[0] = 0;
+    m.bodies[1].inertia(2, 2) = 0.1 + x[0] * x[0];
+    return m;
+  };
+  const DesignOutcome outcome = solve(design);
+  CHECK(outcome.status == DesignStatus::balanced);
+  CHECK(outcome.method == DesignMethod::nothing_to_do);
+  CHECK(outcome.x[0] == 0.2);
+}
+
+TEST_CASE("a goal without conditions is met by every mechanism") {
+  auto design = upper_arm_alone();
+  const auto with_weight = design.mechanism_at;
+  design.mechanism_at = [with_weight](const VectorX& x) {
+    Mechanism m = with_weight(x);
+    m.gravity.setZero();
+    return m;
+  };
+  const DesignOutcome outcome = solve(design);
+  CHECK(outcome.conditions.rank == 0);
+  CHECK(outcome.status == DesignStatus::balanced);
+}
+
+TEST_CASE("conditions that cannot be derived leave the design unsolved, with their reason") {
+  auto design = upper_arm_alone();
+  design.derive = [](const Mechanism&, const std::vector<Goal>&, const ConditionOptions&) {
+    Conditions conditions;
+    conditions.status = ConditionsStatus::not_assembled;
+    conditions.reason = "the loops cannot be closed";
+    return conditions;
+  };
+  const DesignOutcome outcome = solve(design);
+  CHECK(outcome.status == DesignStatus::unsolved);
+  CHECK(outcome.reason == "the loops cannot be closed");
+  CHECK(outcome.conditions.status == ConditionsStatus::not_assembled);
+}
+
+TEST_CASE("a compromise by a figure of the motion is that figure's least value, with a proof") {
+  // (m - 0.7)^2 over masses of at most 1.5 kg, of which none balances
+  auto design = one_counterweight(-0.2, 0, 1.5);
+  Objective figure;
+  figure.name = "figure";
+  figure.convex = true;
+  figure.of_parameters = [](const VectorX& p, VectorX* gradient) {
+    const double off = p[4] - 0.7;  // the counterweight's mass: the link has the first four parameters
+    if (gradient != nullptr) *gradient = VectorX::Unit(p.size(), 4) * (2 * off);
+    return off * off + 1;
+  };
+  design.objective = figure;
+  for (const bool convex : {true, false}) {
+    design.objective->convex = convex;
+    const DesignOutcome outcome = solve(design);
+    CHECK(outcome.status == DesignStatus::impossible);
+    CHECK(outcome.x[0] == doctest::Approx(0.7).epsilon(1e-5));
+    CHECK(outcome.global == convex);
+  }
+}
+
+TEST_CASE("a compromise by simulation keeps the bounds and improves the figure, whatever the search") {
+  auto design = one_counterweight(-0.2, 0, 1.5);
+  Objective figure;
+  figure.name = "figure";
+  figure.of_variables = [](const VectorX& x) { return x[0] > 1.4 ? NAN : std::abs(x[0] - 0.7) + 1; };
+  design.objective = figure;
+  design.search.evaluations = 300;
+  for (const std::string global : {"direct", "crs", "isres", "esch", "mlsl"}) {
+    CAPTURE(global);
+    design.search.global = global;
+    const DesignOutcome outcome = solve(design), again = solve(design);
+    CHECK(outcome.status == DesignStatus::impossible);
+    CHECK(outcome.x[0] == doctest::Approx(0.7).epsilon(1e-3));
+    CHECK(outcome.x == again.x);
+  }
+}
+
+TEST_CASE("an objective along the conditions is minimised by simulation too") {
+  auto design = problem(
+      {{"a", 0, 10, 1}, {"b", 0, 10, 1}},
+      [](const VectorX& x) {
+        Mechanism m = planar_arm({0.5}, {2});
+        m.attachments = {counterweight("a", 1, -0.2, 0, x[0]), counterweight("b", 1, -0.4, 0, x[1])};
+        return m;
+      },
+      GoalKind::statics);
+  Objective figure;
+  figure.name = "figure";
+  figure.of_variables = [](const VectorX& x) { return x.squaredNorm(); };
+  design.objective = figure;
+  for (const std::string method : {"auto", "cobyla", "bobyqa", "sbplx", "slsqp"}) {
+    CAPTURE(method);
+    design.search.local = method;
+    const DesignOutcome outcome = solve(design);
+    REQUIRE(outcome.status == DesignStatus::balanced);
+    CHECK(outcome.objective == doctest::Approx(1.25).epsilon(1e-6));
+    CHECK(outcome.after.cwiseAbs().maxCoeff() < 1e-14);
+  }
+}
+
+TEST_CASE("trouble inside an objective reaches the caller") {
+  auto design = one_counterweight(-0.2, 0, 1.5);
+  Objective figure;
+  figure.of_variables = [](const VectorX&) -> double { throw std::runtime_error("the disk is full"); };
+  design.objective = figure;
+  CHECK_THROWS_WITH_AS(solve(design), "the disk is full", std::runtime_error);
+}
+
+TEST_CASE("search options out of range are refused") {
+  const auto refused = [](auto change) {
+    SearchOptions options;
+    change(options);
+    CHECK_THROWS_AS(options.validate(), std::invalid_argument);
+  };
+  CHECK_NOTHROW(SearchOptions{}.validate());
+  refused([](SearchOptions& o) { o.global = "annealing"; });
+  refused([](SearchOptions& o) { o.local = "newton"; });
+  refused([](SearchOptions& o) { o.restarts = 0; });
+  refused([](SearchOptions& o) { o.restarts = 10001; });
+  refused([](SearchOptions& o) { o.evaluations = 0; });
+  refused([](SearchOptions& o) { o.seconds = 0; });
+  refused([](SearchOptions& o) { o.seconds = NAN; });
+}
+
+TEST_CASE("a free number needs finite bounds around its start") {
+  auto design = one_counterweight(-0.2, 0, 1.5);
+  for (const Variable& wrong : {Variable{"v", 0, 1, 2}, Variable{"v", 1, 0, 0.5}, Variable{"v", 0, INFINITY, 1}}) {
+    design.variables = {wrong};
+    CHECK_THROWS_AS(solve(design), std::invalid_argument);
+  }
+}
