@@ -214,7 +214,7 @@ TEST_CASE("every mechanism in configs is written as it was designed") {
 
 TEST_CASE("whatever the layout, the spec that is written says what was designed, and no comment is lost") {
   int free = 0, changed = 0;
-  for (unsigned seed = 0; seed < 3000; ++seed) {
+  for (unsigned seed = 0; seed < 1000; ++seed) {
     layouts::Writer writer(seed);
     const std::string text = writer.spec();
     const ReadOptions options = writer.chance(4) ? ReadOptions{.set = {{"p1", "p0 / 4"}}} : ReadOptions{};
@@ -230,6 +230,6 @@ TEST_CASE("whatever the layout, the spec that is written says what was designed,
     free += static_cast<int>(x.size());
     changed += written != text ? 1 : 0;
   }
-  CHECK(free > 10000);
-  CHECK(changed > 2500);
+  CHECK(free > 3000);
+  CHECK(changed > 800);
 }
