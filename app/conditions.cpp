@@ -6,6 +6,7 @@
 #include "balance/conditions/latex.hpp"
 #include "balance/read/symbols.hpp"
 #include "balance/study/occurrence.hpp"
+#include "balance/study/start_pose.hpp"
 #include "balance/write/conditions_json.hpp"
 #include "balance/write/conditions_text.hpp"
 #include "balance/write/names.hpp"
@@ -37,7 +38,8 @@ ConditionsView derive_view(const ConditionsOptions& options, const DesignSpace& 
   condition_options.seed = options.goal.seed.value_or(condition_options.seed);
   // Angular momentum is about the same point as in the runs.
   if (!study.trajectories.empty()) condition_options.about = study.trajectories.front().about;
-  const Derive derive = make_derive(choose_goals(options.goal, study), modular, condition_options);
+  const Derive derive =
+      make_derive(choose_goals(options.goal, study), modular, condition_options, start_coordinates(study));
   ConditionsView view;
   view.title = study.mechanism.name;
   view.strategy = options.goal.strategy;

@@ -5,6 +5,7 @@
 
 #include "balance/base/error.hpp"
 #include "balance/read/symbols.hpp"
+#include "balance/study/start_pose.hpp"
 #include "balance/write/balanced_spec.hpp"
 #include "balance/write/design_hdf5.hpp"
 #include "balance/write/design_json.hpp"
@@ -56,8 +57,9 @@ ConditionsView view_conditions(const DesignCommandOptions& options, const Design
   condition_options.loose_springs = loose;
   if (!space.start.trajectories.empty()) condition_options.about = space.start.trajectories.front().about;
   const auto symbols = symbols_of_design(space.start, balanced, mechanism, report.notes);
-  view.names = name_coefficients(mechanism, view.conditions, symbols,
-                                 make_derive(view.conditions.goals, is_modular(options.goal), condition_options));
+  view.names = name_coefficients(
+      mechanism, view.conditions, symbols,
+      make_derive(view.conditions.goals, is_modular(options.goal), condition_options, start_coordinates(space.start)));
   view.occurring = outcome.occurring;
   view.occurring.resize(static_cast<std::size_t>(view.conditions.matrix.rows()));
   judge(view, mechanism, loose);

@@ -4,6 +4,7 @@
 
 #include "balance/conditions/modular.hpp"
 #include "balance/read/nearest.hpp"
+#include "balance/study/start_pose.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -50,8 +51,10 @@ bool is_modular(const GoalOptions& options) {
   return options.strategy == "modular";
 }
 
-Derive make_derive(const std::vector<Goal>& goals, bool modular, const ConditionOptions& options) {
-  return [=](const Mechanism& mechanism) {
+Derive make_derive(const std::vector<Goal>& goals, bool modular, const ConditionOptions& options,
+                   const std::vector<CoordinateValue>& start) {
+  return [=](const Mechanism& any) {
+    const Mechanism mechanism = assembled_at(any, start);
     return modular ? derive_modular_conditions(mechanism, goals, options)
                    : derive_conditions(mechanism, goals, options);
   };

@@ -28,6 +28,8 @@ bool is_modular(const GoalOptions& options);
 
 /// Derives the conditions of a mechanism the same way again and again.
 using Derive = std::function<Conditions(const Mechanism&)>;
-Derive make_derive(const std::vector<Goal>& goals, bool modular, const ConditionOptions& options);
+/// @param start coordinates that mechanisms are assembled at
+Derive make_derive(const std::vector<Goal>& goals, bool modular, const ConditionOptions& options,
+                   const std::vector<CoordinateValue>& start);
 
 }  // namespace balance::app

@@ -27,6 +27,7 @@ Mechanism with_parameters(Mechanism mechanism, const std::vector<Parameter>& par
     Body& body = mechanism.bodies[static_cast<std::size_t>(parameters[p].index)];
     const VectorX v = values.segment(static_cast<Eigen::Index>(p), width);
     body.mass = v[0];
+    if (v[0] == 0) continue;  // what must not be there has no centre of mass
     body.com = planar ? Vector3(v[1], v[2], 0) / v[0] : Vector3(v.segment<3>(1) / v[0]);
     Matrix3 about_origin = Matrix3::Zero();
     if (planar)
@@ -103,8 +104,10 @@ void check_sufficient_and_necessary(const std::string& file, GoalKind goal) {
   const Mechanism good = with_parameters(study.mechanism, conditions.parameters, values);
   REQUIRE(scaled_residuals(conditions, parameter_values(good)).cwiseAbs().maxCoeff() < 1e-13);
 
-  // The unbalanced mechanism gives the scale; 1e-10 of it leaves three digits for condition numbers of the loops.
-  const double scale = shaken(study.mechanism, trajectories, goal);
+  // The size of the terms that cancel; 1e-10 of it leaves three digits for condition numbers of the loops.
+  const double weight = total_mass(study.mechanism) * study.mechanism.gravity.norm();
+  const double scale = goal == GoalKind::statics ? weight * characteristic_length(study.mechanism)
+                                                 : shaken(study.mechanism, trajectories, goal);
   REQUIRE(scale > 0);
   CHECK(shaken(good, trajectories, goal) < 1e-10 * scale);
 
@@ -134,12 +137,12 @@ TEST_CASE("the static conditions are necessary and sufficient in space") {
 TEST_CASE("the force conditions are necessary and sufficient for a shaking force of zero") {
   for (const char* file :
        {"3rrr.yaml", "5r.yaml", "four-bar.yaml", "slider-crank.yaml", "geared-five-bar.yaml", "watt-six-bar.yaml",
-        "whitworth.yaml", "parallelogram.yaml", "spatial-rrr.yaml", "delta.yaml", "stewart.yaml", "rccc.yaml"})
+        "whitworth.yaml", "parallelogram.yaml", "spatial-rrr.yaml", "delta.yaml", "stewart.yaml"})
     check_sufficient_and_necessary(file, GoalKind::force);
 }
 
 TEST_CASE("the moment conditions are necessary and sufficient for a shaking moment of zero") {
-  for (const char* file : {"3rrr.yaml", "5r.yaml", "four-bar.yaml", "slider-crank.yaml", "scara.yaml"})
+  for (const char* file : {"3rrr.yaml", "5r.yaml", "four-bar.yaml", "slider-crank.yaml", "rr.yaml"})
     check_sufficient_and_necessary(file, GoalKind::moment);
 }
 

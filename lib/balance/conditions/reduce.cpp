@@ -37,13 +37,13 @@ std::vector<int> depths(const Mechanism& mechanism) {
   return depth;
 }
 
+/// Masses cannot be chosen freely, springs are an addition.
 int preference(ParameterKind kind) {
   switch (kind) {
-    case ParameterKind::first_moment: return 0;
-    case ParameterKind::moment_of_inertia: return 1;
-    case ParameterKind::product_of_inertia: return 1;
-    case ParameterKind::mass: return 2;
-    default: return 3;
+    case ParameterKind::mass: return 1;
+    case ParameterKind::stiffness: return 2;
+    case ParameterKind::stiffness_moment: return 2;
+    default: return 0;
   }
 }
 
@@ -135,6 +135,7 @@ bool reduce(const MatrixX& rows, const VectorX& units, double mass, const std::v
       if (std::abs(reduced(r, p)) < round_off * largest) reduced(r, p) = 0;
     const double pivot = units[conditions.pivots[static_cast<std::size_t>(r)]];
     conditions.matrix.row(r) = reduced.row(r).cwiseQuotient(units.transpose()) * pivot;
+    conditions.matrix(r, conditions.pivots[static_cast<std::size_t>(r)]) = 1;  // units cancel but for round-off
     conditions.scale[r] = mass * pivot * largest;
   }
   return true;

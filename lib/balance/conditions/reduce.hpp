@@ -6,8 +6,8 @@
 
 namespace balance {
 
-/// Preference for the parameters that conditions are solved for: first moments, then inertias, then masses, then springs, of
-/// bodies near the ground first; what comes earlier is a better pivot.
+/// Preference for the parameters that conditions are solved for: first moments and inertias, then masses, then springs; bodies
+/// before what they carry, those near the ground first. What comes earlier is a better pivot.
 std::vector<int> pivot_order(const Mechanism& mechanism, const std::vector<Parameter>& parameters);
 
 /// Fills in rank, singular values, matrix, pivots and scale of `conditions`, whose parameters are set.

@@ -11,11 +11,13 @@ namespace balance {
 
 namespace {
 
-constexpr double stride = 0.2;       ///< length of a step in scaled coordinates
-constexpr int strides_apart = 3;     ///< between configurations that are used
-constexpr double reach = 4;          ///< slides stay within so many characteristic lengths
+constexpr double longest_step = 0.2;  ///< in scaled coordinates
+constexpr double apart = 0.5;         ///< way between configurations that are used
+constexpr double caution = 0.5;  ///< step per smallest singular value: no step can leap over a singular configuration
+constexpr double too_close =
+    0.1;                     ///< to a singular configuration: smallest singular value against the largest such seen
+constexpr double reach = 4;  ///< slides stay within so many characteristic lengths
 constexpr double ball_limit = 1.25;  ///< of a spherical joint's second angle [rad]: its coordinates degenerate at π/2
-constexpr double regular = 1e-3;     ///< smallest singular value of a configuration that is used
 
 }  // namespace
 
@@ -48,9 +50,10 @@ bool Sampler<S>::next(Configuration& configuration) {
     return freedoms_ > 0;
   }
   if (!started_ && !start()) return false;
-  for (int tries = 0, taken = 0; tries < 400; ++tries) {
-    if (!step()) continue;
-    if (++taken < strides_apart || !regular_) continue;
+  double way = 0;
+  for (int tries = 0; tries < 2000; ++tries) {
+    way += step();
+    if (way < apart) continue;
     configuration = {y_, null_space_};
     return true;
   }
@@ -67,47 +70,52 @@ bool Sampler<S>::start() {
   rank_ = generic_closure_rank(tree_, y_).rank;
   freedoms_ = tree_.columns - rank_;
   if (freedoms_ == 0) return false;
-  settle(y_);
+  look(y_);
+  y_ = seen_.y;
+  null_space_ = seen_.null_space;
+  widest_ = room_ = margin_;
   direction_ = null_space_ * random_.normal(null_space_.cols());
   direction_.normalize();
   started_ = true;
   return true;
 }
 
-/// The velocities allowed at y, and whether the configuration is a regular one.
+/// The velocities allowed at y, and how far from losing rank the loops are there.
 template <class S>
-bool Sampler<S>::settle(const VectorX& y) {
+void Sampler<S>::look(const VectorX& y) {
   VectorX residual;
   MatrixX jacobian;
   closures_.evaluate(y, {}, residual, jacobian);
   const Eigen::JacobiSVD<MatrixX> svd(jacobian, Eigen::ComputeFullV);
-  const VectorX& values = svd.singularValues();
-  const double smallest = rank_ > 0 ? values[rank_ - 1] / values[0] : 1;
-  y_ = y;
-  null_space_ = svd.matrixV().rightCols(freedoms_);
-  regular_ = smallest > regular;
-  return regular_;
+  margin_ = rank_ > 0 ? svd.singularValues()[rank_ - 1] : longest_step / caution;
+  seen_ = {y, svd.matrixV().rightCols(freedoms_)};
 }
 
-/// Straight on, a little aside where there is a choice. At a singular configuration the direction kept leads through it on
-/// the branch that the mechanism is on.
+/// Straight on, a little aside where there is a choice, and never through a singular configuration, beyond which another branch
+/// may begin. @return the way gone in scaled coordinates, 0 if there is none in this direction
 template <class S>
-bool Sampler<S>::step() {
+double Sampler<S>::step() {
+  const double stride = std::min(longest_step, caution * room_);
   const Solution moved = solve(closures_, y_ + stride * scale_.cwiseProduct(direction_), {}, 30);
   const VectorX went = (moved.y - y_).cwiseQuotient(scale_);
-  const bool good = moved.found && went.dot(direction_) > 0.7 * went.norm() && went.norm() > 0.3 * stride &&
-                    went.norm() < 2 * stride && !out_of_range(moved.y);
+  bool good = moved.found && went.dot(direction_) > 0.7 * went.norm() && went.norm() > 0.3 * stride &&
+              went.norm() < 2 * stride && !out_of_range(moved.y);
+  if (good) {
+    look(moved.y);
+    good = margin_ > too_close * widest_ || margin_ > room_;
+  }
   if (!good) {
     turn(1);
-    return false;
+    return 0;
   }
-  const VectorX before = direction_;
-  settle(moved.y);
-  direction_ = null_space_ * (null_space_.transpose() * before);
-  if (direction_.norm() < 0.1) direction_ = before;  // on a singular configuration
+  y_ = seen_.y;
+  null_space_ = seen_.null_space;
+  room_ = margin_;
+  widest_ = std::max(widest_, room_);
+  direction_ = null_space_ * (null_space_.transpose() * direction_);
   direction_.normalize();
   if (freedoms_ > 1) turn(0.3);
-  return true;
+  return went.norm();
 }
 
 /// Changes the direction at random: amount 1 forgets the old one, and with one freedom goes back.

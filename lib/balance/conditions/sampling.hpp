@@ -42,8 +42,8 @@ class Sampler {
 
  private:
   bool start();
-  bool step();
-  bool settle(const VectorX& y);
+  double step();
+  void look(const VectorX& y);
   void turn(double amount);
   bool out_of_range(const VectorX& y) const;
 
@@ -52,10 +52,14 @@ class Sampler {
   System<S> closures_;
   VectorX scale_;
   Random random_;
-  bool started_ = false, regular_ = false;
+  bool started_ = false;
   int rank_ = 0, freedoms_ = 0;
   VectorX y_, direction_;  ///< direction: scaled, a unit vector of the null space
   MatrixX null_space_;
+  Configuration seen_;  ///< last looked at
+  double margin_ = 0;   ///< smallest singular value of the loops there
+  double room_ = 0;     ///< at y
+  double widest_ = 0;   ///< largest met so far
 };
 
 extern template class Sampler<Planar>;

@@ -5,6 +5,7 @@
 #include "balance/kinematics/state.hpp"
 
 #include <array>
+#include <vector>
 
 namespace balance {
 
@@ -31,6 +32,12 @@ JointReading read_joint(const Joint& joint, const RelativeMotion& motion);
 /// The value that differs from `angle` by whole turns and is nearest to `reference`.
 double unwrapped(double angle, double reference);
 
+/// All coordinates of the mechanism at y, cut joints and floating spherical ones included, angles in (−π, π].
+template <class S>
+std::vector<double> read_coordinates(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& y);
+
+extern template std::vector<double> read_coordinates<Planar>(const Mechanism&, const Tree<Planar>&, const VectorX&);
+extern template std::vector<double> read_coordinates<Spatial>(const Mechanism&, const Tree<Spatial>&, const VectorX&);
 extern template RelativeMotion relative_motion<Planar>(const Tree<Planar>&, const State<Planar>&, const Joint&);
 extern template RelativeMotion relative_motion<Spatial>(const Tree<Spatial>&, const State<Spatial>&, const Joint&);
 

@@ -134,24 +134,8 @@ class Checker {
                              "; it is held as if one of them were universal, and not counted");
   }
 
-  std::vector<double> coordinates_at(const VectorX& y) const {
-    State<S> state(tree_.nodes.size());
-    poses(tree_, y.data(), state);
-    std::vector<double> values;
-    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
-      const Coordinate& coordinate = mechanism_.coordinates[c];
-      const CoordinateSource& source = tree_.sources[c];
-      const Joint& joint = mechanism_.joints[coordinate.joint];
-      const double value = source.column >= 0 && !tree_.joint_floats[coordinate.joint]
-                               ? source.ratio * y[source.column] + source.offset
-                               : read_joint(joint, relative_motion(tree_, state, joint)).position[coordinate.index];
-      values.push_back(coordinate.kind == CoordinateKind::angle ? unwrapped(value, 0) : value);
-    }
-    return values;
-  }
-
   void describe_start(const VectorX& y) {
-    report_.start = coordinates_at(y);
+    report_.start = read_coordinates(mechanism_, tree_, y);
     State<S> state(tree_.nodes.size());
     poses(tree_, y.data(), state);
     MassDistribution<S> masses(tree_);
@@ -178,7 +162,7 @@ class Checker {
     // a pose that leaves freedoms open has a continuum of solutions, not modes
     if (from_.drive.rows() < report_.degrees_of_freedom && !report_.modes.empty()) return;
     AssemblyMode mode;
-    mode.coordinates = coordinates_at(y);
+    mode.coordinates = read_coordinates(mechanism_, tree_, y);
     mode.selected = report_.modes.empty();
     for (const AssemblyMode& known : report_.modes)
       if (same(known.coordinates, mode.coordinates)) return;

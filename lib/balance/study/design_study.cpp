@@ -4,6 +4,7 @@
 #include "balance/conditions/proportion.hpp"
 #include "balance/study/objective.hpp"
 #include "balance/study/simulate.hpp"
+#include "balance/study/start_pose.hpp"
 
 #include <fmt/format.h>
 
@@ -38,7 +39,9 @@ DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& 
   for (std::size_t i = 0; i < numbers.size(); ++i)
     problem.variables.push_back(
         {numbers[i].path, numbers[i].lower, numbers[i].upper, before[static_cast<Eigen::Index>(i)]});
-  problem.mechanism_at = [&space](const VectorX& x) { return space.at(x).mechanism; };
+  problem.mechanism_at = [&space, start = start_coordinates(space.start)](const VectorX& x) {
+    return assembled_at(space.at(x).mechanism, start);
+  };
   problem.goals = options.goals.empty() ? space.start.design.goals : options.goals;
   if (problem.variables.empty()) throw std::invalid_argument("a design needs free numbers, and the spec has none");
   if (problem.goals.empty()) throw std::invalid_argument("a design needs a goal");
