@@ -3,7 +3,7 @@
 
 #include <doctest/doctest.h>
 
-#include <random>
+#include <cmath>
 
 using namespace design_tests;
 
@@ -46,45 +46,80 @@ TEST_CASE("the lightest counterweight hangs as far out as it may") {
   }
 }
 
-TEST_CASE("discs decouple a planar RRR arm at P1's ratios, whatever its masses") {
-  // P1 eq. 26 with massless discs at the joints, after the static conditions
-  std::mt19937 random(4);
-  const auto pick = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
-  for (int trial = 0; trial < 3; ++trial) {
-    CAPTURE(trial);
-    const double l1 = pick(0.3, 0.7), l2 = pick(0.3, 0.7), l3 = pick(0.3, 0.7);
-    const double m1 = pick(4, 6), m2 = pick(2, 3), m3 = pick(0.5, 1);
-    const double j4 = pick(0.01, 0.05), j5 = pick(0.05, 0.1), j6 = pick(0.01, 0.05), j7 = pick(0.05, 0.1);
-    Mechanism arm = planar_arm({l1, l2, l3}, {m1, m2, m3});
-    arm.discs = {disc("d4", 1, 0, 1, 1, 0, j4), disc("d5", 1, 0, 1, 1, 0, j5), disc("d6", 2, 0, 2, 1, 0, j6),
-                 disc("d7", 2, 0, 2, 1, 0, j7)};
-    const double i2 = arm.bodies[2].inertia(2, 2), i3 = arm.bodies[3].inertia(2, 2);
-    const auto design = problem(
-        {{"com1", -0.7, 0.7, 0.2},
-         {"com2", -0.7, 0.7, 0.2},
-         {"com3", -0.7, 0.7, 0.2},
-         {"beta", -60, 0, -1},
-         {"gamma", -60, 0, -1}},
-        [arm](const VectorX& x) {
-          Mechanism m = arm;
-          for (std::size_t k = 0; k < 3; ++k) m.bodies[k + 1].com[0] = x[static_cast<Eigen::Index>(k)];
-          m.discs[1].ratio = x[3];
-          m.discs[3].ratio = x[4];
-          return m;
-        },
-        GoalKind::decoupled);
-    const DesignOutcome outcome = solve(design);
-    REQUIRE(outcome.status == DesignStatus::balanced);
-    CHECK(outcome.method == DesignMethod::geometric);
-    const double beta = -(i2 + i3 + j4 + j6 + j7 + m3 * l2 * l2 + m3 * m3 * l2 * l2 / m2) / j5;
-    const double gamma = -(i3 + j6) / j7;
-    CHECK(outcome.x[0] == doctest::Approx(-l1 * (m2 + m3) / m1).epsilon(1e-10));
-    CHECK(outcome.x[1] == doctest::Approx(-l2 * m3 / m2).epsilon(1e-10));
-    CHECK(std::abs(outcome.x[2]) < 1e-11);
-    CHECK(outcome.x[3] == doctest::Approx(beta).epsilon(1e-10));
-    CHECK(outcome.x[4] == doctest::Approx(gamma).epsilon(1e-10));
-    CHECK(judged(design, outcome.x) < met);
-  }
+TEST_CASE("the best of a curved set of exact solutions is the one that a scan finds") {
+  // two links; counterweights of free mass and place: places x1, x2 determine the masses
+  auto design = problem(
+      {{"cw1.at", -0.3, -0.05, -0.1}, {"cw1.mass", 0, 80, 1}, {"cw2.at", -0.3, -0.05, -0.1}, {"cw2.mass", 0, 80, 1}},
+      [](const VectorX& x) {
+        Mechanism m = planar_arm({0.5, 0.4}, {2, 1});
+        m.attachments = {counterweight("cw1", 1, x[0], 0, x[1]), counterweight("cw2", 2, x[2], 0, x[3])};
+        return m;
+      },
+      GoalKind::statics);
+  // total mass and, weighted, moments of inertia of the counterweights: neither end of the bounds is best
+  Objective objective;
+  objective.of_parameters = [](const VectorX& p,
+                               VectorX* gradient) {  // two links, then m, mx, my, J of each counterweight
+    if (gradient != nullptr)
+      *gradient =
+          VectorX::Unit(16, 8) + VectorX::Unit(16, 12) + 30 * VectorX::Unit(16, 11) + 30 * VectorX::Unit(16, 15);
+    return p[8] + p[12] + 30 * (p[11] + p[15]);
+  };
+  design.objective = objective;
+  const DesignOutcome outcome = solve(design);
+  REQUIRE(outcome.status == DesignStatus::balanced);
+  double best = INFINITY;
+  const int steps = 1000;
+  for (int i = 0; i <= steps; ++i)
+    for (int k = 0; k <= steps; ++k) {
+      const double x1 = -0.3 + 0.25 * i / steps, x2 = -0.3 + 0.25 * k / steps;
+      const double m2 = -0.2 / x2, m1 = -(2 * 0.25 + 0.5 * (1 + m2)) / x1;
+      best = std::min(best, m1 + m2 + 30 * (m1 * x1 * x1 + m2 * x2 * x2));
+    }
+  // the scan misses the minimum by the square of its step, in a function whose second derivative is about 2 m / x^2
+  CHECK(outcome.objective <= best + 1e-9);
+  CHECK(outcome.objective == doctest::Approx(best).epsilon(1e-4));
+}
+
+TEST_CASE("a solution that is the only one is the best one, whatever the objective") {
+  auto design = problem(
+      {{"crank.com", -0.2, 0.2, 0.05}, {"rod.com", -0.3, 0.3, 0.15}},
+      [](const VectorX& x) {
+        Mechanism m = slider_crank();
+        m.bodies[1].com[0] = x[0];
+        m.bodies[2].com[0] = x[1];
+        return m;
+      },
+      GoalKind::force);
+  design.objective = sum_of(design.mechanism_at(VectorX::Zero(2)), Bearer::body, "J", true);
+  design.objective->convex = false;
+  const DesignOutcome outcome = solve(design);
+  REQUIRE(outcome.status == DesignStatus::balanced);
+  CHECK(outcome.global);
+  CHECK(outcome.lower_bound == outcome.objective);
+}
+
+TEST_CASE("the softest spring is the one with the longest lever, and objectives see the caller's parameters") {
+  // k y a = m g l; the spring's end and its stiffness are free, the objective knows of stiffnesses only
+  auto design = problem(
+      {{"k", 0, 5000, 100}, {"s.y", 0, 1, 0.1}},
+      [](const VectorX& x) {
+        Mechanism m = planar_arm({0.5}, {2});
+        m.springs = {Spring{"s", 0, 1, {0, x[1], 0}, {0.2, 0, 0}, x[0], 0}};
+        return m;
+      },
+      GoalKind::statics);
+  Objective softest;
+  softest.of_parameters = [](const VectorX& p, VectorX* gradient) {
+    REQUIRE(p.size() == 5);  // m, mx, my, J, k
+    if (gradient != nullptr) *gradient = VectorX::Unit(5, 4);
+    return p[4];
+  };
+  design.objective = softest;
+  const DesignOutcome outcome = solve(design);
+  REQUIRE(outcome.status == DesignStatus::balanced);
+  CHECK(outcome.x[1] == 1);
+  CHECK(outcome.objective == doctest::Approx(2 * 9.81 * 0.25 / 0.2).epsilon(1e-9));
 }
 
 TEST_CASE("a number in an expression that is no polynomial still leads to an exact solution") {

@@ -33,6 +33,7 @@ VectorX Box::numbers(const VectorX& u) const {
       x[i] = upper_[i];
     else
       x[i] = std::clamp(centre_[i] + half_[i] * u[i], lower_[i], upper_[i]);
+    if (std::abs(x[i]) <= 1e-16 * half_[i] && lower_[i] <= 0 && upper_[i] >= 0) x[i] = 0;
   }
   return x;
 }

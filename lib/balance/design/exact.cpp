@@ -4,6 +4,7 @@
 #include "balance/design/quadratic_program.hpp"
 #include "balance/design/solve.hpp"
 
+#include <Eigen/QR>
 #include <Eigen/SVD>
 
 #include <algorithm>
@@ -15,6 +16,13 @@ namespace {
 
 /// Rows of affine conditions that are this much smaller than the largest follow from the others.
 constexpr double dependent = 1e-10;
+
+/// Starts that bring no new solution before the search for more of them ends, or before a proof is tried that there is none.
+constexpr int patience = 8;
+/// Numbers this near to a bound, their start or zero may be there.
+constexpr double nearly = 1e-8;
+/// Residuals below this are as good as zero.
+constexpr double negligible = 1e-15;
 
 bool is_new(const std::vector<VectorX>& known, const VectorX& u) {
   return std::none_of(known.begin(), known.end(),
@@ -43,14 +51,18 @@ bool is_exact(const Context& context, const Equations& equations, const VectorX&
   return equations.evaluate(u, values, nullptr) && worst(equations, values) < met && context.is_physical(u);
 }
 
-ExactSearch find_exact(const Context& context, const Equations& equations, int restarts, int wanted) {
+ExactSearch find_exact(const Context& context, const Equations& equations, const Effort& effort) {
   ExactSearch search;
   Dice dice(context.problem.search.seed);
-  for (int k = 0; k <= restarts && static_cast<int>(search.solutions.size()) < wanted; ++k) {
+  int idle = 0;  // starts since the last new solution
+  for (int k = 0; k <= effort.restarts && static_cast<int>(search.solutions.size()) < effort.wanted; ++k) {
+    if (idle++ == patience && (!search.solutions.empty() || (effort.hopeless && effort.hopeless()))) break;
     const VectorX from = k == 0 ? context.box.start() : dice.point(context.box.size());
     Descent descent = gauss_newton(equations, from);
-    if (descent.largest < met && is_exact(context, equations, descent.u) && is_new(search.solutions, descent.u))
+    if (descent.largest < met && is_exact(context, equations, descent.u) && is_new(search.solutions, descent.u)) {
       search.solutions.push_back(descent.u);
+      idle = 0;
+    }
     if (k == 0 || (descent.values.size() > 0 &&
                    (search.best.values.size() == 0 || descent.values.squaredNorm() < search.best.values.squaredNorm())))
       search.best = std::move(descent);
@@ -79,6 +91,42 @@ VectorX polished(const Equations& equations, const VectorX& u, const std::functi
     residual = after;
   }
   return best;
+}
+
+MatrixX tangent_space(const Equations& equations, const VectorX& u) {
+  const auto n = u.size();
+  if (equations.conditions == 0) return MatrixX::Identity(n, n);
+  VectorX values;
+  MatrixX jacobian;
+  if (!equations.evaluate(u, values, &jacobian)) return MatrixX(n, 0);
+  Eigen::ColPivHouseholderQR<MatrixX> qr(jacobian.topRows(equations.conditions).transpose());
+  qr.setThreshold(1e-9);
+  const MatrixX q = qr.householderQ() * MatrixX::Identity(n, n);
+  return q.rightCols(n - qr.rank());
+}
+
+VectorX tidied(const Context& context, const Equations& equations, const std::function<double(const VectorX&)>& merit,
+               VectorX u) {
+  VectorX values;
+  if (!equations.evaluate(u, values, nullptr)) return u;
+  double left = worst(equations, values), figure = merit ? merit(u) : 0;
+  for (Eigen::Index i = 0; i < u.size(); ++i) {
+    const double zero = context.box.half()[i] > 0 ? -context.box.centre()[i] / context.box.half()[i] : 0;
+    for (const double target : {context.box.start()[i], -1.0, 1.0, zero}) {
+      if (u[i] == target || !(std::abs(u[i] - target) < nearly) || std::abs(target) > 1) continue;
+      VectorX moved = u;
+      moved[i] = target;
+      if (!equations.evaluate(moved, values, nullptr) || worst(equations, values) > std::max(left, negligible))
+        continue;
+      const double changed = merit ? merit(moved) : 0;
+      if (!(changed <= figure + 1e-12 * std::abs(figure)) || !context.is_physical(moved)) continue;
+      u = moved;
+      left = worst(equations, values);
+      figure = changed;
+      break;
+    }
+  }
+  return u;
 }
 
 std::optional<VectorX> nearest_exact(const Context& context, const LinearConditions& conditions) {

@@ -17,9 +17,15 @@ struct ExactSearch {
   Descent best;                    ///< smallest sum of squares where there is no solution
 };
 
+/// How long to look for solutions.
+struct Effort {
+  int restarts = 0;                ///< at most
+  int wanted = 1;                  ///< solutions that are enough
+  std::function<bool()> hopeless;  ///< asked once after a few failures: it is proved that there is no solution
+};
+
 /// Gauss–Newton from the start values and from random points of the box.
-/// @param wanted ends the search
-ExactSearch find_exact(const Context& context, const Equations& equations, int restarts, int wanted);
+ExactSearch find_exact(const Context& context, const Equations& equations, const Effort& effort);
 
 /// Within bounds, met and physical.
 bool is_exact(const Context& context, const Equations& equations, const VectorX& u);
@@ -27,6 +33,15 @@ bool is_exact(const Context& context, const Equations& equations, const VectorX&
 /// Back onto the conditions from a point near them; to the last digit where `rows` give the residual of the mechanism itself.
 /// @param rows of one geometry, or null
 VectorX polished(const Equations& equations, const VectorX& u, const std::function<VectorX(const VectorX&)>& exact);
+
+/// Orthonormal directions (columns) in which no condition changes at u; none: the solution is the only one near it.
+MatrixX tangent_space(const Equations& equations, const VectorX& u);
+
+/// Numbers that are off their bounds, their start values or zero by round-off are put there, one by one, unless a condition
+/// or the objective suffers.
+/// @param merit may be empty
+VectorX tidied(const Context& context, const Equations& equations, const std::function<double(const VectorX&)>& merit,
+               VectorX u);
 
 /// The solution nearest to the start values, in widths of the bounds, where conditions are affine and the physical designs
 /// form a convex set; nothing if it is not found.

@@ -15,7 +15,7 @@ constexpr double solved = 1e-16;
 /// A step that fails with residuals as small as this fails for round-off.
 constexpr double nearly_solved = 1e-12;
 /// Relative decrease of the sum of squares that counts as none, and how often in a row it may happen.
-constexpr double stalled = 1e-7;
+constexpr double stalled = 1e-10;
 constexpr int patience = 4;
 
 double largest(const VectorX& v) { return v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0; }

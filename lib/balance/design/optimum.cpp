@@ -76,19 +76,6 @@ VectorX with_equalities(const Context& context, const FigureOfMerit& merit, cons
   return search_locally(method, program, start, limits).u;
 }
 
-/// Orthonormal directions in which no condition changes.
-MatrixX tangent_space(const Equations& equations, const VectorX& u) {
-  const auto n = u.size();
-  if (equations.conditions == 0) return MatrixX::Identity(n, n);
-  VectorX values;
-  MatrixX jacobian;
-  if (!equations.evaluate(u, values, &jacobian)) return MatrixX(n, 0);
-  Eigen::ColPivHouseholderQR<MatrixX> qr(jacobian.topRows(equations.conditions).transpose());
-  qr.setThreshold(1e-9);
-  const MatrixX q = qr.householderQ() * MatrixX::Identity(n, n);
-  return q.rightCols(n - qr.rank());
-}
-
 /// Methods without gradients move in the tangent space of the conditions; every point is brought back onto them.
 VectorX in_tangent_space(const Context& context, const FigureOfMerit& merit, const Equations& equations,
                          const std::function<VectorX(const VectorX&)>& back, const VectorX& start,
@@ -128,6 +115,7 @@ Optimum best_exact(const Context& context, const FigureOfMerit& merit, const Equ
   };
   for (const VectorX& solution : solutions) {
     consider(solution);
+    if (tangent_space(equations, solution).cols() == 0) continue;
     const SearchLimits limits = local_limits(context, merit, deadline);
     if (wants_gradients(method)) {
       consider(back(with_equalities(context, merit, equations, solution, method, limits)));

@@ -38,7 +38,7 @@ struct SearchOptions {
   std::string local = "auto";  ///< slsqp, auglag, cobyla, bobyqa, sbplx; auto: slsqp where gradients exist, else cobyla
   std::uint64_t seed = 1;      ///< of restarts and global search
   int restarts = 40;           ///< of Gauss–Newton, 1…10000
-  int evaluations = 20000;     ///< of a global search, 1…10^8; a tenth where lengths or ratios are free
+  int evaluations = 20000;     ///< of a global search, 1…10^8; a tenth where every one builds a mechanism
   double seconds = 60;         ///< of a search whose evaluations are simulations, positive
 
   /// @throws std::invalid_argument

@@ -14,10 +14,13 @@ namespace {
 using namespace designing;
 
 /// Exact solutions from which the objective is improved, where one is not enough.
-constexpr int starts_of_optimisation = 6;
+constexpr int starts_of_optimisation = 6, starts_of_simulation = 2;
 
 class Designer {
  public:
+  using Exact = std::function<VectorX(const VectorX&)>;
+  using Figure = std::function<double(const VectorX&)>;
+
   explicit Designer(const DesignProblem& problem) : context_(problem), deadline_(problem.search.seconds) {
     if (problem.objective) merit_.emplace(context_);
     start_ = context_.box.start();
@@ -56,9 +59,13 @@ class Designer {
     const VectorX zero = VectorX::Zero(static_cast<Eigen::Index>(changeable.size()));
     const Equations equations = fixed_equations(context_, rows, changeable, zero);
     const auto exact = [&](const VectorX& u) { return VectorX(rows.exact(u)(changeable)); };
-    const VectorX u = search(equations, exact, affine && context_.physical.convex());
+    const auto hopeless = [&] {
+      out_.proof = find_proof(context_, out_.conditions, rows, at_start);
+      return out_.proof.has_value();
+    };
+    const VectorX u = search(equations, exact, affine && context_.physical.convex(), hopeless);
     finish(u);
-    if (out_.status != DesignStatus::balanced) {
+    if (out_.status != DesignStatus::balanced && !out_.proof) {
       out_.proof = find_proof(context_, out_.conditions, rows, out_.after);
       conclude(out_);
     }
@@ -70,7 +77,7 @@ class Designer {
     const FixedRows none(context_, at_start);  // without a condition no geometry matters
     const Equations equations = at_start.rank > 0 ? geometric_equations(context_, context_.mechanism(start_))
                                                   : fixed_equations(context_, none, {}, VectorX(0));
-    const VectorX u = search(equations, {}, false);
+    const VectorX u = search(equations, {}, false, {});
     out_.conditions = context_.derive(context_.mechanism(u));
     if (out_.conditions.status != ConditionsStatus::done) {
       VectorX values;
@@ -89,15 +96,15 @@ class Designer {
   }
 
   /// Exact solutions, the best of them; or a compromise.
-  VectorX search(const Equations& equations, const std::function<VectorX(const VectorX&)>& exact, bool convex) {
-    const SearchOptions& options = context_.problem.search;
-    const bool one_is_enough = !merit_ || (convex && merit_->convex());
-    // a convex problem without a solution has none anywhere; the inequalities' tangents may mislead a descent
-    const int restarts = convex ? (context_.physical.size() > 0 ? std::min(options.restarts, 5) : 0) : options.restarts;
-    ExactSearch found = find_exact(context_, equations, restarts, one_is_enough ? 1 : starts_of_optimisation);
+  VectorX search(const Equations& equations, const Exact& exact, bool convex, const std::function<bool()>& hopeless) {
+    ExactSearch found = find_exact(context_, equations, effort(convex, hopeless));
     const auto back = [&](const VectorX& u) { return polished(equations, u, exact); };
+    const auto tidy = [&](const VectorX& u) {
+      return tidied(context_, equations, merit_ ? [this](const VectorX& v) { return (*merit_)(v, nullptr); } : Figure(),
+                    u);
+    };
     if (found.solutions.empty() || (merit_ && !context_.problem.objective->size && !out_.unmet_fixed.empty()))
-      return compromise(equations, found.best, convex);
+      return tidy(compromise(equations, found.best, convex));
     for (VectorX& u : found.solutions)
       if (const VectorX better = back(u); is_exact(context_, equations, better)) u = better;
     LinearConditions linear;
@@ -108,14 +115,30 @@ class Designer {
         if (is_exact(context_, equations, u)) found.solutions.front() = u;
       }
     }
-    if (!merit_) return found.solutions.front();
-    return take(best_of(equations, linear, back, found.solutions, convex));
+    if (!merit_) return tidy(found.solutions.front());
+    return tidy(take(best_of(equations, linear, back, found.solutions, convex)));
   }
 
-  Optimum best_of(const Equations& equations, const LinearConditions& linear,
-                  const std::function<VectorX(const VectorX&)>& back, const std::vector<VectorX>& solutions,
-                  bool convex) const {
+  Effort effort(bool convex, const std::function<bool()>& hopeless) const {
+    const int restarts = context_.problem.search.restarts;
+    Effort effort{restarts, starts_of_optimisation, hopeless};
+    if (!merit_ || (convex && merit_->convex()))
+      effort.wanted = 1;
+    else if (merit_->simulated())
+      effort.wanted = starts_of_simulation;
+    // a convex problem without a solution has none anywhere; the inequalities' tangents may mislead a descent
+    if (convex && !merit_) effort.restarts = context_.physical.size() > 0 ? std::min(restarts, 5) : 0;
+    return effort;
+  }
+
+  Optimum best_of(const Equations& equations, const LinearConditions& linear, const Exact& back,
+                  const std::vector<VectorX>& solutions, bool convex) const {
     Optimum best = best_exact(context_, *merit_, equations, back, solutions, deadline_);
+    if (convex && linear.a.rows() == linear.a.cols()) {  // there is no other solution
+      best.bound = best.value;
+      best.global = true;
+      return best;
+    }
     return convex && merit_->convex() ? minimise_convex(context_, *merit_, linear, back, best.u) : best;
   }
 
@@ -135,8 +158,8 @@ class Designer {
             context_, *merit_, none, [](const VectorX& u) { return u; }, from));
       return take(best_compromise(context_, *merit_, from, deadline_));
     }
-    const bool geometric = context_.survey.any_geometric();
-    const int evaluations = convex ? 0 : geometric ? options.evaluations / 10 : options.evaluations;
+    const bool slow = context_.survey.any_geometric() || !context_.map.polynomial();
+    const int evaluations = convex ? 0 : slow ? std::max(1, options.evaluations / 10) : options.evaluations;
     const VectorX u = least_residual(context_, equations, best, evaluations);
     return merit_ ? prefer_small(equations, u, convex) : u;
   }
