@@ -109,6 +109,12 @@ class Derivation {
                          wants(GoalKind::gyroscopic_independent);
     if (efforts && mechanism_.gravity.norm() == 0)
       out_.notes.push_back("there is no gravity in this spec: weight asks for nothing");
+    for (const Parameter& p : out_.parameters)
+      if (efforts && p.kind == ParameterKind::stiffness_moment) {
+        out_.notes.push_back(p.owner +
+                             ".kaxby stands for the stiffness times x of the spring's first end times y of its second");
+        break;
+      }
     if (tree_.closure_rows == 0 || (!wants(GoalKind::gyroscopic) && !wants(GoalKind::decoupled))) return;
     std::string joints;
     for (std::size_t j = 0; j < mechanism_.joints.size(); ++j)

@@ -6,6 +6,13 @@
 
 namespace balance::designing {
 
+namespace {
+
+/// Unit coordinates so near to a bound are meant to be at it.
+constexpr double round_off = 1e-14;
+
+}  // namespace
+
 Box::Box(const std::vector<Variable>& variables) {
   const auto n = static_cast<Eigen::Index>(variables.size());
   for (VectorX* v : {&lower_, &upper_, &start_numbers_, &start_, &centre_, &half_}) v->setZero(n);
@@ -27,9 +34,9 @@ VectorX Box::numbers(const VectorX& u) const {
   for (Eigen::Index i = 0; i < u.size(); ++i) {
     if (u[i] == start_[i])
       x[i] = start_numbers_[i];
-    else if (u[i] <= -1)
+    else if (u[i] <= -1 + round_off)
       x[i] = lower_[i];
-    else if (u[i] >= 1)
+    else if (u[i] >= 1 - round_off)
       x[i] = upper_[i];
     else
       x[i] = std::clamp(centre_[i] + half_[i] * u[i], lower_[i], upper_[i]);
