@@ -1,0 +1,80 @@
+/// Time to derive the balancing conditions of the 3RRR, and to design to them.
+
+#include "fixtures.hpp"
+
+#include "balance/design/solve.hpp"
+#include "balance/read/read_spec.hpp"
+#include "balance/study/design_study.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <string>
+
+namespace balance::bench {
+
+namespace {
+
+const Goal force{GoalKind::force};
+
+void conditions(benchmark::State& bench, const Goal& goal) {
+  const Mechanism mechanism = three_rrr();
+  for (auto _ : bench) {
+    const Conditions found = derive_conditions(mechanism, {goal});
+    if (found.status != ConditionsStatus::done) return bench.SkipWithError(found.reason.c_str());
+    benchmark::DoNotOptimize(found.matrix.data());
+  }
+}
+BENCHMARK_CAPTURE(conditions, force, force)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(conditions, dynamic, {GoalKind::dynamic})->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(conditions, gyroscopic, {GoalKind::gyroscopic})->Unit(benchmark::kMillisecond);
+
+/// The 3RRR with a counterweight of free mass 0.1 m behind the first joint of every crank and coupler: 2.7 kg on couplers, 9.36 kg
+/// on cranks make its shaking force vanish (configs/3rrr-force-balance.yaml derives them by hand).
+DesignProblem counterweights() {
+  Mechanism mechanism = three_rrr();
+  DesignProblem problem;
+  for (int body = 1; body <= 6; ++body) {
+    Attachment weight;
+    weight.name = "cw" + std::to_string(body);
+    weight.body = body;
+    weight.position = {-0.1, 0, 0};
+    mechanism.attachments.push_back(weight);
+    problem.variables.push_back({"counterweights." + weight.name + ".mass", 0, 20, 1});
+  }
+  problem.mechanism_at = [mechanism](const VectorX& x) {
+    Mechanism at = mechanism;
+    for (std::size_t k = 0; k < at.attachments.size(); ++k) at.attachments[k].mass = x[static_cast<Eigen::Index>(k)];
+    return at;
+  };
+  problem.goals = {force};
+  problem.derive = derive_conditions;
+  return problem;
+}
+
+void exact_design(benchmark::State& bench) {
+  const DesignProblem problem = counterweights();
+  for (auto _ : bench) {
+    const DesignOutcome outcome = solve(problem);
+    if (outcome.status != DesignStatus::balanced) return bench.SkipWithError(outcome.reason.c_str());
+    benchmark::DoNotOptimize(outcome.x.data());
+  }
+}
+BENCHMARK(exact_design)->Unit(benchmark::kMillisecond);
+
+/// The same from the spec: every mechanism that the search tries is read from YAML again. Trajectories are left out.
+void design_of_spec(benchmark::State& bench) {
+  const DesignSpace space = read_design_space_file(BALANCE_CONFIGS "/3rrr-force-balance.yaml");
+  DesignStudyOptions options;
+  options.search = space.start.design.search;
+  options.trajectories = false;
+  for (auto _ : bench) {
+    const DesignReport report = design_study(space, options);
+    if (report.outcome.status != DesignStatus::balanced) return bench.SkipWithError(report.outcome.reason.c_str());
+    benchmark::DoNotOptimize(report.outcome.x.data());
+  }
+}
+BENCHMARK(design_of_spec)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+
+}  // namespace balance::bench
