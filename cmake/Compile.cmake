@@ -31,3 +31,10 @@ function(balance_compile_options target)
     target_link_options(${target} PRIVATE -fsanitize=${BALANCE_SANITIZE})
   endif()
 endfunction()
+
+# For what runs once: optimising it takes longer than it saves.
+function(balance_optimise_little target)
+  if(NOT BALANCE_SANITIZE)
+    target_compile_options(${target} PRIVATE -O1)
+  endif()
+endfunction()

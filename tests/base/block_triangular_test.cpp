@@ -1,6 +1,6 @@
 #include "balance/base/block_triangular.hpp"
 
-#include <Eigen/LU>
+#include "balance/base/factorizations.hpp"
 
 #include <doctest/doctest.h>
 

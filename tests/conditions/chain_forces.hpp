@@ -1,13 +1,12 @@
 #pragma once
 /// Generalised forces of a mechanism and of its chains moving along with it, by the regressor alone.
 
+#include "balance/base/factorizations.hpp"
 #include "balance/conditions/chains.hpp"
 #include "balance/conditions/sampling.hpp"
 #include "balance/dynamics/regressor.hpp"
 #include "balance/kinematics/closure.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
-
-#include <Eigen/QR>
 
 #include <map>
 #include <string>

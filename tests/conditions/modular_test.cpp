@@ -3,13 +3,12 @@
 #include "chain_forces.hpp"
 #include "parallel.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/conditions/modular.hpp"
 #include "balance/conditions/rows.hpp"
 #include "balance/read/read_spec.hpp"
 
 #include <doctest/doctest.h>
-
-#include <Eigen/QR>
 
 using namespace hand_made;
 

@@ -1,12 +1,11 @@
 /// Masses that meet the conditions, whatever else they are, balance the mechanism; masses that miss one do not. Judged by
 /// simulation, which knows nothing of conditions.
 
+#include "balance/base/factorizations.hpp"
 #include "balance/conditions/conditions.hpp"
 #include "balance/conditions/proportion.hpp"
 #include "balance/read/read_spec.hpp"
 #include "balance/study/simulate.hpp"
-
-#include <Eigen/QR>
 
 #include <doctest/doctest.h>
 

@@ -74,6 +74,16 @@ TEST_CASE("a condition without a free number is named, and the others are met al
   CHECK(outcome.x[0] == doctest::Approx(-0.5 / 3).epsilon(1e-13));
 }
 
+TEST_CASE("without free numbers every condition is fixed") {
+  auto design = upper_arm_alone();
+  design.variables.clear();
+  design.mechanism_at = [](const VectorX&) { return planar_arm({0.5, 0.4}, {3, 1}); };
+  const DesignOutcome outcome = solve(design);
+  CHECK(outcome.status == DesignStatus::impossible);
+  CHECK(outcome.unmet_fixed.size() == 2);  // link1.mx + 0.5 link2.m and link2.mx; my vanishes as it is
+  CHECK(outcome.x.size() == 0);
+}
+
 TEST_CASE("a balanced mechanism stays as it is") {
   auto design = upper_arm_alone();
   design.mechanism_at = [](const VectorX& x) {

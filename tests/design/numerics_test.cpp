@@ -93,7 +93,7 @@ TEST_CASE("Gauss-Newton solves to round-off at a bound too") {
     }
     return true;
   };
-  const Descent descent = gauss_newton(equations, (VectorX(2) << 0.2, 0.1).finished());
+  const Descent descent = gauss_newton(equations, VectorX{{0.2, 0.1}});
   CHECK(descent.largest < 1e-15);
   CHECK(std::abs(descent.u[1]) == doctest::Approx(0.5).epsilon(1e-15));
 }
@@ -150,7 +150,7 @@ TEST_CASE("a polynomial says the same in unit coordinates and in the numbers the
   p.add({}, {{0, 1.5}});
   p.add({{0, 1}, {1, 2}}, {{0, -2}});
   p.add({{1, 1}}, {{0, 0.25}});
-  const VectorX centre = (VectorX(2) << 3, -1).finished(), half = (VectorX(2) << 0.5, 2).finished();
+  const VectorX centre = VectorX{{3, -1}}, half = VectorX{{0.5, 2}};
   const Polynomial q = p.substituted(centre, half);
   Dice dice(2);
   for (int k = 0; k < 5; ++k) {

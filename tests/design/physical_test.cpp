@@ -95,7 +95,7 @@ TEST_CASE("every design is physical, within its bounds, and judged balanced only
         GoalKind::statics);
     if (trial % 3 == 1) design.objective = sum_of(design.mechanism_at(VectorX::Zero(6)), Bearer::attachment, "m");
     if (trial % 3 == 2) design.objective = sum_of(design.mechanism_at(VectorX::Zero(6)), Bearer::body, "m", true);
-    if (!physical(design.mechanism_at((VectorX(6) << m1, 0.05, m2, 0.1, 0, -0.1).finished()))) continue;
+    if (!physical(design.mechanism_at(VectorX{{m1, 0.05, m2, 0.1, 0, -0.1}}))) continue;
     const DesignOutcome outcome = solve(design);
     CHECK(within_bounds(design, outcome.x));
     CHECK(physical(design.mechanism_at(outcome.x)));

@@ -2,7 +2,7 @@
 
 #include "balance/base/rotation.hpp"
 
-#include <Eigen/Eigenvalues>
+#include "balance/base/factorizations.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,10 +2,11 @@
 
 #include "balance/base/rotation.hpp"
 
+#include "balance/base/factorizations.hpp"
+
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
 #include <cmath>
 #include <numbers>

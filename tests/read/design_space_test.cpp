@@ -180,6 +180,15 @@ TEST_CASE("the start of a design space makes sense") {
         std::string::npos);
 }
 
+TEST_CASE("a free parameter may have the name of anything else") {
+  for (const char* name : {"J1", "J2", "upper", "lower", "wheel", "cw", "cargo", "disc", "s", "H", "cut", "line"}) {
+    const std::string parameters = std::string("parameters: {") + name + ": {free: [0, 1]}, ";
+    const DesignSpace space = space_of(specs::with(specs::planar, "parameters: {", parameters));
+    CHECK(numbers_of(space.at(start_of(space.start)).mechanism) == numbers_of(space.start.mechanism));
+    CHECK(numbers_of(space.at(start_of(space.start)).trajectories) == numbers_of(space.start.trajectories));
+  }
+}
+
 TEST_CASE("a space of another dimension is refused") {
   const DesignSpace space = space_of(specs::planar);
   CHECK_THROWS_AS(space.at(VectorX(0)), std::invalid_argument);

@@ -26,9 +26,11 @@ CONFIGS = os.environ.get("CONFIGS", os.path.join(HERE, "..", "..", "configs"))
 GOALS = ["static", "gyroscopic", "gyroscopic-independent", "decoupled", "fully-static", "fully-decoupled", "force",
          "moment", "dynamic", "proportional"]
 # A dozen bodies in space have hundreds of parameters and take the reference seconds for each goal.
-FEWER_GOALS = {"stewart": ["static", "force"], "delta": ["gyroscopic-independent"], "delta-gravity": ["static", "force"]}
-# Of the sine of the largest angle between the row spaces. Rows are exact to about 1e-15 of the largest; what the narrowest
-# motions (the six-bar) show of a condition is 1e-8 of it, so 1e-7 is what is left. A condition too many or too few gives 1.
+FEWER_GOALS = {"stewart": ["static", "force"], "delta": ["gyroscopic-independent"],
+               "delta-gravity": ["static", "force"]}
+# Of the sine of the largest angle between the row spaces. Rows are exact to about 1e-15 of the largest; what the
+# narrowest motions (the six-bar) show of a condition is 1e-8 of it, so 1e-7 is what is left. A condition too many or too
+# few gives 1.
 TOLERANCE = 1e-7
 
 
@@ -46,7 +48,7 @@ def cases(chosen):
 
 def run(path, goal):
     """What the program says; None if the goal makes no sense for the mechanism."""
-    command = [os.environ["BALANCE"], "conditions", path, "--goal", goal, "--json"]
+    command = [os.environ["BALANCE"], "conditions", path, "--goal", goal, "--numbers", "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode == 4 and re.search("actuator|tool", done.stderr):
         return None

@@ -1,11 +1,11 @@
 #include "balance/conditions/chains.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/conditions/chain_builder.hpp"
 #include "balance/conditions/cuts.hpp"
 #include "balance/conditions/text.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/QR>
 
 #include <algorithm>
 

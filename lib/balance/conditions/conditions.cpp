@@ -1,10 +1,10 @@
 #include "balance/conditions/conditions.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/conditions/reduce.hpp"
 #include "balance/conditions/rows.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <stdexcept>
@@ -14,7 +14,8 @@ namespace balance {
 namespace {
 
 constexpr int fewest_samples = 12, most_samples = 2000;
-constexpr int repetitions = 2;  ///< with more samples each, before the rank is called unclear
+constexpr double round_off = 1e-10;  ///< of the largest entry before the extra unknowns were eliminated
+constexpr int repetitions = 2;       ///< with more samples each, before the rank is called unclear
 
 /// Rows of π alone, for which some value of the extra unknowns makes everything vanish.
 MatrixX without_extra(const MatrixX& rows, int parameters) {
@@ -22,8 +23,13 @@ MatrixX without_extra(const MatrixX& rows, int parameters) {
   if (extra == 0 || rows.rows() == 0) return rows;
   Eigen::ColPivHouseholderQR<MatrixX> qr(rows.rightCols(extra));
   qr.setThreshold(1e-9);
-  const MatrixX rotated = qr.householderQ().adjoint() * rows.leftCols(parameters);
-  return rotated.bottomRows(rows.rows() - qr.rank());
+  MatrixX rotated = rows.leftCols(parameters);
+  const double size = rotated.cwiseAbs().maxCoeff();
+  rotated.applyOnTheLeft(qr.householderQ().adjoint());
+  MatrixX left = rotated.bottomRows(rows.rows() - qr.rank());
+  // The tool of a single link follows its CoM whatever that is: round-off is not a condition.
+  if (left.size() > 0 && left.cwiseAbs().maxCoeff() < round_off * size) left.setZero();
+  return left;
 }
 
 template <class S>

@@ -2,12 +2,9 @@
 // negative eigenvectors are new ones. If the program becomes infeasible there is no certificate. What it ends at is
 // moved inwards where there is room, and where there is none (Q must be singular) put exactly on the cone's boundary.
 
+#include "balance/base/factorizations.hpp"
 #include "balance/conditions/farkas.hpp"
 #include "balance/conditions/linear_program.hpp"
-
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,6 @@
+#include "balance/base/factorizations.hpp"
 #include "balance/conditions/farkas.hpp"
 #include "balance/conditions/linear_program.hpp"
-
-#include <Eigen/SVD>
 
 #include <cmath>
 #include <map>

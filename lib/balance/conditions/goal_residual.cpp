@@ -1,10 +1,8 @@
 #include "balance/conditions/conditions.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/conditions/reduce.hpp"
 #include "balance/conditions/rows.hpp"
-
-#include <Eigen/QR>
-#include <Eigen/SVD>
 
 #include <optional>
 #include <stdexcept>

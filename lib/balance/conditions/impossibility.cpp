@@ -1,11 +1,11 @@
 #include "balance/conditions/impossibility.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/conditions/farkas.hpp"
 #include "balance/conditions/rows.hpp"
 #include "balance/conditions/text.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,7 @@
 #include "balance/conditions/proportion.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/conditions/rows.hpp"
-
-#include <Eigen/QR>
 
 namespace balance {
 

@@ -1,7 +1,6 @@
 #include "balance/conditions/reduce.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
+#include "balance/base/factorizations.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,8 @@
 #include "balance/conditions/rows.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/kinematics/closure.hpp"
 #include "balance/motion/plan.hpp"
-
-#include <Eigen/QR>
-#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,7 @@
 #include "balance/conditions/sampling.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/motion/plan.hpp"
-
-#include <Eigen/SVD>
 
 #include <cmath>
 #include <numbers>

@@ -1,8 +1,7 @@
 #include "balance/design/convex.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/design/quadratic_program.hpp"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,7 @@
 #include "balance/design/equations.hpp"
 
 #include "balance/base/error.hpp"
-
-#include <Eigen/QR>
+#include "balance/base/factorizations.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,9 @@
 #include "balance/design/exact.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/design/least_squares.hpp"
 #include "balance/design/quadratic_program.hpp"
 #include "balance/design/solve.hpp"
-
-#include <Eigen/QR>
-#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
@@ -131,6 +129,7 @@ VectorX tidied(const Context& context, const Equations& equations, const std::fu
 
 std::optional<VectorX> nearest_exact(const Context& context, const LinearConditions& conditions) {
   const auto n = context.box.size();
+  if (n == 0) return std::nullopt;
   QuadraticProgram program;
   program.hessian = MatrixX::Identity(n, n);
   program.gradient = -context.box.start();

@@ -1,9 +1,9 @@
 #include "balance/design/findings.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/conditions/text.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "balance/design/fit.hpp"
 
-#include <Eigen/LU>
+#include "balance/base/factorizations.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "balance/design/least_squares.hpp"
 
-#include <Eigen/QR>
+#include "balance/base/factorizations.hpp"
 
 #include <algorithm>
 #include <vector>

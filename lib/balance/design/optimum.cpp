@@ -1,9 +1,8 @@
 #include "balance/design/optimum.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/design/nlopt_search.hpp"
 #include "balance/design/solve.hpp"
-
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "balance/design/physical.hpp"
 
-#include <Eigen/Eigenvalues>
+#include "balance/base/factorizations.hpp"
 
 #include <algorithm>
 #include <array>

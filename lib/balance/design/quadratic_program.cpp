@@ -1,7 +1,6 @@
 #include "balance/design/quadratic_program.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
+#include "balance/base/factorizations.hpp"
 
 #include <cmath>
 #include <limits>

@@ -151,6 +151,8 @@ class Designer {
   VectorX compromise(const Equations& equations, const Descent& best, bool convex) {
     const SearchOptions& options = context_.problem.search;
     if (merit_ && !context_.problem.objective->size) {
+      out_.notes.push_back("a compromise: the numbers within their bounds for which " +
+                           context_.problem.objective->name + " is smallest, whatever the conditions");
       const VectorX from = context_.is_physical(best.u) ? best.u : start_;
       const LinearConditions none{MatrixX(0, start_.size()), VectorX(0)};
       if (merit_->convex() && context_.physical.convex() && context_.is_physical(from))
@@ -158,6 +160,7 @@ class Designer {
             context_, *merit_, none, [](const VectorX& u) { return u; }, from));
       return take(best_compromise(context_, *merit_, from, deadline_));
     }
+    out_.notes.push_back("a compromise: the numbers that leave the smallest sum of squared residuals");
     const bool slow = context_.survey.any_geometric() || !context_.map.polynomial();
     const int evaluations = convex ? 0 : slow ? std::max(1, options.evaluations / 10) : options.evaluations;
     const VectorX u = least_residual(context_, equations, best, evaluations);

@@ -1,6 +1,6 @@
 #include "balance/dynamics/actuation.hpp"
 
-#include <Eigen/SVD>
+#include "balance/base/factorizations.hpp"
 
 #include <algorithm>
 #include <set>

@@ -1,10 +1,7 @@
 #include "balance/kinematics/assembly.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/base/rotation.hpp"
-
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>

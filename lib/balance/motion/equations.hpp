@@ -4,10 +4,9 @@
 /// Private to motion and dynamics.
 
 #include "balance/base/block_triangular.hpp"
+#include "balance/base/factorizations.hpp"
 #include "balance/kinematics/drive.hpp"
 #include "balance/kinematics/drive_sample.hpp"
-
-#include <Eigen/QR>
 
 #include <vector>
 

@@ -1,6 +1,6 @@
 #include "balance/motion/leg.hpp"
 
-#include <Eigen/LU>
+#include "balance/base/factorizations.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,7 @@
 #include "balance/motion/stepper.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>

@@ -34,6 +34,10 @@ struct Draft {
   const std::map<std::string, TimeTable>* known_tables = nullptr;  ///< from when the spec was read first
 
   Mechanism& mechanism() { return study.mechanism; }
+  const std::set<std::string>* open = nullptr;  ///< sections to be read again; null: all
+
+  /// Whether a section is read; else what it says is already in the study.
+  bool is_read(const std::string& section) const { return open == nullptr || open->count(section) > 0; }
   /// Whether numbers must make sense.
   bool judging() const { return given == nullptr; }
   bool planar() const { return study.mechanism.space == SpaceKind::planar; }

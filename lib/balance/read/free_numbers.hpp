@@ -17,17 +17,23 @@ struct FoundFreeNumber {
   FreeNumber number;
 };
 
-/// Values of all free numbers by their key path, as FreeNumber::start is.
+/// Values of expressions.
+using Calculated = std::unordered_map<std::string, double>;
+
+/// Values of all free numbers by their key path, as FreeNumber::start is, and of the expressions that they do not change.
 class FreeValues {
  public:
   using Index = std::unordered_map<std::string, Eigen::Index>;
 
-  FreeValues(const Index& index, const VectorX& x) : index_(&index), x_(&x) {}
+  FreeValues(const Index& index, const VectorX& x, const Calculated& constants)
+      : index_(&index), x_(&x), constants_(&constants) {}
   double operator[](const std::string& path) const { return (*x_)[index_->at(path)]; }
+  const Calculated& constants() const { return *constants_; }
 
  private:
   const Index* index_;
   const VectorX* x_;
+  const Calculated* constants_;
 };
 
 }  // namespace balance::read

@@ -1,9 +1,9 @@
 #include "balance/read/inertia.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/base/rotation.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 
 namespace balance::read {
 

@@ -187,8 +187,8 @@ void Parameters::define(const Member& member) {
                               .start_given = free.start_given}});
     value = free.start;
   }
-  calculator_.define(member.name, value);
   values_[member.name] = value;
+  if (calculator_) calculator_->define(member.name, value);
 }
 
 double Parameters::evaluate(const Cursor& scalar) {
@@ -211,6 +211,7 @@ double Parameters::evaluate_expression(const Cursor& scalar, const std::string& 
   const auto unknown = [&](const char* what, const std::string& name, const std::vector<std::string>& known) {
     wrong(fmt::format("there is no {} {}{}", what, in_quotes(name), nearest_hint(name, known)));
   };
+  if (given_ != nullptr) return calculate(text);  // it was right before
   const auto& functions = function_names();
   const ExpressionNames used = names_in(text);
   for (const std::string& name : used.functions)
@@ -218,11 +219,25 @@ double Parameters::evaluate_expression(const Cursor& scalar, const std::string& 
   for (const std::string& name : used.values)
     if (known_.count(name) == 0) unknown("parameter", name, names_);
   try {
-    return calculator_.evaluate(text);
+    return calculate(text);
   } catch (const ExpressionError& error) {
     wrong(error.what());
     throw;
   }
+}
+
+double Parameters::calculate(const std::string& expression) {
+  if (given_ == nullptr) return calculated_[expression] = calculate_anew(expression);
+  const auto known = given_->constants().find(expression);
+  return known != given_->constants().end() ? known->second : calculate_anew(expression);
+}
+
+double Parameters::calculate_anew(const std::string& expression) {
+  if (!calculator_) {
+    calculator_.emplace();
+    for (const auto& [name, value] : values_) calculator_->define(name, value);
+  }
+  return calculator_->evaluate(expression);
 }
 
 FreeValue Parameters::evaluate_free(const Cursor& map) {

@@ -38,19 +38,24 @@ class Parameters {
   FreeValue evaluate_free(const Cursor& map);
 
   const std::vector<FoundFreeNumber>& free_numbers() const { return free_numbers_; }
+  /// All expressions that have been evaluated.
+  const Calculated& calculated() const { return calculated_; }
   /// The values' mappings or scalars that an override replaced, with its text.
   const std::vector<std::pair<const Node*, std::string>>& overridden() const { return overridden_; }
 
  private:
   double evaluate_expression(const Cursor& scalar, const std::string& text);
   void define(const Member& member);
+  double calculate(const std::string& expression);
+  double calculate_anew(const std::string& expression);
   void override_values(const Overrides& overrides, std::vector<Member>& members, Problems& problems);
 
-  Calculator calculator_;
+  std::optional<Calculator> calculator_;  ///< once an expression needs it
   const FreeValues* given_ = nullptr;
   std::vector<std::string> names_;  ///< in the document's order, for messages
   std::set<std::string> known_;     ///< the same, to look up
   std::unordered_map<std::string, double> values_;
+  Calculated calculated_;
   std::vector<FoundFreeNumber> free_numbers_;
   std::vector<std::pair<const Node*, std::string>> overridden_;
   std::map<std::string, Node> replacements_;

@@ -58,18 +58,21 @@ void read_frame(const Sections& sections, const Parameters::Overrides& overrides
 void read_mechanism(const Sections& sections, Draft& draft) {
   Mechanism& mechanism = draft.mechanism();
   const auto read = [&](const char* name, auto&& section_reader) {
-    if (const Cursor* section = sections[name]) draft.problems.guard([&] { section_reader(*section); });
+    const Cursor* section = sections[name];
+    if (section != nullptr && draft.is_read(name)) draft.problems.guard([&] { section_reader(*section); });
   };
   read("name", [&](const Cursor& c) { mechanism.name = c.word("a name"); });
   read("gravity", [&](const Cursor& c) { mechanism.gravity = read_vector(c, draft, dimension::acceleration); });
-  mechanism.bodies.emplace_back().name = "ground";
-  draft.body_places.push_back({});
+  if (draft.is_read("bodies")) {
+    mechanism.bodies.emplace_back().name = "ground";
+    draft.body_places.push_back({});
+  }
   read("ground", [&](const Cursor& c) { read_ground(c, draft); });
-  read_bodies(*sections["bodies"], draft);
-  read_joints(*sections["joints"], draft);
+  read("bodies", [&](const Cursor& c) { read_bodies(c, draft); });
+  read("joints", [&](const Cursor& c) { read_joints(c, draft); });
   // Everything below refers to bodies and joints.
   draft.problems.throw_first();
-  check_connected(draft);
+  if (draft.judging()) check_connected(draft);
   read("couplings", [&](const Cursor& c) { read_couplings(c, draft); });
   read("actuators", [&](const Cursor& c) { read_actuators(c, draft); });
   read("tool", [&](const Cursor& c) { read_tool(c, draft); });
@@ -90,61 +93,22 @@ void add_warnings(Draft& draft) {
         "gravity: 9.81 in the spec's units is not the earth's gravity; in millimetres it would be 9810");
 }
 
-/// Whether some number in here depends on a free one; it may say yes where none does.
-bool is_open(const Node& node, const std::vector<std::string>& open_parameters) {
-  if (node.kind == Node::Kind::scalar) {
-    const auto names = names_in(node.text).values;
-    return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
-      return std::find(open_parameters.begin(), open_parameters.end(), name) != open_parameters.end();
-    });
-  }
-  return std::any_of(node.keys.begin(), node.keys.end(), [](const Node& key) { return key.text == "free"; }) ||
-         std::any_of(node.items.begin(), node.items.end(),
-                     [&](const Node& item) { return is_open(item, open_parameters); });
-}
-
-const Node* find_section(const Node& root, const char* name) {
-  for (std::size_t i = 0; i < root.keys.size(); ++i)
-    if (root.keys[i].text == name) return &root.items[i];
-  return nullptr;
-}
-
-/// Parameters that free numbers change.
-std::vector<std::string> open_parameters(const Node& root, const Parameters::Overrides& overrides) {
-  std::vector<std::string> open;
-  if (find_section(root, "parameters") == nullptr) return open;
-  Node section = *find_section(root, "parameters");
-  for (const auto& [name, text] : overrides)
-    for (std::size_t i = 0; i < section.items.size(); ++i)
-      if (section.keys[i].text == name) {
-        section.items[i].kind = Node::Kind::scalar;
-        section.items[i].text = text;
-      }
-  // Each round finds those that depend on the ones found before.
-  for (std::size_t before = 1; before != open.size();) {
-    before = open.size();
-    for (std::size_t i = 0; i < section.items.size(); ++i)
-      if (std::find(open.begin(), open.end(), section.keys[i].text) == open.end() && is_open(section.items[i], open))
-        open.push_back(section.keys[i].text);
-  }
-  return open;
-}
-
-bool is_motion_open(const Node& root, const Parameters::Overrides& overrides) {
-  const auto parameters = open_parameters(root, overrides);
-  for (const char* name : {"motion", "trajectories"})
-    if (const Node* section = find_section(root, name); section != nullptr && is_open(*section, parameters))
-      return true;
-  return false;
-}
-
-/// Everything up to the mechanism.
-Sections read_structure(const Node& root, const Parameters::Overrides& overrides, Draft& draft) {
-  Sections sections(Cursor(root, "", draft.problems), draft.problems);
-  read_frame(sections, overrides, draft);
-  draft.mechanism().name = std::filesystem::path(draft.study.spec_file).stem().string();
-  read_mechanism(sections, draft);
-  return sections;
+/// Takes out what is going to be read again; single values are replaced anyway.
+void clear_open_parts(const std::set<std::string>& open, Study& study) {
+  Mechanism& mechanism = study.mechanism;
+  const auto clear = [&](const char* name, auto& part) {
+    if (open.count(name) > 0) part.clear();
+  };
+  clear("bodies", mechanism.bodies);
+  clear("joints", mechanism.joints);
+  clear("couplings", mechanism.couplings);
+  clear("actuators", mechanism.actuators);
+  clear("counterweights", mechanism.attachments);
+  clear("discs", mechanism.discs);
+  clear("loads", mechanism.loads);
+  clear("springs", mechanism.springs);
+  clear("friction", mechanism.friction);
+  clear("motion", study.trajectories);
 }
 
 }  // namespace
@@ -156,7 +120,10 @@ Reading read_first(const std::string& text, const std::string& file_name, const 
   reading.overrides = overrides;
   try {
     reading.root = parse_yaml(text, draft.problems);
-    const Sections sections = read_structure(reading.root, overrides, draft);
+    const Sections sections(Cursor(reading.root, "", draft.problems), draft.problems);
+    read_frame(sections, overrides, draft);
+    draft.mechanism().name = std::filesystem::path(file_name).stem().string();
+    read_mechanism(sections, draft);
     // Without the tool, the poses would all be complained about.
     if (draft.problems.none()) read_trajectories(sections["motion"], sections["trajectories"], draft);
     if (const Cursor* design = sections["design"]) read_design(*design, draft);
@@ -170,27 +137,30 @@ Reading read_first(const std::string& text, const std::string& file_name, const 
   reading.start = std::move(draft.study);
   for (std::size_t i = 0; i < reading.start.free_numbers.size(); ++i)
     reading.free_index[reading.start.free_numbers[i].path] = static_cast<Eigen::Index>(i);
-  reading.motion_open = is_motion_open(reading.root, overrides);
+  reading.open = find_open_parts(reading.root, overrides);
+  for (const auto& [expression, value] : draft.parameters.calculated()) {
+    const auto names = names_in(expression).values;
+    if (std::none_of(names.begin(), names.end(),
+                     [&](const std::string& name) { return reading.open.parameters.count(name) > 0; }))
+      reading.constants[expression] = value;
+  }
   return reading;
 }
 
 Study read_again(const Reading& reading, const VectorX& x) {
   Draft draft(reading.start.spec_file);
-  const FreeValues values(reading.free_index, x);
+  draft.study = reading.start;
+  if (reading.open.sections.empty()) return std::move(draft.study);
+  const FreeValues values(reading.free_index, x, reading.constants);
   draft.given = &values;
   draft.known_tables = &reading.tables;
-  const Sections sections = read_structure(reading.root, reading.overrides, draft);
-  draft.study.trajectories = reading.start.trajectories;
-  if (reading.motion_open) {
-    draft.study.trajectories.clear();
-    read_trajectories(sections["motion"], sections["trajectories"], draft);
-  }
+  draft.open = &reading.open.sections;
+  const Sections sections(Cursor(reading.root, "", draft.problems), draft.problems);
+  read_frame(sections, reading.overrides, draft);
+  clear_open_parts(reading.open.sections, draft.study);
+  read_mechanism(sections, draft);
+  if (draft.is_read("motion")) read_trajectories(sections["motion"], sections["trajectories"], draft);
   draft.problems.throw_first();
-  draft.study.free_numbers = reading.start.free_numbers;
-  draft.study.rewrites = reading.start.rewrites;
-  draft.study.design = reading.start.design;
-  draft.study.spec_text = reading.start.spec_text;
-  draft.study.warnings = reading.start.warnings;
   return std::move(draft.study);
 }
 

@@ -2,6 +2,7 @@
 /// Reading one spec: first at its start values, then with other values of its free numbers.
 
 #include "balance/read/free_numbers.hpp"
+#include "balance/read/open_parts.hpp"
 #include "balance/read/parameters.hpp"
 #include "balance/read/time_table.hpp"
 
@@ -17,7 +18,8 @@ struct Reading {
   Study start;
   std::map<std::string, TimeTable> tables;  ///< of files, by the key path that names the file
   FreeValues::Index free_index;             ///< into start.free_numbers
-  bool motion_open = true;                  ///< a free number may change `motion` or `trajectories`
+  Calculated constants;                     ///< expressions that free numbers do not change
+  OpenParts open;                           ///< what they do change
 };
 
 /// @throws SpecError with the first thing that is wrong, in the order of the document

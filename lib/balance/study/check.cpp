@@ -1,10 +1,9 @@
 #include "balance/study/check.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/dynamics/actuation.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
 #include "balance/motion/plan.hpp"
-
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>

@@ -5,9 +5,8 @@
 /// L is found by orthogonal transformations of the rows themselves. Their products, FᵀF, would cost less but lose half of the
 /// digits: near balance the rms would be round-off.
 
+#include "balance/base/factorizations.hpp"
 #include "balance/base/types.hpp"
-
-#include <Eigen/QR>
 
 #include <vector>
 

@@ -1,0 +1,4 @@
+#include "balance/base/factorizations.hpp"
+
+template class Eigen::BDCSVD<balance::MatrixX>;
+template class Eigen::JacobiSVD<balance::MatrixX>;
