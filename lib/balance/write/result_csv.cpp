@@ -1,7 +1,7 @@
 #include "balance/write/result_csv.hpp"
 
 #include "balance/write/pending_file.hpp"
-#include "balance/write/result_layout.hpp"
+#include "balance/study/result_layout.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #include "balance/write/result_group.hpp"
 
-#include "balance/write/result_layout.hpp"
+#include "balance/study/result_layout.hpp"
 #include "balance/write/sha256.hpp"
 
 #include <optional>
@@ -95,7 +95,7 @@ void add_metrics(Hdf5File& file, Hdf5File::Group parent, const Result& r) {
   const std::string unit = common_unit(units);
   add("peak", "largest magnitude", unit, &Metric::peak);
   add("peak_time", "time of the largest magnitude", "s", &Metric::peak_time);
-  add("rms", "group of the time average of the squared magnitude", unit, &Metric::rms);
+  add("rms", "root of the time average of the squared magnitude", unit, &Metric::rms);
   add("mean", "time average of the magnitude", unit, &Metric::mean);
   add("range", "largest minus smallest value (vectors: magnitude)", unit, &Metric::range);
 }

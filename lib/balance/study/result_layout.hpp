@@ -19,8 +19,12 @@ struct Quantity {
   std::vector<std::string> units;  ///< one per column; one for all if they are alike
   Columns columns = Columns::single;
   bool about = false;  ///< a moment about Result::about
-  const Samples* samples = nullptr;
+  Samples Result::*member = nullptr;
+  const Samples* samples = nullptr;  ///< that member of the result
 };
+
+/// All that there are for mechanisms of the result's space, with or without samples.
+std::vector<Quantity> all_quantities(const Result& result);
 
 /// Quantities without columns (no tool, no actuator) are left out.
 std::vector<Quantity> list_quantities(const Result& result);

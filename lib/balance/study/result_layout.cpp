@@ -1,4 +1,4 @@
-#include "balance/write/result_layout.hpp"
+#include "balance/study/result_layout.hpp"
 
 #include <algorithm>
 
@@ -26,64 +26,89 @@ std::string common_unit(const std::vector<std::string>& units) {
   return alike ? units.front() : "mixed";
 }
 
-std::vector<Quantity> list_quantities(const Result& r) {
+std::vector<Quantity> all_quantities(const Result& r) {
   using enum Columns;
   const bool planar = r.moment_axes == 1;
   const Columns moment = planar ? single : axis;
   const std::string sense = planar ? ", counter-clockwise" : "";
   std::vector<Quantity> all = {
-      {"joint_position", "position", "joint coordinate", r.coordinate_units, coordinate, false, &r.joint_position},
+      {"joint_position", "position", "joint coordinate", r.coordinate_units, coordinate, false,
+       &Result::joint_position},
       {"joint_velocity", "velocity", "rate of the joint coordinate", per(r.coordinate_units, "/s"), coordinate, false,
-       &r.joint_velocity},
+       &Result::joint_velocity},
       {"joint_acceleration", "acceleration", "second rate of the joint coordinate", per(r.coordinate_units, "/s^2"),
-       coordinate, false, &r.joint_acceleration},
-      {"torque", "torque", "torque or force of the actuator", r.actuator_units, actuator, false, &r.torque},
-      {"power", "power", "power of the actuator", {"W"}, actuator, false, &r.power},
-      {"com_position", "", "centre of mass of all moving bodies", {"m"}, axis, false, &r.com_position},
-      {"com_velocity", "", "velocity of the centre of mass", {"m/s"}, axis, false, &r.com_velocity},
-      {"com_acceleration", "", "acceleration of the centre of mass", {"m/s^2"}, axis, false, &r.com_acceleration},
-      {"tool_position", "", "position of the tool", {"m"}, axis, false, &r.tool_position},
+       coordinate, false, &Result::joint_acceleration},
+      {"torque", "torque", "torque or force of the actuator", r.actuator_units, actuator, false, &Result::torque},
+      {"power", "power", "power of the actuator", {"W"}, actuator, false, &Result::power},
+      {"com_position", "", "centre of mass of all moving bodies", {"m"}, axis, false, &Result::com_position},
+      {"com_velocity", "", "velocity of the centre of mass", {"m/s"}, axis, false, &Result::com_velocity},
+      {"com_acceleration", "", "acceleration of the centre of mass", {"m/s^2"}, axis, false, &Result::com_acceleration},
+      {"tool_position", "", "position of the tool", {"m"}, axis, false, &Result::tool_position},
       {"tool_orientation",
        "",
        planar ? "angle of the tool" : "orientation of the tool as unit quaternion",
        {planar ? "rad" : "1"},
        planar ? single : quaternion,
        false,
-       &r.tool_orientation},
-      {"shaking_force", "", "shaking force: rate of the total linear momentum", {"N"}, axis, false, &r.shaking_force},
+       &Result::tool_orientation},
+      {"shaking_force",
+       "",
+       "shaking force: rate of the total linear momentum",
+       {"N"},
+       axis,
+       false,
+       &Result::shaking_force},
       {"shaking_moment",
        "",
        "shaking moment: rate of the total angular momentum" + sense,
        {"N m"},
        moment,
        true,
-       &r.shaking_moment},
-      {"ground_force", "", "force on the frame, weight included", {"N"}, axis, false, &r.ground_force},
-      {"ground_moment", "", "moment on the frame, weight included" + sense, {"N m"}, moment, true, &r.ground_moment},
+       &Result::shaking_moment},
+      {"ground_force", "", "force on the frame, weight included", {"N"}, axis, false, &Result::ground_force},
+      {"ground_moment",
+       "",
+       "moment on the frame, weight included" + sense,
+       {"N m"},
+       moment,
+       true,
+       &Result::ground_moment},
       {"joint_force",
        "force",
        "reaction force of the joint on its second body",
        {"N"},
        joint_axis,
        false,
-       &r.joint_force},
+       &Result::joint_force},
       {"joint_moment",
        "moment",
        "reaction moment of the joint on its second body, about the joint's point on it" + sense,
        {"N m"},
        planar ? joint : joint_axis,
        false,
-       &r.joint_moment},
-      {"kinetic_energy", "", "kinetic energy", {"J"}, single, false, &r.kinetic_energy},
-      {"potential_energy", "", "potential energy of weight and springs", {"J"}, single, false, &r.potential_energy},
+       &Result::joint_moment},
+      {"kinetic_energy", "", "kinetic energy", {"J"}, single, false, &Result::kinetic_energy},
+      {"potential_energy",
+       "",
+       "potential energy of weight and springs",
+       {"J"},
+       single,
+       false,
+       &Result::potential_energy},
       {"mobility",
        "",
        "smallest singular value of the scaled drive Jacobian; zero at a singularity",
        {"1"},
        single,
        false,
-       &r.mobility},
+       &Result::mobility},
   };
+  for (Quantity& quantity : all) quantity.samples = &(r.*quantity.member);
+  return all;
+}
+
+std::vector<Quantity> list_quantities(const Result& r) {
+  std::vector<Quantity> all = all_quantities(r);
   std::erase_if(all, [](const Quantity& quantity) { return quantity.samples->size() == 0; });
   return all;
 }

@@ -1,0 +1,206 @@
+#include "balance/read/result_file.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/read/hdf5_source.hpp"
+#include "balance/read/nearest.hpp"
+#include "balance/study/result_layout.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace balance {
+
+namespace {
+
+using read::Hdf5Error;
+using read::Hdf5Source;
+
+constexpr const char* convention = "balance-1";
+
+struct Place {
+  std::string path, group;
+};
+
+/// What stands behind the colon after a file's suffix is a group.
+Place place_of(const std::string& name) {
+  for (const char* suffix : {".h5:", ".hdf5:", ".nc:"})
+    if (const auto at = name.rfind(suffix); at != std::string::npos) {
+      const std::size_t colon = name.find(':', at);
+      return {name.substr(0, colon), name.substr(colon + 1)};
+    }
+  return {name, ""};
+}
+
+class Reader {
+ public:
+  Reader(const Hdf5Source& file, const std::string& group) : file_(file), prefix_(group.empty() ? "" : group + "/") {}
+
+  Result result() {
+    names();
+    samples();
+    metrics();
+    r_.outcome.status = MotionStatus::done;
+    return std::move(r_);
+  }
+
+ private:
+  std::vector<std::string> texts(const std::string& name) const {
+    return file_.has(prefix_ + name) ? file_.texts(prefix_ + name) : std::vector<std::string>{};
+  }
+
+  /// One unit for all labels, or one for each.
+  std::vector<std::string> units(const std::string& single, const std::string& of, std::size_t labels) const {
+    const std::string unit = file_.text_attribute(prefix_ + of, "units").value_or("1");
+    if (unit != "mixed") return std::vector<std::string>(labels, unit);
+    auto found = texts(single);
+    expect(found.size() == labels, single);
+    return found;
+  }
+
+  void names() {
+    r_.coordinate_names = texts("coordinate");
+    r_.joint_names = texts("joint");
+    r_.actuator_names = texts("actuator");
+    if (!r_.coordinate_names.empty())
+      r_.coordinate_units = units("coordinate_unit", "joint_position", r_.coordinate_names.size());
+    if (!r_.actuator_names.empty()) r_.actuator_units = units("actuator_unit", "torque", r_.actuator_names.size());
+    r_.axes = static_cast<int>(texts("axis").size());
+    expect(r_.axes == 2 || r_.axes == 3, "axis");
+    r_.moment_axes = r_.axes == 2 ? 1 : 3;
+  }
+
+  Eigen::Index columns(Columns kind) const {
+    const auto size = [](const auto& list) { return static_cast<Eigen::Index>(list.size()); };
+    switch (kind) {
+      case Columns::single: return 1;
+      case Columns::coordinate: return size(r_.coordinate_names);
+      case Columns::actuator: return size(r_.actuator_names);
+      case Columns::axis: return r_.axes;
+      case Columns::quaternion: return 4;
+      case Columns::joint: return size(r_.joint_names);
+      case Columns::joint_axis: return size(r_.joint_names) * r_.axes;
+    }
+    return 0;
+  }
+
+  void samples() {
+    const auto time = file_.numbers(prefix_ + "time", 1);
+    expect(!time.values.empty() && std::is_sorted(time.values.begin(), time.values.end()), "time");
+    r_.time = Eigen::Map<const VectorX>(time.values.data(), static_cast<Eigen::Index>(time.values.size()));
+    for (const Quantity& quantity : all_quantities(r_)) {
+      const std::string path = prefix_ + quantity.name;
+      if (!file_.has(path)) continue;
+      const auto found = file_.numbers(path);
+      const Eigen::Index rows = r_.time.size(), wide = columns(quantity.columns);
+      expect(!found.sizes.empty() && static_cast<Eigen::Index>(found.sizes[0]) == rows &&
+                 static_cast<Eigen::Index>(found.values.size()) == rows * wide,
+             quantity.name);
+      r_.*quantity.member = Eigen::Map<const Samples>(found.values.data(), rows, wide);
+      if (quantity.about) about(path);
+    }
+    expect(r_.joint_position.size() > 0 || r_.coordinate_names.empty(), "joint_position");
+    expect(r_.shaking_force.size() > 0, "shaking_force");
+    const std::string iterations = prefix_ + "newton_iterations";
+    if (!file_.has(iterations)) return;
+    const auto found = file_.numbers(iterations, 1);
+    expect(found.values.size() == time.values.size(), "newton_iterations");
+    r_.newton_iterations =
+        Eigen::Map<const VectorX>(found.values.data(), static_cast<Eigen::Index>(found.values.size())).cast<int>();
+  }
+
+  void about(const std::string& path) {
+    const auto point = file_.numbers_attribute(path, "about");
+    expect(point && static_cast<int>(point->size()) == r_.axes, "about");
+    for (int i = 0; i < r_.axes; ++i) r_.about[i] = (*point)[static_cast<std::size_t>(i)];
+  }
+
+  void metrics() {
+    const auto energy = file_.numbers(prefix_ + "metrics/energy");
+    expect(energy.values.size() == 1, "metrics/energy");
+    r_.energy = energy.values[0];
+    const auto quantities = texts("metrics/quantity"), units = texts("metrics/unit");
+    expect(units.size() == quantities.size(), "metrics/unit");
+    for (std::size_t i = 0; i < quantities.size(); ++i)
+      r_.metrics.push_back({.quantity = quantities[i], .unit = units[i]});
+    const auto read = [&](const std::string& name, double Metric::*figure) {
+      if (quantities.empty()) return;
+      const auto found = file_.numbers(prefix_ + "metrics/" + name, 1);
+      expect(found.values.size() == quantities.size(), "metrics/" + name);
+      for (std::size_t i = 0; i < found.values.size(); ++i) r_.metrics[i].*figure = found.values[i];
+    };
+    read("peak", &Metric::peak);
+    read("peak_time", &Metric::peak_time);
+    read("rms", &Metric::rms);
+    read("mean", &Metric::mean);
+    read("range", &Metric::range);
+  }
+
+  static void expect(bool good, const std::string& name) {
+    if (!good) throw Hdf5Error(read::in_quotes(name) + " is not as a result has it: the file is damaged");
+  }
+
+  const Hdf5Source& file_;
+  std::string prefix_;
+  Result r_;
+};
+
+/// The runs of a design file.
+std::vector<std::string> runs_in(const Hdf5Source& file) {
+  std::vector<std::string> runs;
+  for (const char* when : {"before", "after"})
+    for (const std::string& name : file.groups(when)) runs.push_back(std::string(when) + "/" + name);
+  return runs;
+}
+
+void check_group(const Hdf5Source& file, const std::string& group) {
+  if (group.empty() ? file.has("time") : file.has(group + "/time")) return;
+  const auto runs = runs_in(file);
+  if (runs.empty()) throw Hdf5Error(group.empty() ? "has no run" : "has no group " + read::in_quotes(group));
+  if (group.empty())
+    throw Hdf5Error(fmt::format("is a design with several runs: put one of them behind it, such as :{}", runs.back()));
+  throw Hdf5Error(fmt::format("has no run {}, only {}{}", read::in_quotes(group), fmt::join(runs, ", "),
+                              read::nearest_hint(group, runs)));
+}
+
+}  // namespace
+
+bool names_result_file(const std::string& name) {
+  const std::string path = place_of(name).path;
+  return path.ends_with(".h5") || path.ends_with(".hdf5") || path.ends_with(".nc");
+}
+
+RunFile read_result_file(const std::string& name) {
+  const Place place = place_of(name);
+  std::error_code error;
+  const auto status = std::filesystem::status(place.path, error);
+  if (!std::filesystem::exists(status)) throw SystemError(place.path + ": no such file");
+  if (std::filesystem::is_directory(status)) throw SystemError(place.path + ": is a folder, not a result file");
+  try {
+    const Hdf5Source file(place.path);
+    if (file.text_attribute("", "Conventions") != convention)
+      throw Hdf5Error("is no result of balance: its attribute 'Conventions' is not " + std::string(convention));
+    check_group(file, place.group);
+    const auto text = [&](const std::string& group, const char* attribute) {
+      return file.text_attribute(group, attribute).value_or("");
+    };
+    RunFile run{.path = place.path,
+                .group = place.group,
+                .title = text("", "title"),
+                .version = text("", "balance_version"),
+                .spec_text = text("", "spec"),
+                .command_line = text("", "command_line"),
+                .trajectory = text(place.group, "trajectory"),
+                .law = text(place.group, "law"),
+                .drive = text(place.group, "drive"),
+                .formulation = text(place.group, "formulation")};
+    run.result = Reader(file, place.group).result();
+    return run;
+  } catch (const Hdf5Error& wrong) {
+    throw SystemError(name + ": " + wrong.what());
+  }
+}
+
+}  // namespace balance

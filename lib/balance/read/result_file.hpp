@@ -1,0 +1,28 @@
+#pragma once
+/// Reading back what a run was written to; docs/file-format.md describes the file.
+
+#include "balance/study/result.hpp"
+
+#include <string>
+
+namespace balance {
+
+/// A run from a file: where it comes from and all of its samples and metrics.
+struct RunFile {
+  std::string path;   ///< as named by the user, without the group
+  std::string group;  ///< of a design file: "after/cycloid"; "" for a run's own file
+  std::string title;  ///< the mechanism's name
+  std::string version, spec_text, command_line;
+  std::string trajectory, law, drive, formulation;
+  Result result;  ///< outcome.status is done; outcome.notes are not stored
+};
+
+/// Whether a name is that of a result file rather than of a spec: `….h5`, `….hdf5`, `….nc`, or a group of one behind a colon.
+bool names_result_file(const std::string& name);
+
+/// Reads `run.h5`, or one run of a design file: `design.h5:after/cycloid`.
+/// @throws SystemError with the name and what is wrong: no such file, not HDF5, not written by this program, a dataset missing or
+/// of another size (a damaged file), a group that does not exist (with those that do)
+RunFile read_result_file(const std::string& name);
+
+}  // namespace balance
