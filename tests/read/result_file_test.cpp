@@ -1,0 +1,119 @@
+// What is written can be read back, and what cannot be read is said to be so.
+
+#include "balance/read/result_file.hpp"
+#include "balance/base/error.hpp"
+#include "balance/read/read_spec.hpp"
+#include "balance/study/result_layout.hpp"
+#include "balance/study/simulate.hpp"
+#include "balance/write/result_hdf5.hpp"
+
+#include <doctest/doctest.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace {
+
+using namespace balance;
+namespace fs = std::filesystem;
+
+/// A folder that is gone at the end of the scope.
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("balance-result-file-" + std::to_string(::getpid()));
+  Folder() { fs::create_directory(path); }
+  ~Folder() { fs::remove_all(path); }
+  std::string operator()(const char* name) const { return (path / name).string(); }
+};
+
+Result run_of(const std::string& config) {
+  const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/" + config);
+  Trajectory trajectory = study.trajectories.at(0);
+  trajectory.samples = 21;
+  return simulate(study.mechanism, trajectory);
+}
+
+std::string message_of(const std::string& name) {
+  try {
+    read_result_file(name);
+  } catch (const SystemError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("a run that is read back is the run that was written") {
+  const Folder folder;
+  for (const char* config : {"3rrr.yaml", "slider-crank.yaml", "delta.yaml", "spatial-rrr.yaml"}) {
+    CAPTURE(config);
+    const Result result = run_of(config);
+    REQUIRE(result.outcome.status == MotionStatus::done);
+    FileDescription description{.title = "a title", .version = "1.2", .spec_text = "name: x\n", .trajectory = "t"};
+    description.law = "cycloidal";
+    description.drive = "tool";
+    write_result(folder("run.h5"), result, description, {.existing = Existing::replace});
+    const RunFile run = read_result_file(folder("run.h5"));
+    CHECK(run.title == "a title");
+    CHECK(run.spec_text == "name: x\n");
+    CHECK(run.trajectory == "t");
+    CHECK(run.drive == "tool");
+    CHECK(run.result.coordinate_names == result.coordinate_names);
+    CHECK(run.result.coordinate_units == result.coordinate_units);
+    CHECK(run.result.actuator_units == result.actuator_units);
+    CHECK(run.result.joint_names == result.joint_names);
+    CHECK(run.result.time == result.time);
+    CHECK(run.result.about == result.about);
+    CHECK(run.result.newton_iterations == result.newton_iterations);
+    CHECK(run.result.energy == result.energy);
+    const auto before = all_quantities(result), after = all_quantities(run.result);
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      CAPTURE(before[i].name);
+      CHECK(*before[i].samples == *after[i].samples);
+    }
+    REQUIRE(run.result.metrics.size() == result.metrics.size());
+    for (std::size_t i = 0; i < result.metrics.size(); ++i) {
+      CHECK(run.result.metrics[i].quantity == result.metrics[i].quantity);
+      CHECK(run.result.metrics[i].unit == result.metrics[i].unit);
+      CHECK(run.result.metrics[i].peak == result.metrics[i].peak);
+      CHECK(run.result.metrics[i].range == result.metrics[i].range);
+    }
+  }
+}
+
+TEST_CASE("what is no result file is refused with its name") {
+  const Folder folder;
+  CHECK(message_of(folder("none.h5")) == folder("none.h5") + ": no such file");
+  CHECK(message_of(folder.path.string()).find("is a folder") != std::string::npos);
+  std::ofstream(folder("text.h5")) << "time,torque\n";
+  CHECK(message_of(folder("text.h5")).find("expected an HDF5 file") != std::string::npos);
+}
+
+TEST_CASE("a damaged file is refused or gives a run, and never anything worse") {
+  const Folder folder;
+  write_result(folder("run.h5"), run_of("four-bar.yaml"), {.title = "t"});
+  std::ifstream in(folder("run.h5"), std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(in)), {});
+  unsigned random = 1;
+  int refused = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    std::string bytes = whole;
+    random = random * 1664525U + 1013904223U;
+    const std::size_t at = random % bytes.size();
+    if (trial % 2 == 0)
+      bytes.resize(at);
+    else
+      bytes[at] = static_cast<char>(bytes[at] ^ (1 << (random >> 29)));
+    std::ofstream(folder("bad.h5"), std::ios::binary) << bytes;
+    refused += message_of(folder("bad.h5")).empty() ? 0 : 1;
+  }
+  CHECK(refused >= 100);  // every truncated one at least
+}
+
+TEST_CASE("names of result files end as such") {
+  CHECK(names_result_file("a/b.h5"));
+  CHECK(names_result_file("design.h5:after/cycloid"));
+  CHECK_FALSE(names_result_file("spec.yaml"));
+}
