@@ -102,6 +102,8 @@ herr_t note_group(hid_t owner, const char* name, const H5L_info_t*, void* data) 
 }  // namespace
 
 Hdf5Source::Hdf5Source(const std::string& file) {
+  // A damaged file can leave something open in the library, which then complains at the program's end.
+  [[maybe_unused]] static const herr_t once = H5dont_atexit();
   const Silence silence;
   file_ = H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   if (file_ < 0) throw Hdf5Error("expected an HDF5 file, found one that cannot be opened as such");
