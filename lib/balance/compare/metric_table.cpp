@@ -1,0 +1,67 @@
+#include "balance/compare/metric_table.hpp"
+
+#include <algorithm>
+
+namespace balance {
+namespace {
+
+/// The largest of each figure of `quantity[…]`, at the place of the first of them; nothing if it is there already.
+void add_worst(MetricTable& table, const std::string& quantity) {
+  std::vector<Metric>& metrics = table.metrics;
+  if (find_metric(table, quantity) != nullptr) return;
+  const auto is_part = [&](const Metric& metric) { return metric.quantity.starts_with(quantity + "["); };
+  const auto first = std::find_if(metrics.begin(), metrics.end(), is_part);
+  if (first == metrics.end()) return;
+  Metric worst = *first;
+  for (const Metric& metric : metrics) {
+    if (!is_part(metric)) continue;
+    if (metric.unit != worst.unit) return;  // the worst of forces and torques together would have no unit
+    if (metric.peak > worst.peak) worst.peak = metric.peak, worst.peak_time = metric.peak_time;
+    worst.rms = std::max(worst.rms, metric.rms);
+    worst.mean = std::max(worst.mean, metric.mean);
+    worst.range = std::max(worst.range, metric.range);
+  }
+  worst.quantity = quantity;
+  metrics.insert(first, worst);
+}
+
+}  // namespace
+
+MetricTable tabulate(std::string name, const Result& result) {
+  MetricTable table{std::move(name), result.metrics, result.energy};
+  for (const char* quantity : {"joint_force", "joint_moment"}) add_worst(table, quantity);
+  return table;
+}
+
+const Metric* find_metric(const MetricTable& table, std::string_view quantity) {
+  const auto found = std::find_if(table.metrics.begin(), table.metrics.end(),
+                                  [&](const Metric& metric) { return metric.quantity == quantity; });
+  return found == table.metrics.end() ? nullptr : &*found;
+}
+
+double figure_of(const Metric& metric, Figure figure) {
+  switch (figure) {
+    case Figure::peak: return metric.peak;
+    case Figure::rms: return metric.rms;
+    case Figure::mean: return metric.mean;
+    case Figure::range: return metric.range;
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+double find_figure(const MetricTable& table, Figure figure, std::string_view quantity) {
+  const Metric* metric = find_metric(table, quantity);
+  return metric == nullptr ? std::numeric_limits<double>::quiet_NaN() : figure_of(*metric, figure);
+}
+
+std::vector<std::string> list_quantity_names(const std::vector<MetricTable>& tables) {
+  std::vector<std::string> names;
+  for (const MetricTable& table : tables) {
+    for (const Metric& metric : table.metrics) {
+      if (std::find(names.begin(), names.end(), metric.quantity) == names.end()) names.push_back(metric.quantity);
+    }
+  }
+  return names;
+}
+
+}  // namespace balance

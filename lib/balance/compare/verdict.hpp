@@ -1,0 +1,43 @@
+#pragma once
+/// What became of a requirement: whether it holds for a run, and by how much.
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+enum class Relation { less, at_most, greater, at_least, equal };
+
+const char* symbol_of(Relation relation);  ///< "<", "<=", …
+
+/// One comparison with the numbers that it came to.
+struct Judged {
+  std::string left_text, right_text;  ///< as written
+  Relation relation = Relation::at_most;
+  double left = 0, right = 0;  ///< SI; NaN where a run lacks a quantity
+
+  /// Never with NaN. Equal means within one part in 10^9: nobody's round-off should break a build.
+  bool holds() const;
+  /// How far it is from failing, in the numbers' unit; negative: by how much it misses.
+  double margin() const;
+  /// The same in percent of the right side's magnitude; NaN if that is zero.
+  double margin_percent() const;
+};
+
+struct Verdict {
+  std::string requirement;  ///< as written
+  std::string run;          ///< that it was judged for; empty: it names all its runs itself
+  bool holds = false;
+  std::vector<Judged> compared;      ///< in the order in which they stand; `&&` and `||` join them
+  std::vector<std::string> missing;  ///< "rail has no torque[A4]"
+
+  /// The comparison that decides: of those that fail the one that misses by most; if it holds, the tightest. Null: none.
+  const Judged* decisive() const;
+};
+
+/// One line: "holds: 402.492 <= 782.771, margin 48.6 %", "missed by 12.5 %: 900 <= 800", "rail has no torque[A4]".
+std::string in_words(const Verdict& verdict);
+
+bool all_hold(const std::vector<Verdict>& verdicts);
+
+}  // namespace balance

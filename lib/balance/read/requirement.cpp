@@ -1,0 +1,140 @@
+#include "balance/read/requirement.hpp"
+
+#include "balance/read/calculator.hpp"
+#include "balance/read/nearest.hpp"
+#include "balance/read/requirement_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace balance {
+namespace {
+
+using read::Calculator;
+using read::ExpressionError;
+using read::in_quotes;
+
+template <class See>
+void for_each_figure(const Requirement& requirement, See&& see) {
+  for (const Comparison& comparison : requirement.comparisons) {
+    for (const Arithmetic* side : {&comparison.left, &comparison.right})
+      for (const FigureReference& figure : side->figures) see(figure);
+  }
+}
+
+/// Whether the arithmetic can be done at all, tried with ones.
+void check_arithmetic(const Comparison& comparison) {
+  for (const Arithmetic* side : {&comparison.left, &comparison.right}) {
+    Calculator calculator;
+    for (const FigureReference& figure : side->figures) calculator.define(figure.variable, 1);
+    try {
+      calculator.evaluate(side->expression);
+    } catch (const ExpressionError& error) {
+      throw RequirementError(comparison.column, in_quotes(side->text) + ": " + error.what());
+    }
+  }
+}
+
+const MetricTable& find_table(const std::string& name, const std::vector<MetricTable>& tables) {
+  const auto found =
+      std::find_if(tables.begin(), tables.end(), [&](const MetricTable& table) { return table.name == name; });
+  if (found == tables.end()) throw std::invalid_argument("there are no figures of a run called " + in_quotes(name));
+  return *found;
+}
+
+void add_once(std::vector<std::string>& all, const std::string& one) {
+  if (std::find(all.begin(), all.end(), one) == all.end()) all.push_back(one);
+}
+
+double evaluate(const Arithmetic& side, const std::vector<MetricTable>& tables, std::size_t run, Verdict& verdict) {
+  Calculator calculator;
+  bool complete = true;
+  for (const FigureReference& figure : side.figures) {
+    const MetricTable& table = figure.run.empty() ? tables.at(run) : find_table(figure.run, tables);
+    const double value = figure.figure ? find_figure(table, *figure.figure, figure.quantity) : table.energy;
+    const std::string what = figure.figure ? figure.quantity : "energy";
+    if (figure.figure ? find_metric(table, figure.quantity) == nullptr : std::isnan(value)) {
+      add_once(verdict.missing, fmt::format("{} has no {}", table.name, what));
+    }
+    // min(…), max(…) and the like could hide it.
+    complete = complete && !std::isnan(value);
+    calculator.define(figure.variable, value);
+  }
+  return complete ? calculator.evaluate(side.expression) : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool join(const Requirement& requirement, const std::vector<Judged>& judged) {
+  std::vector<bool> stack;
+  for (const Requirement::Step& step : requirement.steps) {
+    if (step.kind == Requirement::Step::Kind::compare) {
+      stack.push_back(judged[step.comparison].holds());
+      continue;
+    }
+    const bool last = stack.back();
+    stack.pop_back();
+    stack.back() = step.kind == Requirement::Step::Kind::both ? stack.back() && last : stack.back() || last;
+  }
+  return stack.back();
+}
+
+}  // namespace
+
+RequirementError::RequirementError(std::size_t where, const std::string& message)
+    : std::runtime_error(fmt::format("column {}: {}", where, message)), column(where) {}
+
+bool Requirement::is_about_each_run() const {
+  bool found = false;
+  for_each_figure(*this, [&](const FigureReference& figure) { found = found || figure.run.empty(); });
+  return found;
+}
+
+std::vector<std::string> Requirement::named_runs() const {
+  std::vector<std::string> names;
+  for_each_figure(*this, [&](const FigureReference& figure) {
+    if (!figure.run.empty()) add_once(names, figure.run);
+  });
+  return names;
+}
+
+Requirement read_requirement(const std::string& text, const RunNames& runs) {
+  if (text.size() > read::longest_expression)
+    throw RequirementError(1, fmt::format("it is longer than {} characters", read::longest_expression));
+  Requirement requirement = read::parse_requirement(read::split_requirement(text, runs), text, runs);
+  for (const Comparison& comparison : requirement.comparisons) check_arithmetic(comparison);
+  return requirement;
+}
+
+void check_quantities(const Requirement& requirement, const std::vector<std::string>& quantities) {
+  for_each_figure(requirement, [&](const FigureReference& figure) {
+    const bool known = std::find(quantities.begin(), quantities.end(), figure.quantity) != quantities.end();
+    if (!figure.figure || known) return;
+    throw RequirementError(figure.column, fmt::format("no run has a quantity {}{}", in_quotes(figure.quantity),
+                                                      read::nearest_hint(figure.quantity, quantities)));
+  });
+}
+
+Verdict judge(const Requirement& requirement, const std::vector<MetricTable>& tables, std::size_t run) {
+  Verdict verdict;
+  verdict.requirement = requirement.text;
+  if (requirement.is_about_each_run()) verdict.run = tables.at(run).name;
+  for (const Comparison& comparison : requirement.comparisons) {
+    Judged judged{comparison.left.text, comparison.right.text, comparison.relation, 0, 0};
+    judged.left = evaluate(comparison.left, tables, run, verdict);
+    judged.right = evaluate(comparison.right, tables, run, verdict);
+    verdict.compared.push_back(judged);
+  }
+  verdict.holds = join(requirement, verdict.compared);
+  return verdict;
+}
+
+std::vector<Verdict> judge_all(const Requirement& requirement, const std::vector<MetricTable>& tables) {
+  if (!requirement.is_about_each_run()) return {judge(requirement, tables, 0)};
+  std::vector<Verdict> verdicts;
+  for (std::size_t run = 1; run < tables.size(); ++run) verdicts.push_back(judge(requirement, tables, run));
+  return verdicts;
+}
+
+}  // namespace balance

@@ -1,0 +1,254 @@
+#include "balance/read/requirement_text.hpp"
+
+#include "balance/read/calculator.hpp"
+#include "balance/read/nearest.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+namespace balance::read {
+namespace {
+
+using Kind = Word::Kind;
+
+struct NamedFigure {
+  const char* name;
+  std::optional<Figure> figure;
+};
+
+const std::array<NamedFigure, 5> figures{{{"peak", Figure::peak},
+                                          {"rms", Figure::rms},
+                                          {"mean", Figure::mean},
+                                          {"range", Figure::range},
+                                          {"energy", std::nullopt}}};
+
+bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+bool is_space(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
+/// Bytes beyond ASCII belong to names.
+bool in_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || (c & 0x80) != 0; }
+
+class Splitter {
+ public:
+  Splitter(const std::string& text, const RunNames& runs) : text_(text), runs_(runs) {
+    names_ = runs.all;
+    if (!runs.base.empty()) names_.emplace_back("base");
+  }
+
+  std::vector<Word> split() {
+    std::vector<Word> words;
+    for (skip_space(); at_ < text_.size(); skip_space()) words.push_back(next());
+    return words;
+  }
+
+ private:
+  [[noreturn]] static void fail(std::size_t at, const std::string& message) { throw RequirementError(at + 1, message); }
+
+  void skip_space() {
+    while (at_ < text_.size() && is_space(text_[at_])) ++at_;
+  }
+
+  bool sees(std::string_view part) const { return text_.compare(at_, part.size(), part) == 0; }
+
+  Word take(Kind kind, std::size_t length) {
+    Word word{kind, text_.substr(at_, length), at_, at_ + length, {}};
+    at_ += length;
+    return word;
+  }
+
+  Word next() {
+    const char c = text_[at_];
+    if (c == '\'' || c == '"') return quoted();
+    if (const std::size_t length = run_length(); length > 0) return take(Kind::run, length);
+    if (is_digit(c) || c == '.') return number();
+    if (in_name(c)) return name();
+    if (sees("&&")) return take(Kind::both, 2);
+    if (sees("||")) return take(Kind::either, 2);
+    for (const char* relation : {"<=", ">=", "==", "<", ">"}) {
+      if (sees(relation)) return take(Kind::relation, std::string_view(relation).size());
+    }
+    if (sees("=") || sees("!=")) fail(at_, in_quotes(sees("=") ? "=" : "!=") + " is no comparison: <, <=, >, >= or ==");
+    if (std::string_view("+-*/^(),").find(c) != std::string_view::npos) return take(Kind::sign, 1);
+    fail(at_, in_quotes(text_.substr(at_, 1)) + " does not belong in a requirement");
+  }
+
+  Word quoted() {
+    const std::size_t begin = at_;
+    Word word{Kind::run, take_quoted(), begin, at_, {}};
+    check_run(word.text, begin);
+    return word;
+  }
+
+  /// What stands between two equal marks.
+  std::string take_quoted() {
+    const std::size_t close = text_.find(text_[at_], at_ + 1);
+    if (close == std::string::npos) fail(at_, "the quote has no end");
+    std::string inside = text_.substr(at_ + 1, close - at_ - 1);
+    at_ = close + 1;
+    return inside;
+  }
+
+  /// Of the longest run's name that stands here; 0: none. A number is a number even if a run is called so.
+  std::size_t run_length() const {
+    std::size_t longest = 0;
+    for (const std::string& name : names_) {
+      const std::size_t end = at_ + name.size();
+      if (name.size() <= longest || !sees(name)) continue;
+      if (end < text_.size() && in_name(name.back()) && in_name(text_[end])) continue;
+      if (number_length() >= name.size()) continue;
+      const std::size_t after = text_.find_first_not_of(" \t", end);
+      if (after != std::string::npos && text_[after] == '(' && is_word_with_parenthesis(name)) continue;
+      longest = name.size();
+    }
+    return longest;
+  }
+
+  static bool is_word_with_parenthesis(const std::string& name) {
+    const auto& functions = function_names();
+    return std::find(functions.begin(), functions.end(), name) != functions.end() ||
+           std::any_of(figures.begin(), figures.end(), [&](const NamedFigure& one) { return name == one.name; });
+  }
+
+  /// Of the digits, point and exponent that stand here.
+  std::size_t number_length() const {
+    std::size_t end = at_;
+    const auto digits = [&](std::size_t from) {
+      while (from < text_.size() && is_digit(text_[from])) ++from;
+      return from;
+    };
+    end = digits(end);
+    if (end < text_.size() && text_[end] == '.') end = digits(end + 1);
+    if (end == at_ || (end == at_ + 1 && text_[at_] == '.')) return 0;
+    if (end < text_.size() && (text_[end] == 'e' || text_[end] == 'E')) {
+      const bool sign = end + 1 < text_.size() && (text_[end + 1] == '+' || text_[end + 1] == '-');
+      const std::size_t exponent = end + (sign ? 2 : 1);
+      if (digits(exponent) > exponent) end = digits(exponent);
+    }
+    return end - at_;
+  }
+
+  Word number() {
+    const std::size_t length = number_length(), end = at_ + length;
+    if (length > 0 && (end == text_.size() || (!in_name(text_[end]) && text_[end] != '.')))
+      return take(Kind::number, length);
+    return name();
+  }
+
+  Word name() {
+    std::size_t end = at_;
+    while (end < text_.size() && (in_name(text_[end]) || text_[end] == '.')) ++end;
+    const std::string word = text_.substr(at_, end - at_);
+    const std::size_t after = text_.find_first_not_of(" \t", end);
+    if (after != std::string::npos && text_[after] == '(') return call(word, after);
+    if (word == "pi") return take(Kind::constant, word.size());
+    const bool quantity = after != std::string::npos && text_[after] == '[';
+    if (quantity) fail(at_, fmt::format("{} is a quantity: peak({}[…]), rms, mean or range of it", word, word));
+    check_run(word, at_);
+    return take(Kind::run, word.size());
+  }
+
+  Word call(const std::string& word, std::size_t parenthesis) {
+    for (const NamedFigure& one : figures) {
+      if (word == one.name) return figure(one, parenthesis);
+    }
+    const auto& functions = function_names();
+    if (std::find(functions.begin(), functions.end(), word) != functions.end())
+      return take(Kind::function, word.size());
+    std::vector<std::string> names;
+    for (const NamedFigure& one : figures) names.emplace_back(one.name);
+    const std::string own = one_of(names);
+    names.insert(names.end(), functions.begin(), functions.end());
+    fail(at_, fmt::format("{} is no function: {}, or arithmetic{}", in_quotes(word), own, nearest_hint(word, names)));
+  }
+
+  /// `peak(torque[A1], base)` from its name on; a quantity may have anything in its brackets.
+  Word figure(const NamedFigure& named, std::size_t parenthesis) {
+    const std::size_t begin = at_;
+    Word word{Kind::figure, "", begin, begin, {}};
+    word.figure.figure = named.figure;
+    word.figure.column = begin + 1;
+    at_ = parenthesis + 1;
+    skip_space();
+    if (named.figure) {
+      word.figure.column = at_ + 1;
+      word.figure.quantity = quantity(named.name);
+      skip_space();
+      if (sees(",")) {
+        ++at_;
+        skip_space();
+        word.figure.run = run_argument();
+      }
+    } else if (!sees(")")) {
+      word.figure.run = run_argument();
+    }
+    skip_space();
+    if (at_ == text_.size()) fail(parenthesis, "the parenthesis is not closed");
+    if (!sees(")")) fail(at_, fmt::format("expected ')' behind what {} is of, found {}", named.name, rest()));
+    word.end = ++at_;
+    word.text = text_.substr(begin, word.end - begin);
+    return word;
+  }
+
+  std::string quantity(const char* figure) {
+    const std::size_t begin = at_;
+    while (at_ < text_.size() && (in_name(text_[at_]) || text_[at_] == '.')) ++at_;
+    if (at_ == begin)
+      fail(begin,
+           fmt::format("expected a quantity such as shaking_force or torque[A1] for {}, found {}", figure, rest()));
+    if (at_ < text_.size() && text_[at_] == '[') {
+      const std::size_t close = text_.find(']', at_);
+      if (close == std::string::npos) fail(at_, "the bracket is not closed");
+      at_ = close + 1;
+    }
+    return text_.substr(begin, at_ - begin);
+  }
+
+  /// The name of a run up to the end of the call.
+  std::string run_argument() {
+    const std::size_t begin = at_;
+    if (at_ < text_.size() && (text_[at_] == '\'' || text_[at_] == '"')) {
+      std::string name = take_quoted();
+      check_run(name, begin);
+      return resolve(name);
+    }
+    std::size_t end = std::min(text_.find(')', at_), text_.size());
+    // Names may have parentheses themselves.
+    for (const std::string& name : names_) {
+      if (sees(name) && at_ + name.size() > end) end = at_ + name.size();
+    }
+    while (end > begin && is_space(text_[end - 1])) --end;
+    const std::string name = text_.substr(begin, end - begin);
+    if (name.empty()) fail(begin, "expected the name of a run, found " + rest());
+    check_run(name, begin);
+    at_ = end;
+    return resolve(name);
+  }
+
+  std::string resolve(const std::string& name) const {
+    return name == "base" && !runs_.base.empty() ? runs_.base : name;
+  }
+
+  void check_run(const std::string& name, std::size_t at) const {
+    if (std::find(names_.begin(), names_.end(), name) != names_.end()) return;
+    if (names_.empty())
+      fail(at, fmt::format("{} is no number and no figure: there are no other runs", in_quotes(name)));
+    fail(at, fmt::format("no run is called {}: {}{}", in_quotes(name), one_of(names_), nearest_hint(name, names_)));
+  }
+
+  std::string rest() const { return at_ == text_.size() ? "the end" : in_quotes(text_.substr(at_)); }
+
+  const std::string& text_;
+  const RunNames& runs_;
+  std::vector<std::string> names_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace
+
+std::vector<Word> split_requirement(const std::string& text, const RunNames& runs) {
+  return Splitter(text, runs).split();
+}
+
+}  // namespace balance::read

@@ -1,0 +1,55 @@
+#include "balance/write/junit.hpp"
+#include "balance/write/xml_text.hpp"
+
+#include <doctest/doctest.h>
+
+namespace balance {
+namespace {
+
+using Status = TestCase::Status;
+
+TEST_CASE("a report counts what became of its cases") {
+  const std::string xml = junit_xml(
+      "suite",
+      {{"first",
+        {{"g", "a", Status::passed, "", "", "", "", 0.5},
+         {"g", "b", Status::failed, "missed by 3 %", "requirement", "3 < 2", "", 0.25}}},
+       {"second", {{"g", "c", Status::error, "singular", "mechanism"}, {"g", "d", Status::skipped, "no figures"}}}});
+  CHECK(xml ==
+        R"(<?xml version="1.0" encoding="UTF-8"?>
+<testsuites name="suite" tests="4" failures="1" errors="1" time="0.750000">
+  <testsuite name="first" tests="2" failures="1" errors="0" skipped="0" time="0.750000">
+    <testcase name="a" classname="g" time="0.500000"/>
+    <testcase name="b" classname="g" time="0.250000">
+      <failure message="missed by 3 %" type="requirement">3 &lt; 2</failure>
+    </testcase>
+  </testsuite>
+  <testsuite name="second" tests="2" failures="0" errors="1" skipped="1" time="0.000000">
+    <testcase name="c" classname="g" time="0.000000">
+      <error message="singular" type="mechanism"/>
+    </testcase>
+    <testcase name="d" classname="g" time="0.000000">
+      <skipped message="no figures"/>
+    </testcase>
+  </testsuite>
+</testsuites>
+)");
+}
+
+TEST_CASE("texts become what XML can hold") {
+  CHECK(xml_text("a < b && c > \"d\"") == "a &lt; b &amp;&amp; c &gt; &quot;d&quot;");
+  CHECK(xml_text("two\nlines\t\r") == "two&#10;lines&#9;&#13;");
+  CHECK(xml_text("Schüttelkraft ≤ 1 𝛼") == "Schüttelkraft ≤ 1 𝛼");
+  const std::string replaced = "\xEF\xBF\xBD";
+  CHECK(xml_text(std::string("a\0b\x1f", 4)) == "a" + replaced + "b" + replaced);
+  CHECK(xml_text("\xff") == replaced);
+  CHECK(xml_text("\xc3") == replaced);                 // cut off
+  CHECK(xml_text("\xc0\xaf") == replaced + replaced);  // a slash in two bytes
+  CHECK(xml_text("\xed\xa0\x80") == replaced);         // half of a pair
+  CHECK(xml_text("\xef\xbf\xbf") == replaced);         // no character
+  CHECK(xml_text("\xf4\x90\x80\x80") == replaced);     // beyond the last
+  CHECK(xml_text("\xe2\x82(") == replaced + replaced + "(");
+}
+
+}  // namespace
+}  // namespace balance
