@@ -44,8 +44,11 @@ bool same_file(const std::string& a, const std::string& b);
 std::string shell_word(const std::string& text);
 
 Command setup_check(CLI::App& program);
+Command setup_completion(CLI::App& program);
 Command setup_conditions(CLI::App& program);
 Command setup_design(CLI::App& program);
+Command setup_man(CLI::App& program);
+Command setup_new(CLI::App& program);
 Command setup_simulate(CLI::App& program);
 
 }  // namespace balance::app

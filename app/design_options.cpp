@@ -1,6 +1,7 @@
 #include "design_options.hpp"
 
 #include "failure.hpp"
+#include "suggestion.hpp"
 
 #include "balance/base/error.hpp"
 #include "balance/base/version.hpp"
@@ -19,6 +20,12 @@ namespace {
 const std::vector<std::string> global_algorithms = {"crs", "direct", "isres", "esch", "mlsl"};
 const std::vector<std::string> local_algorithms = {"auto", "slsqp", "auglag", "cobyla", "bobyqa", "sbplx"};
 
+std::vector<std::string> algorithms() {
+  std::vector<std::string> all = global_algorithms;
+  all.insert(all.end(), local_algorithms.begin(), local_algorithms.end());
+  return all;
+}
+
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -30,10 +37,8 @@ void choose_algorithm(const std::string& name, SearchOptions& search) {
   } else if (contains(local_algorithms, name)) {
     search.local = name;
   } else {
-    std::vector<std::string> all = global_algorithms;
-    all.insert(all.end(), local_algorithms.begin(), local_algorithms.end());
-    throw UsageError(fmt::format("--algorithm {}: expected {}{}", read::in_quotes(name), read::one_of(all),
-                                 read::nearest_hint(name, all)));
+    throw UsageError(fmt::format("--algorithm {}: expected {}{}", read::in_quotes(name), read::one_of(algorithms()),
+                                 read::nearest_hint(name, algorithms())));
   }
 }
 
@@ -72,11 +77,11 @@ void add_design_options(CLI::App& parser, DesignCommandOptions& o) {
   add_goal_options(parser, o.goal);
   parser.add_option("--minimize", o.minimize, "what to prefer among exact solutions, as in the spec's design section")
       ->type_name("YAML");
-  parser
-      .add_option("--algorithm", o.algorithm,
-                  fmt::format("of the search; global: {}; local: {}", fmt::join(global_algorithms, ", "),
-                              fmt::join(local_algorithms, ", ")))
-      ->type_name("NAME");
+  CLI::Option* algorithm =
+      parser.add_option("--algorithm", o.algorithm,
+                        fmt::format("of the search; global: {}; local: {}", fmt::join(global_algorithms, ", "),
+                                    fmt::join(local_algorithms, ", ")));
+  suggest_words(algorithm->type_name("NAME"), algorithms());
   parser.add_flag("--force", o.force, "replace files that exist, even the spec by its balanced self");
   parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
 }

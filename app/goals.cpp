@@ -1,6 +1,7 @@
 #include "goals.hpp"
 
 #include "failure.hpp"
+#include "suggestion.hpp"
 
 #include "balance/conditions/modular.hpp"
 #include "balance/read/nearest.hpp"
@@ -12,15 +13,19 @@
 #include <algorithm>
 
 namespace balance::app {
+namespace {
+
+const std::vector<std::string> strategies = {"complete", "modular"};
+
+}  // namespace
 
 void add_goal_options(CLI::App& parser, GoalOptions& o) {
-  parser
-      .add_option("-g,--goal", o.goals, fmt::format("{}; may be repeated: all of them", fmt::join(goal_names(), ", ")))
-      ->type_name("GOAL")
-      ->allow_extra_args(false);
-  parser.add_option("--strategy", o.strategy, "complete: necessary and sufficient; modular: each chain by itself")
-      ->type_name("NAME")
-      ->capture_default_str();
+  CLI::Option* goal = parser.add_option("-g,--goal", o.goals,
+                                        fmt::format("{}; may be repeated: all of them", fmt::join(goal_names(), ", ")));
+  suggest_words(goal->type_name("GOAL")->allow_extra_args(false), goal_names());
+  CLI::Option* strategy =
+      parser.add_option("--strategy", o.strategy, "complete: necessary and sufficient; modular: each chain by itself");
+  suggest_words(strategy->type_name("NAME")->capture_default_str(), strategies);
   parser.add_option("--seed", o.seed, "of random configurations and searches")->type_name("N");
 }
 
@@ -43,10 +48,9 @@ std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study) {
 }
 
 bool is_modular(const GoalOptions& options) {
-  const std::vector<std::string> names = {"complete", "modular"};
-  if (std::find(names.begin(), names.end(), options.strategy) == names.end()) {
-    throw UsageError(fmt::format("--strategy {}: expected {}{}", read::in_quotes(options.strategy), read::one_of(names),
-                                 read::nearest_hint(options.strategy, names)));
+  if (std::find(strategies.begin(), strategies.end(), options.strategy) == strategies.end()) {
+    throw UsageError(fmt::format("--strategy {}: expected {}{}", read::in_quotes(options.strategy),
+                                 read::one_of(strategies), read::nearest_hint(options.strategy, strategies)));
   }
   return options.strategy == "modular";
 }

@@ -20,6 +20,7 @@ namespace {
 
 constexpr const char* footer =
     "Examples:\n"
+    "  balance new 3rrr > 3rrr.yaml\n"
     "  balance check 3rrr.yaml\n"
     "  balance conditions 5r.yaml --goal static\n"
     "  balance design 5r.yaml -o balanced.yaml\n"
@@ -51,7 +52,9 @@ ExitCode finish_parsing(const CLI::App& program, const CLI::ParseError& error) {
 /// @throws CallError: no command was called; `words` are those that the parser could not place
 [[noreturn]] void fail_without_command(const std::vector<Command>& commands, const std::vector<std::string>& words) {
   std::vector<std::string> names;
-  for (const Command& command : commands) names.push_back(command.parser->get_name());
+  for (const Command& command : commands) {
+    if (!command.parser->get_group().empty()) names.push_back(command.parser->get_name());  // not the hidden ones
+  }
   if (words.empty()) throw CallError("a command is needed: " + read::one_of(names));
   if (words.front().starts_with('-')) {
     throw CallError(read::in_quotes(words.front()) + " must stand behind a command: " + read::one_of(names));
@@ -64,8 +67,15 @@ ExitCode parse_and_run(int argc, char** argv) {
   CLI::App program("balance: balancing conditions, torques and shaking forces of mechanisms", "balance");
   program.set_version_flag("--version", std::string("balance ") + version(), "Print the version and exit");
   program.footer(footer);
-  const std::vector<Command> commands = {setup_check(program), setup_conditions(program), setup_design(program),
-                                         setup_simulate(program)};
+  const std::vector<Command> commands = {
+      setup_check(program),       //
+      setup_completion(program),  //
+      setup_conditions(program),  //
+      setup_design(program),      //
+      setup_man(program),         //
+      setup_new(program),         //
+      setup_simulate(program),
+  };
   program.require_subcommand(0, 1);
   program.allow_extras();  // after the commands, which would inherit it: only here can the message be a good one
   try {

@@ -15,6 +15,12 @@ echo "installed program says: $version"
 spec=$folder/prefix/share/balance/configs/3rrr.yaml
 "$folder/prefix/bin/balance" check "$spec" >/dev/null
 
+share=$folder/prefix/share
+for file in man/man1/balance-simulate.1* bash-completion/completions/balance zsh/vendor-completions/_balance \
+  fish/vendor_completions.d/balance.fish; do
+  [[ -s $(echo "$share/"$file) ]] || { echo "not installed: $file" >&2; exit 1; }
+done
+
 "$cmake" -G Ninja -S "$here" -B "$folder/guest" -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE=Debug >/dev/null
 "$cmake" --build "$folder/guest"
 said=$("$folder/guest/guest" "$spec")

@@ -1,0 +1,124 @@
+#include "completion.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace balance::app {
+namespace {
+
+constexpr const char* head = R"(# Completion of balance for bash. Made by `balance completion bash`.
+
+_balance_words() { mapfile -t COMPREPLY < <(compgen -W "$1" -- "$cur"); }
+
+# Folders, and files with the suffixes given; any file without one.
+_balance_files() {
+  local suffix
+  compopt -o filenames 2>/dev/null
+  if [[ $# -eq 0 ]]; then
+    mapfile -t COMPREPLY < <(compgen -f -- "$cur")
+    return
+  fi
+  mapfile -t COMPREPLY < <(
+    compgen -d -- "$cur"
+    for suffix; do compgen -f -X "!*.$suffix" -- "$cur"; done
+  )
+}
+)";
+
+// `=` is a word of its own in COMP_WORDS where it is one of COMP_WORDBREAKS.
+constexpr const char* tail = R"(
+_balance() {
+  local cur=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD-1]} command= operand=0 i word
+  COMPREPLY=()
+  if [[ $cur == = ]]; then
+    cur=
+  elif [[ $previous == = && $COMP_CWORD -gt 2 ]]; then
+    previous=${COMP_WORDS[COMP_CWORD-2]}
+  fi
+  for ((i = 1; i < COMP_CWORD; i++)); do
+    word=${COMP_WORDS[i]}
+    if [[ -z $command ]]; then
+      [[ $word == -* ]] || command=$word
+    elif [[ $word == = ]]; then
+      ((i++))
+    elif [[ $word == -* ]]; then
+      # Its value is no operand; the value of --name=value stands behind a word "=".
+      if _balance_has_value "$command" "$word" && [[ ${COMP_WORDS[i+1]} != = ]]; then ((i++)); fi
+    else
+      ((operand++))
+    fi
+  done
+  if [[ -z $command ]]; then
+    if [[ $cur == -* ]]; then _balance_words "$_balance_options"; else _balance_words "$_balance_commands"; fi
+  elif _balance_has_value "$command" "$previous"; then
+    _balance_value "$command" "$previous"
+  elif [[ $cur == -* ]] || ! _balance_operand "$command" "$operand"; then
+    _balance_command_options "$command"
+  fi
+}
+
+complete -F _balance balance
+)";
+
+std::string offer(const Suggestion& suggestion) {
+  const std::string items = fmt::format("{}", fmt::join(suggestion.items, " "));
+  switch (suggestion.kind) {
+    case Suggestion::Kind::words: return fmt::format("_balance_words '{}'", items);
+    case Suggestion::Kind::files: return items.empty() ? "_balance_files" : "_balance_files " + items;
+    case Suggestion::Kind::nothing: break;
+  }
+  return ":";
+}
+
+std::string all_names(const std::vector<OptionHelp>& options) {
+  std::vector<std::string> names;
+  for (const OptionHelp& option : options)
+    for (const std::string& name : names_of(option)) names.push_back(name);
+  return fmt::format("{}", fmt::join(names, " "));
+}
+
+/// `pattern` of the names behind `command:`.
+std::string pattern_of(const CommandHelp& command, const OptionHelp& option) {
+  std::vector<std::string> patterns;
+  for (const std::string& name : names_of(option)) patterns.push_back(command.name + ":" + name);
+  return fmt::format("{}", fmt::join(patterns, " | "));
+}
+
+/// A function with one case over command and option or operand.
+std::string function(const char* name, const char* key, const std::string& cases, const char* otherwise) {
+  return fmt::format("\n{}() {{\n  case {} in\n{}    *) {} ;;\n  esac\n}}\n", name, key, cases, otherwise);
+}
+
+std::string operand_cases(const CommandHelp& command) {
+  std::string cases;
+  for (std::size_t i = 0; i < command.operands.size(); ++i) {
+    const OptionHelp& operand = command.operands[i];
+    const std::string number = operand.repeats ? "*" : std::to_string(i);
+    cases += fmt::format("    {}:{}) {} ;;\n", command.name, number, offer(operand.suggestion));
+  }
+  return cases;
+}
+
+}  // namespace
+
+std::string bash_completion(const ProgramHelp& help) {
+  std::vector<std::string> commands;
+  std::string options, has_value, values, operands;
+  for (const CommandHelp& command : help.commands) {
+    commands.push_back(command.name);
+    options += fmt::format("    {}) _balance_words '{}' ;;\n", command.name, all_names(command.options));
+    operands += operand_cases(command);
+    for (const OptionHelp& option : command.options) {
+      if (!option.takes_value()) continue;
+      has_value += fmt::format("    {}) true ;;\n", pattern_of(command, option));
+      values += fmt::format("    {}) {} ;;\n", pattern_of(command, option), offer(option.suggestion));
+    }
+  }
+  return head + fmt::format("\n_balance_commands='{}'\n", fmt::join(commands, " ")) +
+         fmt::format("_balance_options='{}'\n", all_names(help.program.options)) +
+         function("_balance_has_value", "$1:$2", has_value, "false") +
+         function("_balance_value", "$1:$2", values, ":") + function("_balance_operand", "$1:$2", operands, "false") +
+         function("_balance_command_options", "$1", options, ":") + tail;
+}
+
+}  // namespace balance::app

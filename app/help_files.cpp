@@ -1,0 +1,91 @@
+/// Hidden commands that print what is installed beside the program: manual pages and shell completions.
+
+#include "command.hpp"
+#include "completion.hpp"
+#include "console.hpp"
+#include "failure.hpp"
+#include "man_page.hpp"
+
+#include "balance/read/nearest.hpp"
+#include "balance/write/pending_file.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+namespace balance::app {
+namespace {
+
+struct ManOptions {
+  std::string command, folder;
+};
+
+const CommandHelp& find(const ProgramHelp& help, const std::string& name) {
+  std::vector<std::string> names;
+  for (const CommandHelp& command : help.commands) {
+    if (command.name == name) return command;
+    names.push_back(command.name);
+  }
+  throw UsageError(fmt::format("{} is no command: {}{}", read::in_quotes(name), read::one_of(names),
+                               read::nearest_hint(name, names)));
+}
+
+void write(const std::string& path, const std::string& text) {
+  PendingFile file(path, Existing::replace);
+  file.write(text);
+  file.commit();
+}
+
+ExitCode run_man(const ManOptions& options, CLI::App& program) {
+  const ProgramHelp help = describe_program(program);
+  if (options.folder.empty()) {
+    print(options.command.empty() ? man_page(help) : man_page(help, find(help, options.command)));
+    return ExitCode::done;
+  }
+  write(options.folder + "/balance.1", man_page(help));
+  for (const CommandHelp& command : help.commands)
+    write(options.folder + "/balance-" + command.name + ".1", man_page(help, command));
+  return ExitCode::done;
+}
+
+ExitCode run_completion(const std::string& shell, CLI::App& program) {
+  const ProgramHelp help = describe_program(program);
+  const std::vector<std::string> shells = {"bash", "fish", "zsh"};
+  if (shell == "bash") {
+    print(bash_completion(help));
+  } else if (shell == "fish") {
+    print(fish_completion(help));
+  } else if (shell == "zsh") {
+    print(zsh_completion(help));
+  } else {
+    throw UsageError(fmt::format("there is no completion for {}: expected {}{}", read::in_quotes(shell),
+                                 read::one_of(shells), read::nearest_hint(shell, shells)));
+  }
+  return ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_completion(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("completion", "Print a script that completes command lines in a shell");
+  parser->group("");
+  const auto shell = std::make_shared<std::string>();
+  parser->add_option("shell", *shell, "bash, fish or zsh")->required()->type_name("SHELL");
+  parser->footer("Examples:\n  eval \"$(balance completion bash)\"\n  balance completion zsh > ~/.zfunc/_balance");
+  return {parser, [shell, &program] { return run_completion(*shell, program); }};
+}
+
+Command setup_man(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("man", "Print a manual page");
+  parser->group("");
+  const auto options = std::make_shared<ManOptions>();
+  CLI::Option* command = parser->add_option("command", options->command, "whose page; without it the program's");
+  command->type_name("COMMAND");
+  parser->add_option("--all", options->folder, "write all pages into this folder")
+      ->type_name("FOLDER")
+      ->excludes(command);
+  parser->footer("Examples:\n  balance man simulate | man -l -\n  balance man --all man1");
+  return {parser, [options, &program] { return run_man(*options, program); }};
+}
+
+}  // namespace balance::app

@@ -1,0 +1,81 @@
+#include "command.hpp"
+#include "console.hpp"
+#include "failure.hpp"
+#include "starters.hpp"
+#include "suggestion.hpp"
+
+#include "balance/read/nearest.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <memory>
+
+namespace balance::app {
+namespace {
+
+struct NewOptions {
+  std::string kind;
+  bool json = false;
+};
+
+std::vector<std::string> kinds() {
+  std::vector<std::string> names;
+  for (const Starter& starter : starters()) names.emplace_back(starter.kind);
+  return names;
+}
+
+const Starter& find(const std::string& kind) {
+  for (const Starter& starter : starters())
+    if (starter.kind == kind) return starter;
+  throw UsageError(fmt::format("there is no starter {}: expected {}{}", read::in_quotes(kind), read::one_of(kinds()),
+                               read::nearest_hint(kind, kinds())));
+}
+
+std::string list_text() {
+  std::string text;
+  for (const Starter& starter : starters()) text += fmt::format("{:<13} {}\n", starter.kind, starter.summary());
+  return text + "\nbalance new KIND > spec.yaml writes one of them.\n";
+}
+
+std::string list_json() {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Starter& starter : starters()) list.push_back({{"kind", starter.kind}, {"summary", starter.summary()}});
+  return nlohmann::ordered_json{{"kinds", list}}.dump(2) + "\n";
+}
+
+std::string starter_json(const Starter& starter) {
+  return nlohmann::ordered_json{{"kind", starter.kind}, {"summary", starter.summary()}, {"spec", starter.text}}.dump(
+             2) +
+         "\n";
+}
+
+ExitCode run(const NewOptions& options) {
+  if (options.kind.empty()) {
+    print(options.json ? list_json() : list_text());
+    return ExitCode::done;
+  }
+  const Starter& starter = find(options.kind);
+  print(options.json ? starter_json(starter) : std::string(starter.text));
+  return ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_new(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("new", "Print a commented spec to start from");
+  const auto options = std::make_shared<NewOptions>();
+  CLI::Option* kind = parser->add_option("kind", options->kind, "which mechanism; without it the kinds are listed");
+  suggest_words(kind->type_name("KIND"), kinds());
+  parser->add_flag("--json", options->json, "print JSON, errors included");
+  parser->footer(
+      "The spec is complete: it can be checked, simulated and, where numbers are free, designed, and\n"
+      "its comments say what to change. docs/spec.md describes the language.\n\n"
+      "Examples:\n"
+      "  balance new\n"
+      "  balance new four-bar > spec.yaml\n"
+      "  balance new delta --json");
+  return {parser, [options] { return run(*options); }};
+}
+
+}  // namespace balance::app

@@ -1,0 +1,22 @@
+#pragma once
+/// Specs to start from, of configs/starters; the build puts their text into the program.
+
+#include <string_view>
+#include <vector>
+
+namespace balance::app {
+
+struct Starter {
+  std::string_view kind;
+  std::string_view text;
+
+  /// What it is: the text's first line, a comment.
+  std::string_view summary() const {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    return line.substr(line.find_first_not_of("# "));
+  }
+};
+
+const std::vector<Starter>& starters();
+
+}  // namespace balance::app
