@@ -44,6 +44,7 @@ bool same_file(const std::string& a, const std::string& b);
 std::string shell_word(const std::string& text);
 
 Command setup_check(CLI::App& program);
+Command setup_compare(CLI::App& program);
 Command setup_completion(CLI::App& program);
 Command setup_conditions(CLI::App& program);
 Command setup_design(CLI::App& program);

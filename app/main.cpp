@@ -22,6 +22,7 @@ constexpr const char* footer =
     "Examples:\n"
     "  balance new 3rrr > 3rrr.yaml\n"
     "  balance check 3rrr.yaml\n"
+    "  balance compare original.h5 balanced.h5 --require 'peak(shaking_force) <= 0.9 * base'\n"
     "  balance conditions 5r.yaml --goal static\n"
     "  balance design 5r.yaml -o balanced.yaml\n"
     "  balance simulate 3rrr.yaml --trajectory cycloid -o out.h5\n\n"
@@ -69,6 +70,7 @@ ExitCode parse_and_run(int argc, char** argv) {
   program.footer(footer);
   const std::vector<Command> commands = {
       setup_check(program),       //
+      setup_compare(program),     //
       setup_completion(program),  //
       setup_conditions(program),  //
       setup_design(program),      //

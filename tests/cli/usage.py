@@ -28,7 +28,7 @@ trajectories: {turn: {law: cycloidal, drive: joints}}
 class Usage(Case):
     def test_help_and_version_are_results(self):
         self.assertIn("balance simulate", run("--help").stdout)
-        for command in ("check", "conditions", "design", "simulate"):
+        for command in ("check", "compare", "conditions", "design", "simulate"):
             done = run(command, "--help")
             self.assert_quiet_success(done)
             self.assertIn("balance " + command, done.stdout)

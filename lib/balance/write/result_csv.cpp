@@ -1,7 +1,8 @@
 #include "balance/write/result_csv.hpp"
 
-#include "balance/write/pending_file.hpp"
 #include "balance/study/result_layout.hpp"
+#include "balance/write/csv_field.hpp"
+#include "balance/write/pending_file.hpp"
 
 #include <fmt/format.h>
 
@@ -43,14 +44,6 @@ std::vector<std::string> column_names(const Quantity& quantity, const Result& r)
   return {};
 }
 
-/// A name as one field: quoted where a comma or a quote would end it.
-std::string field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
-}
-
 std::string header(const std::vector<Quantity>& quantities, const Result& r) {
   std::string line = "time [s]";
   for (const Quantity& quantity : quantities) {
@@ -60,7 +53,7 @@ std::string header(const std::vector<Quantity>& quantities, const Result& r) {
     }
     for (std::size_t i = 0; i < names.size(); ++i) {
       const std::string& unit = quantity.units[quantity.units.size() == names.size() ? i : 0];
-      line += "," + field(fmt::format("{} [{}]", names[i], unit));
+      line += "," + csv_field(fmt::format("{} [{}]", names[i], unit));
     }
   }
   return line + ",newton_iterations [1]\n";

@@ -1,0 +1,111 @@
+#include "command.hpp"
+#include "compare_options.hpp"
+#include "console.hpp"
+#include "failure.hpp"
+#include "signals.hpp"
+
+#include "balance/compare/run_names.hpp"
+#include "balance/read/nearest.hpp"
+#include "balance/read/requirement.hpp"
+#include "balance/read/result_file.hpp"
+#include "balance/write/comparison_json.hpp"
+#include "balance/write/comparison_text.hpp"
+#include "balance/write/pending_file.hpp"
+
+#include <memory>
+
+namespace balance::app {
+namespace {
+
+std::vector<NamedRun> read_runs(const std::vector<std::string>& files) {
+  std::vector<NamedRun> runs;
+  std::vector<RunPlace> places;
+  for (const std::string& file : files) {
+    RunFile run = read_result_file(file);
+    places.push_back({run.path, run.group});
+    runs.push_back({"", file, run.title, run.trajectory, run.law, run.drive, std::move(run.result)});
+  }
+  const std::vector<std::string> names = name_runs(places);
+  for (std::size_t i = 0; i < runs.size(); ++i) runs[i].name = names[i];
+  return runs;
+}
+
+std::vector<Verdict> judge(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
+  RunNames names;
+  for (const NamedRun& run : runs) names.all.push_back(run.name);
+  names.base = names.all.front();
+  const std::vector<MetricTable> tables = tabulate(runs);
+  const std::vector<std::string> quantities = list_quantity_names(tables);
+  std::vector<Verdict> verdicts;
+  for (const std::string& text : texts) {
+    try {
+      const Requirement requirement = read_requirement(text, names);
+      check_quantities(requirement, quantities);
+      for (Verdict& verdict : judge_all(requirement, tables)) verdicts.push_back(std::move(verdict));
+    } catch (const RequirementError& error) {
+      throw UsageError("--require " + read::in_quotes(text) + ": " + error.what());
+    }
+  }
+  return verdicts;
+}
+
+std::string in_format(ComparisonFormat format, const ComparedRuns& compared, const std::vector<Verdict>& verdicts,
+                      ShownQuantities shown) {
+  switch (format) {
+    case ComparisonFormat::text: return comparison_text(compared, verdicts, shown);
+    case ComparisonFormat::markdown: return comparison_markdown(compared, verdicts, shown);
+    case ComparisonFormat::csv: return comparison_csv(compared);
+    case ComparisonFormat::json: return comparison_json(compared, verdicts);
+    case ComparisonFormat::junit: return junit_xml("balance compare", {verdict_suite("requirements", verdicts)});
+  }
+  return "";
+}
+
+void write_file(const CompareOptions& options, const std::string& content) {
+  const DeferSignals deferred;
+  PendingFile pending(options.output, options.force ? Existing::replace : Existing::keep);
+  pending.write(content);
+  if (pending_signal() != 0) throw Cancelled("stopped on request; no file was written");
+  pending.commit();
+}
+
+ExitCode run(const CompareOptions& options) {
+  const ComparisonFormat format = choose_format(options);
+  check_outputs(options);
+  const std::vector<NamedRun> runs = read_runs(options.files);
+  const std::vector<Verdict> verdicts = judge(options.requirements, runs);
+  const std::string content =
+      in_format(format, compare_runs(runs), verdicts, options.all ? ShownQuantities::all : ShownQuantities::main);
+  if (options.output.empty()) {
+    print(content);
+  } else {
+    write_file(options, content);
+    if (!options.quiet) print(verdicts_text(verdicts) + "written: " + options.output + "\n");
+  }
+  // A table of values has no place for them.
+  const bool shown = options.output.empty() ? format != ComparisonFormat::csv : !options.quiet;
+  for (const Verdict& verdict : verdicts) {
+    if (!verdict.holds && !shown) tell("not met: " + verdict.requirement + ": " + in_words(verdict));
+  }
+  return all_hold(verdicts) ? ExitCode::done : ExitCode::not_met;
+}
+
+}  // namespace
+
+Command setup_compare(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("compare", "Compare results; check requirements on their figures");
+  const auto options = std::make_shared<CompareOptions>();
+  add_compare_options(*parser, *options);
+  parser->footer(
+      "The first file is the base. Requirements compare peak, rms, mean and range of a quantity, and energy(),\n"
+      "of each other file with numbers and with other files, which are called by their names without folder and\n"
+      "ending; docs/compare.md describes them. Exit code 1: a requirement is not met.\n\n"
+      "Examples:\n"
+      "  balance compare original.h5 balanced.h5\n"
+      "  balance compare original.h5 balanced.h5 --require 'peak(shaking_force) <= 0.9 * base'\n"
+      "  balance compare a.h5 b.h5 --require 'rms(torque[A1]) < 1.2 * rms(torque[A1], base)' -o junit.xml\n"
+      "  balance compare design.h5:before/cycloid design.h5:after/cycloid --format markdown");
+  return {parser, [options] { return run(*options); }};
+}
+
+}  // namespace balance::app

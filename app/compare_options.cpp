@@ -1,0 +1,73 @@
+#include "compare_options.hpp"
+
+#include "command.hpp"
+#include "failure.hpp"
+
+#include "balance/write/pending_file.hpp"
+
+#include <filesystem>
+
+namespace balance::app {
+namespace {
+
+struct NamedFormat {
+  const char* name;
+  const char* ending;
+  ComparisonFormat format;
+};
+
+constexpr NamedFormat formats[]{{"text", ".txt", ComparisonFormat::text},
+                                {"markdown", ".md", ComparisonFormat::markdown},
+                                {"csv", ".csv", ComparisonFormat::csv},
+                                {"json", ".json", ComparisonFormat::json},
+                                {"junit", ".xml", ComparisonFormat::junit}};
+
+ComparisonFormat find_format(const CompareOptions& options) {
+  const std::string ending = std::filesystem::path(options.output).extension().string();
+  for (const NamedFormat& one : formats) {
+    if (options.format.empty() ? ending == one.ending : options.format == one.name) return one.format;
+  }
+  return ComparisonFormat::text;
+}
+
+}  // namespace
+
+void add_compare_options(CLI::App& parser, CompareOptions& o) {
+  std::vector<std::string> names;
+  for (const NamedFormat& one : formats) names.emplace_back(one.name);
+  parser.add_option("files", o.files, "result files, the base first; FILE:GROUP is one run of a design file")
+      ->required()
+      ->type_name("FILE");
+  parser.add_option("--require", o.requirements, "what must hold; may be repeated")
+      ->type_name("EXPR")
+      ->allow_extra_args(false);
+  CLI::Option* format =
+      parser.add_option("--format", o.format, "how to write it; else by the output's ending, else text");
+  format->type_name("FORMAT")->check(CLI::IsMember(names));
+  parser.add_flag("--json", o.json, "the same as --format json; errors too")->excludes(format);
+  parser.add_option("-o,--output", o.output, "write to this file instead of the terminal")->type_name("FILE");
+  parser.add_flag("--all", o.all, "show all quantities, every joint's reactions too (csv and json always do)");
+  parser.add_flag("--force", o.force, "replace a file that exists");
+  parser.add_flag("-q,--quiet", o.quiet, "with --output: print nothing but errors");
+}
+
+ComparisonFormat choose_format(const CompareOptions& options) {
+  if (options.files.size() < 2) throw UsageError("two files at least are needed to compare, the base first");
+  const ComparisonFormat format = options.json ? ComparisonFormat::json : find_format(options);
+  if (format == ComparisonFormat::junit && options.requirements.empty()) {
+    throw UsageError("JUnit reports are on requirements: give at least one --require");
+  }
+  return format;
+}
+
+void check_outputs(const CompareOptions& options) {
+  if (options.output.empty()) return;
+  for (const std::string& file : options.files) {
+    const std::string path =
+        file.substr(0, file.rfind(".h5:") == std::string::npos ? file.size() : file.rfind(".h5:") + 3);
+    if (same_file(options.output, path)) throw UsageError("the comparison would replace a result: " + options.output);
+  }
+  check_writable(options.output, options.force ? Existing::replace : Existing::keep);
+}
+
+}  // namespace balance::app

@@ -1,0 +1,99 @@
+#include "balance/compare/comparison.hpp"
+
+#include "balance/compare/difference.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <stdexcept>
+
+namespace balance {
+namespace {
+
+std::string unit_of(const std::string& quantity, const std::vector<MetricTable>& tables) {
+  for (const MetricTable& table : tables) {
+    if (const Metric* metric = find_metric(table, quantity)) return metric->unit;
+  }
+  return "";
+}
+
+ComparedQuantity compare_metrics(const std::string& quantity, const std::vector<MetricTable>& tables) {
+  ComparedQuantity compared{quantity, unit_of(quantity, tables), {}, {}};
+  compared.differences.resize(tables.size());
+  for (const MetricTable& table : tables) {
+    const Metric* metric = find_metric(table, quantity);
+    const bool there = metric != nullptr && metric->unit == compared.unit;
+    compared.metrics.push_back(there ? std::optional(*metric) : std::nullopt);
+  }
+  return compared;
+}
+
+void add_differences(ComparedRuns& compared, const std::vector<NamedRun>& runs) {
+  for (std::size_t run = 1; run < runs.size(); ++run) {
+    const auto list = list_differences(runs.front().result, runs[run].result);
+    const std::map<std::string, Difference> differences(list.begin(), list.end());
+    for (ComparedQuantity& quantity : compared.quantities) {
+      const auto found = differences.find(quantity.quantity);
+      const bool both = quantity.metrics.front() && quantity.metrics[run];
+      if (both && found != differences.end()) quantity.differences[run] = found->second;
+    }
+  }
+}
+
+std::string sampling_of(const Result& result) {
+  return fmt::format("{} samples over {:.6g} s", result.time.size(), duration_of(result));
+}
+
+void add_notes(ComparedRuns& compared, const std::vector<NamedRun>& runs) {
+  const NamedRun& base = runs.front();
+  for (std::size_t run = 1; run < runs.size(); ++run) {
+    const NamedRun& other = runs[run];
+    const auto note = [&](const std::string& text) {
+      compared.notes.push_back(fmt::format("{} and {}: {}", base.name, other.name, text));
+    };
+    if (!have_equal_durations(base.result, other.result)) {
+      note(fmt::format("{} and {}: differences are taken at equal fractions of the durations", sampling_of(base.result),
+                       sampling_of(other.result)));
+    } else if (base.result.time.size() != other.result.time.size()) {
+      note(fmt::format("{} and {}: differences are taken at the samples of the coarser, the finer is interpolated",
+                       base.result.time.size(), other.result.time.size()));
+    }
+    if (base.result.axes != other.result.axes) note("one is planar, one spatial: vectors have no differences");
+    if (base.result.about != other.result.about) note("their moments are about different points");
+  }
+}
+
+}  // namespace
+
+std::vector<MetricTable> tabulate(const std::vector<NamedRun>& runs) {
+  std::vector<MetricTable> tables;
+  for (const NamedRun& run : runs) tables.push_back(tabulate(run.name, run.result));
+  return tables;
+}
+
+ComparedRuns compare_runs(const std::vector<NamedRun>& runs) {
+  if (runs.empty()) throw std::invalid_argument("there are no runs to compare");
+  ComparedRuns compared;
+  for (const NamedRun& run : runs) {
+    compared.runs.push_back({run.name, run.file, run.title, run.trajectory, run.law, run.drive,
+                             static_cast<long>(run.result.time.size()), duration_of(run.result), run.result.energy});
+  }
+  const std::vector<MetricTable> tables = tabulate(runs);
+  for (const std::string& quantity : list_quantity_names(tables))
+    compared.quantities.push_back(compare_metrics(quantity, tables));
+  add_differences(compared, runs);
+  add_notes(compared, runs);
+  return compared;
+}
+
+double ratio_to_base(const ComparedQuantity& quantity, std::size_t run, Figure figure) {
+  const auto& base = quantity.metrics.front();
+  const auto& metric = quantity.metrics.at(run);
+  const double missing = std::numeric_limits<double>::quiet_NaN();
+  if (!base || !metric || figure_of(*base, figure) == 0) return missing;
+  return figure_of(*metric, figure) / figure_of(*base, figure);
+}
+
+}  // namespace balance
