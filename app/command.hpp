@@ -40,9 +40,7 @@ ReadOptions read_options(const SpecOptions& options);
 /// Whether two names are one file, which need not exist.
 bool same_file(const std::string& a, const std::string& b);
 
-/// One word for a POSIX shell: quoted if it needs to be.
-std::string shell_word(const std::string& text);
-
+Command setup_batch(CLI::App& program);
 Command setup_check(CLI::App& program);
 Command setup_compare(CLI::App& program);
 Command setup_completion(CLI::App& program);

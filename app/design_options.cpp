@@ -6,6 +6,7 @@
 #include "balance/base/error.hpp"
 #include "balance/base/version.hpp"
 #include "balance/read/nearest.hpp"
+#include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

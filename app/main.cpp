@@ -69,6 +69,7 @@ ExitCode parse_and_run(int argc, char** argv) {
   program.set_version_flag("--version", std::string("balance ") + version(), "Print the version and exit");
   program.footer(footer);
   const std::vector<Command> commands = {
+      setup_batch(program),       //
       setup_check(program),       //
       setup_compare(program),     //
       setup_completion(program),  //

@@ -3,16 +3,14 @@
 #include "failure.hpp"
 
 #include "balance/base/error.hpp"
-#include "balance/base/version.hpp"
 #include "balance/read/nearest.hpp"
-#include "balance/write/names.hpp"
+#include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <charconv>
 #include <cmath>
-#include <filesystem>
 
 namespace balance::app {
 namespace {
@@ -52,20 +50,6 @@ void change_duration(Trajectory& trajectory, double duration) {
     throw UsageError(fmt::format("--duration does not go with '{}': its table has its own times", trajectory.name));
   }
   trajectory.duration = duration;
-}
-
-/// What computes the same file again. Options that do not change its content are left out, and so is the spec's folder:
-/// the same spec gives the same bytes wherever it and the result lie.
-std::string command_line(const SimulateOptions& options, const Trajectory& trajectory) {
-  std::vector<std::string> words = {"balance", "simulate", std::filesystem::path(options.spec.spec).filename().string(),
-                                    "--trajectory", trajectory.name};
-  if (options.samples) words.insert(words.end(), {"--samples", std::to_string(*options.samples)});
-  if (options.duration) words.insert(words.end(), {"--duration", fmt::format("{}", *options.duration)});
-  if (!options.about.empty()) words.push_back("--about=" + options.about);
-  for (const std::string& set : options.spec.set) words.insert(words.end(), {"--set", set});
-  if (options.compress) words.push_back("--compress");
-  for (std::string& word : words) word = shell_word(word);
-  return fmt::format("{}", fmt::join(words, " "));
 }
 
 }  // namespace
@@ -120,15 +104,14 @@ void check_outputs(const SimulateOptions& options) {
 }
 
 FileDescription describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory) {
-  FileDescription description;
-  description.title = study.mechanism.name;
-  description.version = version();
-  description.spec_text = study.spec_text;
-  description.command_line = command_line(options, trajectory);
-  description.trajectory = trajectory.name;
-  description.law = std::holds_alternative<TablePath>(trajectory.path) ? "table" : name_of(trajectory.law.kind);
-  description.drive = name_of(trajectory.drive);
-  return description;
+  return describe_simulation(study, trajectory,
+                             {.spec_file = options.spec.spec,
+                              .trajectory = trajectory.name,
+                              .samples = options.samples,
+                              .duration = options.duration,
+                              .about = options.about,
+                              .set = options.spec.set,
+                              .compress = options.compress});
 }
 
 }  // namespace balance::app

@@ -1,6 +1,8 @@
 #pragma once
 /// Reading HDF5 files. The only place of this room that knows the library.
 
+#include "balance/base/hdf5_turn.hpp"
+
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -15,7 +17,7 @@ struct Hdf5Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// An open file. Paths are `group/name` from the root, "" the root itself.
+/// An open file; until it is closed, other threads wait for their turn with HDF5. Paths are `group/name` from the root, "" the root itself.
 class Hdf5Source {
  public:
   /// @throws Hdf5Error if it is no HDF5 file or cannot be opened
@@ -45,6 +47,7 @@ class Hdf5Source {
   std::vector<std::string> groups(const std::string& path) const;
 
  private:
+  Hdf5Turn turn_;
   std::int64_t file_ = -1;
 };
 

@@ -1,6 +1,7 @@
 #include "balance/write/hdf5_file.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/base/hdf5_turn.hpp"
 #include "balance/write/hdf5_driver.hpp"
 #include "balance/write/hdf5_handle.hpp"
 
@@ -64,6 +65,7 @@ struct Hdf5File::Implementation {
     std::vector<hdf5::ScaleUse> uses;
   };
 
+  Hdf5Turn turn;
   hdf5::Silence silence;  // first in, last out: closing may fail too
   std::string shown_name;
   Storage storage = Storage::contiguous;

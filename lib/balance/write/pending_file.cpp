@@ -114,8 +114,8 @@ void PendingFile::write(std::string_view bytes) {
   }
 }
 
-void PendingFile::commit() {
-  if (::fsync(descriptor_) != 0) fail(path_, errno);
+void PendingFile::commit(Durability durability) {
+  if (durability == Durability::wait && ::fsync(descriptor_) != 0) fail(path_, errno);
   const int descriptor = descriptor_;
   descriptor_ = -1;
   if (::close(descriptor) != 0) fail(path_, errno);
@@ -124,7 +124,7 @@ void PendingFile::commit() {
   if (!renamed && errno == EEXIST) fail_existing(path_);
   if (!renamed) fail(path_, errno);
   temporary_.clear();
-  sync_folder(target_);
+  if (durability == Durability::wait) sync_folder(target_);
 }
 
 }  // namespace balance

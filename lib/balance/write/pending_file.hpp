@@ -11,6 +11,9 @@ namespace balance {
 /// What to do with an older file of the same name.
 enum class Existing { keep, replace };
 
+/// Whether a file is worth waiting for the disk: what can be computed again is not.
+enum class Durability { wait, later };
+
 /// The user asked to stop; the unfinished file is gone.
 class Cancelled : public std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -40,8 +43,9 @@ class PendingFile {
   /// Appends bytes. @throws SystemError with the system's reason
   void write(std::string_view bytes);
 
-  /// Waits until the bytes are on disk and gives the file its name. @throws SystemError; then nothing has changed
-  void commit();
+  /// Waits until the bytes are on disk, unless told otherwise, and gives the file its name.
+  /// @throws SystemError; then nothing has changed
+  void commit(Durability durability = Durability::wait);
 
  private:
   std::string path_, target_, temporary_;  ///< as the user named it; links followed; where the bytes grow

@@ -13,13 +13,16 @@ void write_result(const std::string& path, const Result& result, const FileDescr
   if (result.outcome.status != MotionStatus::done) throw std::invalid_argument("only a result that is done is written");
   PendingFile pending(path, options.existing);
   const bool compress = options.compression == Compression::gzip;
-  Hdf5File file(pending.descriptor(), path, compress ? Hdf5File::Storage::compressed : Hdf5File::Storage::contiguous);
-  describe_source(file, description);
-  describe_run(file, {}, description);
-  add_result(file, {}, result, options);
-  file.close();
+  const auto storage = compress ? Hdf5File::Storage::compressed : Hdf5File::Storage::contiguous;
+  {
+    Hdf5File file(pending.descriptor(), path, storage);
+    describe_source(file, description);
+    describe_run(file, {}, description);
+    add_result(file, {}, result, options);
+    file.close();
+  }  // others have their turn with HDF5 while this one waits for the disk
   stop_if_cancelled(options);
-  pending.commit();
+  pending.commit(options.durability);
 }
 
 }  // namespace balance

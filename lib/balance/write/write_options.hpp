@@ -24,6 +24,7 @@ enum class Compression { none, gzip };
 
 struct WriteOptions {
   Existing existing = Existing::keep;
+  Durability durability = Durability::wait;
   Compression compression = Compression::none;  ///< HDF5 only; costs more than ten times the dynamics
   std::function<bool()> cancelled;              ///< asked now and then if set; true stops and leaves no file
 };

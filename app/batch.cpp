@@ -1,0 +1,180 @@
+#include "command.hpp"
+#include "console.hpp"
+#include "failure.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/batch/run.hpp"
+#include "balance/batch/summary.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+#include <nlohmann/json.hpp>
+
+#include <charconv>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <thread>
+
+namespace balance::app {
+namespace {
+
+struct BatchCommandOptions {
+  std::string suite;
+  std::string output;  ///< folder; empty: the suite's stem with `-results`, in the current folder
+  unsigned jobs = 0;   ///< 0: all cores
+  std::string shard;   ///< "i/n"
+  bool merge = false;
+  bool list = false;
+  bool force = false;
+  bool json = false;
+  bool quiet = false;
+};
+
+std::optional<Shard> parse_shard(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  Shard shard;
+  const char* const end = text.data() + text.size();
+  const auto [slash, wrong] = std::from_chars(text.data(), end, shard.index);
+  const bool first = wrong == std::errc() && slash != end && *slash == '/';
+  const auto [last, wrong_too] = first ? std::from_chars(slash + 1, end, shard.count) : std::from_chars_result{};
+  if (!first || wrong_too != std::errc() || last != end || shard.index < 1 || shard.index > shard.count)
+    throw UsageError("--shard needs i/n with 1 <= i <= n, such as 2/8, not '" + text + "'");
+  return shard;
+}
+
+std::string folder_of(const BatchCommandOptions& options) {
+  if (!options.output.empty()) return options.output;
+  return std::filesystem::path(options.suite).stem().string() + "-results";
+}
+
+/// One line that is written over and over, on a terminal only.
+class ProgressLine {
+ public:
+  explicit ProgressLine(bool quiet) : shown_(!quiet && ::isatty(STDERR_FILENO) == 1) {}
+  ~ProgressLine() {
+    if (shown_ && drawn_) std::fputs("\r\033[K", stderr);
+  }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  void draw(const BatchProgress& progress) {
+    if (!shown_) return;
+    std::string text = fmt::format("\r\033[K{} of {} cases", progress.finished, progress.total);
+    if (progress.reused > 0) text += fmt::format(", {} found finished", progress.reused);
+    if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
+    std::fputs(text.c_str(), stderr);
+    drawn_ = true;
+  }
+
+ private:
+  const bool shown_;
+  bool drawn_ = false;
+};
+
+/// The cases and the files that they are made of, for scripts.
+ExitCode list(const Plan& plan, const BatchCommandOptions& options, const std::optional<Shard>& shard) {
+  nlohmann::ordered_json json = {{"suite", plan.suite.name}, {"cases", nlohmann::ordered_json::array()}};
+  std::string names;
+  for (const SuiteCase& one : plan.suite.cases) {
+    if (shard && !belongs(one.name, *shard)) continue;
+    names += one.name + "\n";
+    json["cases"].push_back(one.name);
+  }
+  json["files"] = {options.suite};
+  for (const SpecSource& spec : plan.specs) {
+    json["files"].push_back(spec.path);
+    for (const std::string& table : spec.tables) json["files"].push_back(table);
+  }
+  print(options.json ? json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n" : names);
+  return ExitCode::done;
+}
+
+/// A shard's part of the results: no summary of all, no requirements.
+ExitCode report_shard(const BatchOutcome& outcome, const BatchCommandOptions& options) {
+  int code = 0;
+  std::string text;
+  nlohmann::ordered_json json = {{"shard", options.shard}, {"cases", nlohmann::ordered_json::array()}};
+  for (const CaseRecord& record : outcome.records) {
+    code = std::max(code, record.exit_code());
+    text += record.name + ": " + record.status + (record.message.empty() ? "" : ": " + record.message) + "\n";
+    json["cases"].push_back({{"name", record.name}, {"status", record.status}, {"message", record.message}});
+  }
+  if (options.json)
+    print(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  else if (!options.quiet)
+    print(text);
+  return static_cast<ExitCode>(code);
+}
+
+ExitCode report(const Plan& plan, BatchOutcome outcome, const BatchCommandOptions& options) {
+  const Summary summary = summarise(plan.suite, std::move(outcome.records));
+  const std::vector<std::string> files = write_summary(folder_of(options), summary);
+  if (options.json) {
+    print(summary_json(summary));
+  } else if (!options.quiet) {
+    std::string text = summary_text(summary);
+    for (const std::string& file : files) text += "written: " + file + "\n";
+    print(text);
+  }
+  return static_cast<ExitCode>(summary.exit_code());
+}
+
+ExitCode run(const BatchCommandOptions& options) {
+  const std::optional<Shard> shard = parse_shard(options.shard);
+  if (options.merge && shard) throw UsageError("--merge is about all cases and does not go with --shard");
+  const Plan plan = make_plan(read_suite_file(options.suite));
+  if (options.list) return list(plan, options, shard);
+  if (options.merge) return report(plan, collect_batch(plan, folder_of(options)), options);
+  BatchOutcome outcome;
+  {
+    ProgressLine line(options.quiet);
+    BatchOptions batch;
+    batch.folder = folder_of(options);
+    batch.jobs = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
+    batch.shard = shard;
+    batch.force = options.force;
+    batch.progress = [&line](const BatchProgress& progress) { line.draw(progress); };
+    outcome = run_batch(plan, batch);
+  }
+  if (!options.quiet && outcome.progress.reused > 0)
+    tell(fmt::format("note: {} of {} cases were finished already", outcome.progress.reused, outcome.progress.total));
+  return shard ? report_shard(outcome, options) : report(plan, std::move(outcome), options);
+}
+
+void add_options(CLI::App& parser, BatchCommandOptions& o) {
+  parser.add_option("suite", o.suite, "the suite, a YAML file")->required()->type_name("SUITE");
+  parser.add_option("-o,--output", o.output, "folder for results; SUITE's name with -results if not given")
+      ->type_name("FOLDER");
+  parser.add_option("-j,--jobs", o.jobs, "cases computed at once; all cores if not given")
+      ->type_name("N")
+      ->check(CLI::Range(1U, 4096U));
+  parser.add_option("--shard", o.shard, "compute only the i-th of n parts of the cases")->type_name("I/N");
+  parser.add_flag("--merge", o.merge, "compute nothing; summarise what shards have computed");
+  parser.add_flag("--list", o.list, "compute nothing; print the cases' names, with --json the files too");
+  parser.add_flag("--force", o.force, "use a folder that holds other things; files of the same names are replaced");
+  parser.add_flag("--json", o.json, "print JSON, errors included");
+  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+}
+
+}  // namespace
+
+Command setup_batch(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("batch", "Run many cases, compare them, judge requirements");
+  const auto options = std::make_shared<BatchCommandOptions>();
+  add_options(*parser, *options);
+  parser->footer(
+      "Runs the cases of a suite, which docs/suite.md describes, and writes into a folder: one HDF5 file\n"
+      "per case, summary.json, summary.csv, summary.md and junit.xml. A case that fails does not stop the\n"
+      "others. A batch that was interrupted goes on where it stopped.\n"
+      "Exit code 0: all cases are done and the requirements hold; 1: a requirement is missed or a design\n"
+      "is only a compromise; else the largest code (3, 4 or 5) among the cases that failed.\n\n"
+      "Examples:\n"
+      "  balance batch suite.yaml\n"
+      "  balance batch suite.yaml -j 4 -o results\n"
+      "  balance batch suite.yaml --shard 2/8 -o results\n"
+      "  balance batch suite.yaml --merge -o results");
+  return {parser, [options] { return run(*options); }};
+}
+
+}  // namespace balance::app

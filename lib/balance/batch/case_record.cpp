@@ -1,0 +1,117 @@
+#include "balance/batch/case_record.hpp"
+
+#include "balance/write/json_parts.hpp"
+#include "balance/write/pending_file.hpp"
+#include "balance/write/sha256.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace balance {
+namespace {
+
+std::string path_in(const std::string& folder, const std::string& file) {
+  return (std::filesystem::path(folder) / file).string();
+}
+
+double number(const Json& json) {
+  return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
+}
+
+Metric metric_of(const Json& json) {
+  Metric metric;
+  metric.quantity = json.at("quantity");
+  metric.unit = json.at("unit");
+  metric.peak = number(json.at("peak"));
+  metric.peak_time = number(json.at("peak_time"));
+  metric.rms = number(json.at("rms"));
+  metric.mean = number(json.at("mean"));
+  metric.range = number(json.at("range"));
+  return metric;
+}
+
+CaseRecord record_of(const Json& json) {
+  CaseRecord record;
+  record.name = json.at("name");
+  record.key = json.at("key");
+  record.status = json.at("status");
+  record.message = json.at("message");
+  record.title = json.at("title");
+  record.trajectory = json.at("trajectory");
+  record.samples = json.at("samples");
+  if (json.contains("design")) {
+    const Json& design = json.at("design");
+    record.design = {design.at("status"), design.at("reason"), number(design.at("mass_before")),
+                     number(design.at("mass_after"))};
+  }
+  for (const Json& metric : json.at("metrics")) record.metrics.push_back(metric_of(metric));
+  record.energy = number(json.at("energy"));
+  record.warnings = json.at("warnings").get<std::vector<std::string>>();
+  record.notes = json.at("notes").get<std::vector<std::string>>();
+  for (const Json& file : json.at("files")) record.files.push_back({file.at("name"), file.at("sha256")});
+  return record;
+}
+
+}  // namespace
+
+int CaseRecord::exit_code() const {
+  if (status == "done") return 0;
+  if (status == "compromise") return 1;
+  if (status == "spec") return 3;
+  if (status == "mechanism") return 4;
+  return 5;
+}
+
+std::string encode(const CaseRecord& record) {
+  Json json = {{"name", record.name},       {"key", record.key},     {"status", record.status},
+               {"message", record.message}, {"title", record.title}, {"trajectory", record.trajectory},
+               {"samples", record.samples}};
+  if (record.design)
+    json["design"] = {{"status", record.design->status},
+                      {"reason", record.design->reason},
+                      {"mass_before", record.design->mass_before},
+                      {"mass_after", record.design->mass_after}};
+  json["metrics"] = Json::array();
+  for (const Metric& metric : record.metrics) json["metrics"].push_back(metric_json(metric));
+  json["energy"] = record.energy;
+  json["warnings"] = record.warnings;
+  json["notes"] = record.notes;
+  json["files"] = Json::array();
+  for (const RecordedFile& file : record.files) json["files"].push_back({{"name", file.name}, {"sha256", file.sha256}});
+  return dump(json);
+}
+
+std::optional<CaseRecord> decode(const std::string& text) {
+  try {
+    return record_of(Json::parse(text));
+  } catch (const Json::exception&) {
+    return std::nullopt;
+  }
+}
+
+std::string record_file(const std::string& case_name) { return case_name + ".case.json"; }
+std::string result_file(const std::string& case_name) { return case_name + ".h5"; }
+std::string balanced_file(const std::string& case_name) { return case_name + ".yaml"; }
+
+void store_record(const std::string& folder, const CaseRecord& record) {
+  PendingFile file(path_in(folder, record_file(record.name)), Existing::replace);
+  file.write(encode(record));
+  file.commit(Durability::later);
+}
+
+std::optional<CaseRecord> find_record(const std::string& folder, const std::string& case_name, const std::string& key) {
+  std::ifstream file(path_in(folder, record_file(case_name)), std::ios::binary);
+  if (!file) return std::nullopt;
+  std::ostringstream text;
+  text << file.rdbuf();
+  std::optional<CaseRecord> record = decode(text.str());
+  if (!record || record->name != case_name || record->key != key) return std::nullopt;
+  const bool intact = std::all_of(record->files.begin(), record->files.end(), [&](const RecordedFile& one) {
+    return sha256_of_file(path_in(folder, one.name)) == one.sha256;
+  });
+  return intact ? record : std::nullopt;
+}
+
+}  // namespace balance

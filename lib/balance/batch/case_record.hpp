@@ -1,0 +1,61 @@
+#pragma once
+/// What is remembered of a case that has been computed: all that summaries need, and by what to recognise that it is finished.
+
+#include "balance/study/result.hpp"
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// A file in the output folder with its SHA-256.
+struct RecordedFile {
+  std::string name, sha256;
+};
+
+/// What designing first came to.
+struct RecordedDesign {
+  std::string status;  ///< "balanced", "compromise", "impossible"
+  std::string reason;
+  double mass_before = 0, mass_after = 0;  ///< of everything that moves [kg]
+};
+
+struct CaseRecord {
+  std::string name;
+  std::string key;      ///< as PlannedCase::key
+  std::string status;   ///< "done", "compromise", "spec", "mechanism", "system", "missing"
+  std::string message;  ///< one sentence on what is not as it should be
+  std::string title;    ///< the mechanism's name
+  std::string trajectory;
+  long samples = 0;
+  std::optional<RecordedDesign> design;
+  std::vector<Metric> metrics;
+  double energy = std::numeric_limits<double>::quiet_NaN();  ///< [J]
+  std::vector<std::string> warnings, notes;
+  std::vector<RecordedFile> files;
+
+  /// Whether there is a result.
+  bool has_result() const { return status == "done" || status == "compromise"; }
+  /// The program's exit code for this case alone: 0, 1, 3, 4 or 5.
+  int exit_code() const;
+};
+
+std::string encode(const CaseRecord& record);
+
+/// Nothing if the text is no record.
+std::optional<CaseRecord> decode(const std::string& text);
+
+/// Names in the output folder.
+std::string record_file(const std::string& case_name);
+std::string result_file(const std::string& case_name);
+std::string balanced_file(const std::string& case_name);
+
+/// Remembers a case that a system's failure did not spoil. @throws SystemError
+void store_record(const std::string& folder, const CaseRecord& record);
+
+/// The record of a case, if it was computed from the same and all its files are as they were written.
+std::optional<CaseRecord> find_record(const std::string& folder, const std::string& case_name, const std::string& key);
+
+}  // namespace balance

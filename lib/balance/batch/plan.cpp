@@ -1,0 +1,91 @@
+#include "balance/batch/plan.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/base/version.hpp"
+#include "balance/read/text_file.hpp"
+#include "balance/write/sha256.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+
+namespace balance {
+namespace {
+
+namespace fs = std::filesystem;
+
+SpecSource read_source(const std::string& path) {
+  SpecSource source;
+  source.path = path;
+  try {
+    source.text = read_text_file(path, "spec");
+  } catch (const SystemError& error) {
+    source.trouble = error.what();
+  }
+  for (const std::string& file : files_named_in(source.text))
+    source.tables.push_back((fs::path(path).parent_path() / file).string());
+  return source;
+}
+
+/// Text with its length, so that no two lists of texts read alike.
+void add(std::string& all, const std::string& text) { all += fmt::format("{}:{},", text.size(), text); }
+
+/// What depends on the spec alone.
+std::string spec_part(const SpecSource& source) {
+  std::string all;
+  add(all, "balance case 1");
+  add(all, version());
+  add(all, fs::path(source.path).filename().string());  // the result's command line names it
+  add(all, sha256(source.text));
+  for (const std::string& table : source.tables) add(all, sha256_of_file(table));
+  return all;
+}
+
+std::string key_of(const SuiteCase& one, std::string all) {
+  add(all, one.name);  // a balanced spec is called by it
+  for (const auto& [name, value] : one.set) {
+    add(all, "set");
+    add(all, name);
+    add(all, value);
+  }
+  add(all, "trajectory");
+  add(all, one.trajectory);
+  add(all, one.samples ? std::to_string(*one.samples) : "");
+  if (one.design) {
+    add(all, one.design->modular ? "modular design" : "design");
+    for (const Goal& goal : one.design->goals) add(all, name_of(goal));
+    add(all, one.design->minimize);
+    add(all, one.design->seed ? std::to_string(*one.design->seed) : "");
+  }
+  return sha256(all);
+}
+
+}  // namespace
+
+Plan make_plan(Suite suite) {
+  Plan plan;
+  const fs::path folder = fs::path(suite.file).parent_path();
+  std::map<std::string, std::size_t> index;
+  std::vector<std::string> parts;
+  for (const SuiteCase& one : suite.cases) {
+    const std::string path = (folder / one.spec).string();
+    const auto [at, is_new] = index.emplace(path, plan.specs.size());
+    if (is_new) {
+      plan.specs.push_back(read_source(path));
+      parts.push_back(spec_part(plan.specs.back()));
+    }
+    plan.cases.push_back({at->second, key_of(one, parts[at->second])});
+  }
+  plan.suite = std::move(suite);
+  return plan;
+}
+
+bool belongs(const std::string& case_name, const Shard& shard) {
+  // The first 15 digits fit into 60 bits.
+  const std::uint64_t number = std::stoull(sha256(case_name).substr(0, 15), nullptr, 16);
+  return number % static_cast<std::uint64_t>(shard.count) == static_cast<std::uint64_t>(shard.index - 1);
+}
+
+}  // namespace balance

@@ -1,0 +1,43 @@
+#pragma once
+/// What a suite comes to: its cases, the specs that they need, and what each case's result depends on.
+
+#include "balance/read/suite.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// A spec that some cases share, read once so that all of them see the same.
+struct SpecSource {
+  std::string path;                 ///< with the suite's folder
+  std::string text;                 ///< empty if it cannot be read
+  std::string trouble;              ///< why it cannot be read; empty: it can
+  std::vector<std::string> tables;  ///< files that the spec names, with its folder
+};
+
+struct PlannedCase {
+  std::size_t spec = 0;  ///< index into Plan::specs
+  /// SHA-256 of everything that the result depends on: the spec's text, the tables that it names, the parameters, trajectory,
+  /// samples and design of the case, the program's version.
+  std::string key;
+};
+
+struct Plan {
+  Suite suite;
+  std::vector<SpecSource> specs;   ///< each once, in the order in which cases name them
+  std::vector<PlannedCase> cases;  ///< one per suite.cases
+};
+
+/// Reads the specs. A spec that cannot be read is trouble of its cases, not of the plan.
+Plan make_plan(Suite suite);
+
+/// A part of the cases, 1 ≤ index ≤ count.
+struct Shard {
+  int index = 1, count = 1;
+};
+
+/// Every case is in exactly one shard, which depends on the case's name and the number of shards alone.
+bool belongs(const std::string& case_name, const Shard& shard);
+
+}  // namespace balance

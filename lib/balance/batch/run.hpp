@@ -1,0 +1,42 @@
+#pragma once
+/// Runs the cases of a plan, or finds what other runs left.
+
+#include "balance/batch/case_record.hpp"
+#include "balance/batch/plan.hpp"
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+struct BatchProgress {
+  std::size_t total = 0;     ///< cases
+  std::size_t finished = 0;  ///< of them: computed now or found finished
+  std::size_t reused = 0;    ///< found finished
+  std::size_t failed = 0;    ///< without a result
+};
+
+struct BatchOptions {
+  std::string folder;                                  ///< where results go; made if it does not exist
+  unsigned jobs = 1;                                   ///< threads, at least one
+  std::optional<Shard> shard;                          ///< nothing: all cases
+  bool force = false;                                  ///< use a folder that holds other things
+  std::function<void(const BatchProgress&)> progress;  ///< called after every case, by one thread at a time
+};
+
+struct BatchOutcome {
+  std::vector<CaseRecord> records;  ///< of the cases of the shard, in the suite's order
+  BatchProgress progress;
+};
+
+/// Computes the cases that are not finished yet. The records and files are the same whatever options.jobs and however often the
+/// batch was interrupted.
+/// @throws SystemError if the folder cannot be used; failures of cases are in their records
+BatchOutcome run_batch(const Plan& plan, const BatchOptions& options);
+
+/// What shards have computed. A case that none has is "missing". @throws SystemError as above
+BatchOutcome collect_batch(const Plan& plan, const std::string& folder);
+
+}  // namespace balance

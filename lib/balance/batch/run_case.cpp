@@ -1,0 +1,199 @@
+#include "balance/batch/run_case.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/compare/metric_table.hpp"
+#include "balance/read/nearest.hpp"
+#include "balance/read/read_spec.hpp"
+#include "balance/study/design_study.hpp"
+#include "balance/study/simulate.hpp"
+#include "balance/write/balanced_spec.hpp"
+#include "balance/write/names.hpp"
+#include "balance/write/result_hdf5.hpp"
+#include "balance/write/run_description.hpp"
+#include "balance/write/sha256.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <new>
+#include <stdexcept>
+
+namespace balance {
+namespace {
+
+/// The mechanism cannot do what the case asks.
+struct Unable : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+class CaseRun {
+ public:
+  CaseRun(const Plan& plan, std::size_t index, const std::string& folder, CaseRecord& record)
+      : wanted_(plan.suite.cases[index]), spec_(plan.specs[plan.cases[index].spec]), folder_(folder), record_(record) {}
+
+  void run() {
+    if (!spec_.trouble.empty()) throw SystemError(wanted_.place_of("spec") + ": " + spec_.trouble);
+    const Study study = wanted_.design ? balance() : read().start;
+    record_.title = study.mechanism.name;
+    record_.warnings = study.warnings;
+    const Trajectory trajectory = choose_trajectory(study);
+    record_.trajectory = trajectory.name;
+    record_.samples = trajectory.samples;
+    const Result result = simulate_or_throw(study, trajectory);
+    record_.notes.insert(record_.notes.end(), result.outcome.notes.begin(), result.outcome.notes.end());
+    MetricTable table = tabulate(wanted_.name, result);
+    record_.metrics = std::move(table.metrics);
+    record_.energy = table.energy;
+    const std::string file = path_of(result_file(wanted_.name));
+    write_result(file, result, describe(study, trajectory),
+                 {.existing = Existing::replace, .durability = Durability::later});
+    note_file(result_file(wanted_.name));
+    record_.status = "done";
+    if (!record_.design || record_.design->status == "balanced") return;
+    record_.status = "compromise";
+    record_.message = "the design is not balanced: " + record_.design->reason;
+  }
+
+ private:
+  std::string path_of(const std::string& file) const { return (std::filesystem::path(folder_) / file).string(); }
+
+  void note_file(const std::string& file) { record_.files.push_back({file, sha256_of_file(path_of(file))}); }
+
+  /// A mistake in an override is the suite's, not the spec's.
+  DesignSpace read() const {
+    try {
+      return read_design_space(spec_.text, spec_.path, {.set = wanted_.set});
+    } catch (const SpecError& error) {
+      const std::string message = error.what();
+      for (const auto& [name, value] : wanted_.set) {
+        const std::string prefix = "--set " + name + ": ";
+        if (message.starts_with(prefix))
+          throw SpecError(wanted_.place_of("set." + name) + ": " + message.substr(prefix.size()));
+      }
+      throw;
+    }
+  }
+
+  Trajectory choose_trajectory(const Study& study) const {
+    if (study.trajectories.empty()) throw SpecError(study.spec_file + ": there is no motion to simulate");
+    std::vector<std::string> names;
+    const Trajectory* chosen = wanted_.trajectory.empty() ? &study.trajectories.front() : nullptr;
+    for (const Trajectory& trajectory : study.trajectories) {
+      names.push_back(trajectory.name);
+      if (trajectory.name == wanted_.trajectory) chosen = &trajectory;
+    }
+    if (chosen == nullptr)
+      throw SpecError(fmt::format("{}: expected a trajectory of {} ({}), found {}{}", wanted_.place_of("trajectory"),
+                                  study.spec_file, read::one_of(names), read::in_quotes(wanted_.trajectory),
+                                  read::nearest_hint(wanted_.trajectory, names)));
+    Trajectory trajectory = *chosen;
+    if (wanted_.samples) trajectory.samples = *wanted_.samples;
+    return trajectory;
+  }
+
+  static Result simulate_or_throw(const Study& study, const Trajectory& trajectory) {
+    try {
+      Result result = simulate(study.mechanism, trajectory);
+      if (result.outcome.status != MotionStatus::done)
+        throw Unable(fmt::format("{}: {}", name_of(result.outcome.status), result.outcome.reason));
+      return result;
+    } catch (const std::invalid_argument& error) {
+      // The library was asked something that the spec should not have asked.
+      throw SpecError(study.spec_file + ": trajectories." + trajectory.name + ": " + error.what());
+    }
+  }
+
+  /// What `balance simulate` would write; of a designed case, from its balanced spec.
+  FileDescription describe(const Study& study, const Trajectory& trajectory) const {
+    SimulateCall call{.spec_file = wanted_.design ? balanced_file(wanted_.name) : spec_.path,
+                      .trajectory = trajectory.name,
+                      .samples = wanted_.samples};
+    if (!wanted_.design)
+      for (const auto& [name, value] : wanted_.set) call.set.push_back(name + "=" + value);
+    return describe_simulation(study, trajectory, call);
+  }
+
+  DesignStudyOptions design_options(const Study& start) const {
+    const std::string place = wanted_.place_of("design");
+    DesignStudyOptions options;
+    options.modular = wanted_.design->modular;
+    options.goals = wanted_.design->goals.empty() ? start.design.goals : wanted_.design->goals;
+    options.search = start.design.search;
+    if (wanted_.design->seed) options.search.seed = *wanted_.design->seed;
+    options.trajectories = false;
+    if (start.free_numbers.empty())
+      throw SpecError(fmt::format("{}: there is nothing to design: no number of {} is free", place, start.spec_file));
+    if (options.goals.empty())
+      throw SpecError(fmt::format("{}: {} has no design: goal, so 'goal' is needed here", place, start.spec_file));
+    if (wanted_.design->minimize.empty()) return options;
+    try {
+      options.minimize = read_objective(wanted_.design->minimize, start);
+    } catch (const SpecError& error) {
+      throw SpecError(place + ": " + std::string(error.what()).substr(std::string("--").size()));
+    }
+    return options;
+  }
+
+  Study balance() {
+    const DesignSpace space = read();
+    const DesignStudyOptions options = design_options(space.start);
+    DesignReport report;
+    try {
+      report = design_study(space, options);
+    } catch (const std::invalid_argument& error) {
+      throw SpecError(fmt::format("{}: {}", wanted_.place_of("design"), error.what()));
+    }
+    const DesignOutcome& outcome = report.outcome;
+    if (outcome.status == DesignStatus::unsolved)
+      throw Unable(outcome.reason.empty() ? outcome.conditions.reason : outcome.reason);
+    record_.design = {name_of(outcome.status), outcome.reason, report.mass_before, report.mass_after};
+    record_.notes = report.notes;
+    const std::string text = balanced_spec(space.start, outcome.x);
+    PendingFile file(path_of(balanced_file(wanted_.name)), Existing::replace);
+    file.write(text);
+    file.commit(Durability::later);
+    note_file(balanced_file(wanted_.name));
+    try {
+      return read_spec(text, spec_.path);
+    } catch (const SpecError& error) {
+      // A mass may have become zero, which no spec may say.
+      record_.notes.push_back(std::string("the designed spec needs a change before it can be read: ") + error.what());
+      Study study = std::move(report.study_after);
+      study.spec_text = text;
+      return study;
+    }
+  }
+
+  const SuiteCase& wanted_;
+  const SpecSource& spec_;
+  const std::string& folder_;
+  CaseRecord& record_;
+};
+
+}  // namespace
+
+CaseRecord run_case(const Plan& plan, std::size_t index, const std::string& folder) {
+  CaseRecord record;
+  record.name = plan.suite.cases[index].name;
+  record.key = plan.cases[index].key;
+  const auto failed = [&record](const char* status, const std::string& message) {
+    record.status = status;
+    record.message = message;
+  };
+  try {
+    CaseRun(plan, index, folder, record).run();
+  } catch (const SpecError& error) {
+    failed("spec", error.what());
+  } catch (const Unable& error) {
+    failed("mechanism", error.what());
+  } catch (const std::bad_alloc&) {
+    failed("system", "out of memory");
+  } catch (const SystemError& error) {
+    failed("system", error.what());
+  } catch (const std::exception& error) {
+    failed("system", std::string("internal error: ") + error.what());
+  }
+  return record;
+}
+
+}  // namespace balance

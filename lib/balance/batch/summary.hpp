@@ -1,0 +1,57 @@
+#pragma once
+/// What a batch came to: its cases, how they compare with the baseline, and whether the requirements hold. As text, Markdown, CSV,
+/// JSON and JUnit XML; the same records give the same bytes.
+
+#include "balance/batch/case_record.hpp"
+#include "balance/compare/verdict.hpp"
+#include "balance/read/suite.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// A requirement judged for one case, or once if it names all its runs.
+struct RequirementOutcome {
+  enum class Status {
+    holds,
+    missed,
+    not_judged,  ///< a case that it needs has no result
+    wrong,       ///< it asks for a quantity that no case has
+  };
+  Status status = Status::holds;
+  std::string text;     ///< of the requirement
+  std::string run;      ///< case that it was judged for; empty: it names all its runs
+  std::string message;  ///< one line: by how much it holds or misses, or why it was not judged
+};
+
+struct Summary {
+  std::string name;                ///< the suite's
+  std::string baseline;            ///< empty: none
+  std::vector<std::string> specs;  ///< per case, as the suite names it
+  std::vector<CaseRecord> cases;
+  std::vector<RequirementOutcome> requirements;
+
+  /// The baseline's record; null if there is none or it has no result.
+  const CaseRecord* base() const;
+  /// 0: all cases have results and the requirements hold; 1: a requirement is missed or a design is only a compromise; else
+  /// the largest of 3, 4 and 5 among the cases.
+  int exit_code() const;
+};
+
+/// @param records one per case of the suite, in its order
+Summary summarise(const Suite& suite, std::vector<CaseRecord> records);
+
+/// A table of the cases, the requirements that do not hold, and what went wrong; for a terminal.
+std::string summary_text(const Summary& summary);
+std::string summary_markdown(const Summary& summary);
+/// One line per case and quantity.
+std::string summary_csv(const Summary& summary);
+std::string summary_json(const Summary& summary);
+std::string summary_junit(const Summary& summary);
+
+/// Writes summary.json, summary.csv, summary.md and junit.xml, each complete or not at all. @return their names
+/// @throws SystemError
+std::vector<std::string> write_summary(const std::string& folder, const Summary& summary);
+
+}  // namespace balance

@@ -1,0 +1,150 @@
+#include "balance/read/suite.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/read/nearest.hpp"
+#include "balance/read/suite_case.hpp"
+#include "balance/read/text_file.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+namespace balance {
+
+namespace read {
+namespace {
+
+/// One case; `named` is its key, or the case itself in a list.
+void read_case(const Cursor& at, const Cursor& named, const std::string& name, SuiteDraft& draft) {
+  SuiteCase one = draft.defaults;
+  one.name = name;
+  std::optional<Cursor> name_given, require;
+  std::vector<Field> fields = case_fields(draft, one);
+  fields.push_back({"require", Need::optional, [&](const Cursor& c) { require = c; }});
+  if (name.empty())
+    fields.push_back({"name", Need::required, [&](const Cursor& c) {
+                        one.name = c.word("the case's name");
+                        name_given = c;
+                      }});
+  if (!read_fields(at, "a case {spec, set, trajectory, samples, design, require}", fields)) return;
+  add_case(draft, std::move(one), name_given ? *name_given : named);
+  if (require) draft.requirements.emplace_back(draft.cases.size() - 1, *require);
+}
+
+void read_cases(const Cursor& section, SuiteDraft& draft) {
+  if (section.is_list()) {
+    for (const Cursor& item : section.items("a list of cases"))
+      draft.problems.guard([&] { read_case(item, item, "", draft); });
+    return;
+  }
+  for (const Member& member : members(section, "cases: a mapping from their names, or a list"))
+    draft.problems.guard([&] { read_case(member.value, member.key, member.name, draft); });
+}
+
+/// One requirement, or a list of them.
+std::vector<SuiteRequirement> read_requirements(const Cursor& at, const RunNames& names, SuiteDraft& draft) {
+  std::vector<SuiteRequirement> all;
+  const auto one = [&](const Cursor& c) {
+    const std::string& text = c.word("a requirement such as 'peak(shaking_force) <= 0.9 * base'");
+    try {
+      all.push_back({read_requirement(text, names), draft.place(c)});
+    } catch (const RequirementError& wrong) {
+      c.fail(wrong.what());
+    }
+  };
+  if (!at.is_list()) {
+    one(at);
+    return all;
+  }
+  for (const Cursor& item : at.items("a list of requirements")) draft.problems.guard([&] { one(item); });
+  return all;
+}
+
+/// The sections whose meaning depends on others, kept until those are read.
+struct Later {
+  std::optional<Cursor> cases, matrix, baseline, require;
+};
+
+void read_sections(const Cursor& root, Suite& suite, SuiteDraft& draft, Later& later) {
+  if (!root.is_map()) root.expected("a suite: a mapping with 'cases' or 'matrix'");
+  const auto keep = [](std::optional<Cursor>& place) { return [&place](const Cursor& c) { place = c; }; };
+  read_fields(root, "a suite {name, defaults, cases, matrix, baseline, require}",
+              {{"name", Need::optional, [&](const Cursor& c) { suite.name = c.word("a name"); }},
+               {"defaults", Need::optional,
+                [&](const Cursor& c) {
+                  read_fields(c, "what all cases share {spec, set, trajectory, samples, design}",
+                              case_fields(draft, draft.defaults));
+                }},
+               {"cases", Need::optional, keep(later.cases)},
+               {"matrix", Need::optional, keep(later.matrix)},
+               {"baseline", Need::optional, keep(later.baseline)},
+               {"require", Need::optional, keep(later.require)}});
+}
+
+/// What refers to cases by their names.
+void read_references(const Later& later, Suite& suite, SuiteDraft& draft) {
+  RunNames names;
+  for (const SuiteCase& one : draft.cases) names.all.push_back(one.name);
+  if (later.baseline)
+    draft.problems.guard([&] { suite.baseline = names.all[later.baseline->choice("the name of a case", names.all)]; });
+  if (!draft.problems.none()) return;  // else requirements would complain about a base that is there
+  names.base = suite.baseline;
+  if (later.require) draft.problems.guard([&] { suite.require = read_requirements(*later.require, names, draft); });
+  for (const auto& [index, at] : draft.requirements)
+    draft.problems.guard(
+        [&, &index = index, &at = at] { draft.cases[index].require = read_requirements(at, names, draft); });
+}
+
+void list_files(const Node& node, std::vector<std::string>& files) {
+  for (std::size_t i = 0; i < node.items.size(); ++i) {
+    const Node& item = node.items[i];
+    const bool named = node.kind == Node::Kind::map && node.keys[i].text == "file" && item.kind == Node::Kind::scalar;
+    if (named) files.push_back(item.text);
+    list_files(item, files);
+  }
+}
+
+}  // namespace
+}  // namespace read
+
+Suite read_suite(const std::string& text, const std::string& file_name) {
+  using namespace read;
+  SuiteDraft draft(file_name);
+  Suite suite;
+  suite.file = file_name;
+  suite.name = std::filesystem::path(file_name).stem().string();
+  Node root;
+  Later later;
+  try {
+    root = parse_yaml(text, draft.problems);
+    read_sections(Cursor(root, "", draft.problems), suite, draft, later);
+    if (later.cases) draft.problems.guard([&] { read_cases(*later.cases, draft); });
+    if (later.matrix) draft.problems.guard([&] { read_matrices(*later.matrix, draft); });
+    draft.problems.throw_first();
+    if (draft.cases.empty())
+      Cursor(root, "", draft.problems).fail("expected at least one case in 'cases' or 'matrix', found none");
+    read_references(later, suite, draft);
+  } catch (const Problem& problem) {
+    draft.problems.add(problem);
+  }
+  draft.problems.throw_first();
+  suite.cases = std::move(draft.cases);
+  return suite;
+}
+
+Suite read_suite_file(const std::string& path) { return read_suite(read_text_file(path, "suite"), path); }
+
+std::vector<std::string> files_named_in(const std::string& spec_text) {
+  std::vector<std::string> files;
+  read::Problems problems("");
+  try {
+    read::list_files(read::parse_yaml(spec_text, problems), files);
+  } catch (const read::Problem&) {
+    return {};  // whoever reads the spec will say what is wrong with it
+  } catch (const SpecError&) {
+    return {};
+  }
+  return files;
+}
+
+}  // namespace balance

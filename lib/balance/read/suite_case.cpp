@@ -1,0 +1,165 @@
+#include "balance/read/suite_case.hpp"
+
+#include "balance/read/flow_text.hpp"
+#include "balance/read/nearest.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+namespace balance::read {
+
+namespace {
+
+constexpr long most_samples = 100'000'000;
+constexpr std::size_t longest_name = 150;  // a file's name may have 255 bytes, and endings are put behind it
+
+/// The value as YAML on one line.
+std::string flow(const Node& node) {
+  std::string text;
+  switch (node.kind) {
+    case Node::Kind::null: return "null";
+    case Node::Kind::scalar: return as_scalar(node.text);
+    case Node::Kind::list:
+      for (const Node& item : node.items) text += (text.empty() ? "" : ", ") + flow(item);
+      return "[" + text + "]";
+    case Node::Kind::map:
+      for (std::size_t i = 0; i < node.items.size(); ++i)
+        text += (text.empty() ? "" : ", ") + as_scalar(node.keys[i].text) + ": " + flow(node.items[i]);
+      return "{" + text + "}";
+  }
+  return text;
+}
+
+std::uint64_t read_seed(const Cursor& at) {
+  const std::string what = "a seed, a whole number ≥ 0";
+  const std::string& text = at.word(what);
+  std::uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (error != std::errc() || end != text.data() + text.size()) at.expected(what);
+  return seed;
+}
+
+std::vector<Goal> read_goals(const Cursor& at) {
+  std::vector<Goal> goals;
+  const auto one = [&](const Cursor& c) {
+    goals.push_back(*find_goal(goal_names()[c.choice("a goal", goal_names())]));
+  };
+  if (!at.is_list()) {
+    one(at);
+    return goals;
+  }
+  for (const Cursor& item : at.items("a list of goals")) at.problems().guard([&] { one(item); });
+  if (at.node().items.empty()) at.expected("at least one goal");
+  return goals;
+}
+
+std::optional<CaseDesign> read_case_design(const Cursor& at) {
+  CaseDesign design;
+  if (!at.is_map()) {
+    const std::size_t choice =
+        at.choice("whether to design first, or {goal, strategy, minimize, seed}", {"true", "false"});
+    return choice == 0 ? std::optional(design) : std::nullopt;
+  }
+  read_fields(at, "a design {goal, strategy, minimize, seed}",
+              {{"goal", Need::optional, [&](const Cursor& c) { design.goals = read_goals(c); }},
+               {"strategy", Need::optional,
+                [&](const Cursor& c) {
+                  design.modular = c.choice("a strategy", {"complete", "modular"}) == 1;
+                }},
+               {"minimize", Need::optional,
+                [&](const Cursor& c) {
+                  if (c.kind() == Node::Kind::null) c.expected("what to minimize");
+                  design.minimize = flow(c.node());
+                }},
+               {"seed", Need::optional, [&](const Cursor& c) { design.seed = read_seed(c); }}});
+  return design;
+}
+
+void read_set(const Cursor& at, SuiteDraft& draft, SuiteCase& one) {
+  for (const Member& member : named_members(at, "parameters {name: value}")) {
+    draft.problems.guard([&] {
+      const std::string value = read_value(member.value);
+      std::erase_if(one.set, [&](const auto& pair) { return pair.first == member.name; });
+      one.set.emplace_back(member.name, value);
+      note_place(one, "set." + member.name, draft.place(member.value));
+    });
+  }
+}
+
+bool fit_for_file(const std::string& name) {
+  const auto fit = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("_-.+=,").find(c) != std::string_view::npos;
+  };
+  return !name.empty() && name.size() <= longest_name && name[0] != '.' && name[0] != '-' &&
+         std::all_of(name.begin(), name.end(), fit);
+}
+
+}  // namespace
+
+std::string SuiteDraft::place(const Cursor& at) const {
+  return fmt::format("{}:{}:{}: {}", file, at.node().place.line, at.node().place.column, at.path());
+}
+
+void note_place(SuiteCase& one, const std::string& part, const std::string& place) {
+  std::erase_if(one.places, [&](const auto& pair) { return pair.first == part; });
+  one.places.emplace_back(part, place);
+}
+
+long read_samples(const Cursor& at) {
+  const std::string what = fmt::format("a whole number from 2 to {}", most_samples);
+  const std::string& text = at.word(what);
+  long samples = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), samples);
+  if (error != std::errc() || end != text.data() + text.size() || samples < 2 || samples > most_samples)
+    at.expected(what);
+  return samples;
+}
+
+std::string read_value(const Cursor& at) { return at.word("a parameter's value, a number or an expression"); }
+
+std::vector<Field> case_fields(SuiteDraft& draft, SuiteCase& one) {
+  const auto noting = [&draft, &one](const std::string& part, auto read) {
+    return Field{part, Need::optional, [&draft, &one, part, read](const Cursor& c) {
+                   read(c);
+                   note_place(one, part, draft.place(c));
+                 }};
+  };
+  return {noting("spec", [&one](const Cursor& c) { one.spec = c.word("the name of a spec file"); }),
+          noting("set", [&draft, &one](const Cursor& c) { read_set(c, draft, one); }),
+          noting("trajectory", [&one](const Cursor& c) { one.trajectory = c.word("a trajectory's name"); }),
+          noting("samples", [&one](const Cursor& c) { one.samples = read_samples(c); }),
+          noting("design", [&one](const Cursor& c) { one.design = read_case_design(c); })};
+}
+
+void add_case(SuiteDraft& draft, SuiteCase one, const Cursor& named) {
+  if (!fit_for_file(one.name))
+    named.fail(
+        fmt::format("expected a name fit for a file (letters, digits and _ - . + = , at most {} of them, no '.' or "
+                    "'-' at the start), found {}",
+                    longest_name, in_quotes(one.name)));
+  if (draft.names.count(one.name) > 0)
+    named.fail(fmt::format("expected a name of its own for every case, found {} again", in_quotes(one.name)));
+  if (one.spec.empty())
+    named.fail(fmt::format("missing key: expected 'spec' in case {} or in 'defaults'", in_quotes(one.name)));
+  if (draft.cases.size() >= most_cases) named.fail(fmt::format("expected at most {} cases, found more", most_cases));
+  note_place(one, "", draft.place(named));
+  draft.names.insert(one.name);
+  draft.cases.push_back(std::move(one));
+}
+
+}  // namespace balance::read
+
+namespace balance {
+
+const std::string& SuiteCase::place_of(const std::string& part) const {
+  for (const std::string& wanted : {part, std::string()}) {
+    const auto at = std::find_if(places.begin(), places.end(), [&](const auto& pair) { return pair.first == wanted; });
+    if (at != places.end()) return at->second;
+  }
+  return name;
+}
+
+}  // namespace balance

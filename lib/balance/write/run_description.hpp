@@ -1,0 +1,34 @@
+#pragma once
+/// Where the file of a run comes from, in the words that it is described by.
+
+#include "balance/study/study.hpp"
+#include "balance/write/write_options.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// One word for a POSIX shell: quoted if it needs to be.
+std::string shell_word(const std::string& text);
+
+/// What was asked for, as it would be asked of `balance simulate`.
+struct SimulateCall {
+  std::string spec_file;  ///< its folder does not matter
+  std::string trajectory;
+  std::optional<long> samples;
+  std::optional<double> duration;  ///< [s]
+  std::string about;               ///< "x,y" or "x,y,z"; empty: as in the spec
+  std::vector<std::string> set;    ///< `name=value`
+  bool compress = false;
+};
+
+/// What computes the same file again. Options that do not change its content are left out, and so is the spec's folder: the same
+/// spec gives the same bytes wherever it and the result lie.
+std::string simulate_command(const SimulateCall& call);
+
+/// @param trajectory one of the study's, perhaps changed
+FileDescription describe_simulation(const Study& study, const Trajectory& trajectory, const SimulateCall& call);
+
+}  // namespace balance
