@@ -1,6 +1,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "failure.hpp"
+#include "suggestion.hpp"
 
 #include "balance/base/error.hpp"
 #include "balance/batch/run.hpp"
@@ -143,7 +144,8 @@ ExitCode run(const BatchCommandOptions& options) {
 }
 
 void add_options(CLI::App& parser, BatchCommandOptions& o) {
-  parser.add_option("suite", o.suite, "the suite, a YAML file")->required()->type_name("SUITE");
+  suggest_files(parser.add_option("suite", o.suite, "the suite, a YAML file")->required()->type_name("SUITE"),
+                {"yaml", "yml"});
   parser.add_option("-o,--output", o.output, "folder for results; SUITE's name with -results if not given")
       ->type_name("FOLDER");
   parser.add_option("-j,--jobs", o.jobs, "cases computed at once; all cores if not given")
@@ -166,7 +168,7 @@ Command setup_batch(CLI::App& program) {
   parser->footer(
       "Runs the cases of a suite, which docs/suite.md describes, and writes into a folder: one HDF5 file\n"
       "per case, summary.json, summary.csv, summary.md and junit.xml. A case that fails does not stop the\n"
-      "others. A batch that was interrupted goes on where it stopped.\n"
+      "others. A batch that was interrupted goes on where it stopped.\n\n"
       "Exit code 0: all cases are done and the requirements hold; 1: a requirement is missed or a design\n"
       "is only a compromise; else the largest code (3, 4 or 5) among the cases that failed.\n\n"
       "Examples:\n"
