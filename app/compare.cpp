@@ -17,11 +17,13 @@
 namespace balance::app {
 namespace {
 
-std::vector<NamedRun> read_runs(const std::vector<std::string>& files) {
+std::vector<NamedRun> read_runs(const CompareOptions& options) {
   std::vector<NamedRun> runs;
   std::vector<RunPlace> places;
-  for (const std::string& file : files) {
+  for (const std::string& file : options.files) {
     RunFile run = read_result_file(file);
+    if (!options.output.empty() && same_file(options.output, run.path))
+      throw UsageError("the comparison would replace a result: " + run.path);
     places.push_back({run.path, run.group});
     runs.push_back({"", file, run.title, run.trajectory, run.law, run.drive, std::move(run.result)});
   }
@@ -71,8 +73,9 @@ void write_file(const CompareOptions& options, const std::string& content) {
 
 ExitCode run(const CompareOptions& options) {
   const ComparisonFormat format = choose_format(options);
-  check_outputs(options);
-  const std::vector<NamedRun> runs = read_runs(options.files);
+  const Existing existing = options.force ? Existing::replace : Existing::keep;
+  if (!options.output.empty()) check_writable(options.output, existing);
+  const std::vector<NamedRun> runs = read_runs(options);
   const std::vector<Verdict> verdicts = judge(options.requirements, runs);
   const std::string content =
       in_format(format, compare_runs(runs), verdicts, options.all ? ShownQuantities::all : ShownQuantities::main);
@@ -97,13 +100,13 @@ Command setup_compare(CLI::App& program) {
   const auto options = std::make_shared<CompareOptions>();
   add_compare_options(*parser, *options);
   parser->footer(
-      "The first file is the base. Requirements compare peak, rms, mean and range of a quantity, and energy(),\n"
-      "of each other file with numbers and with other files, which are called by their names without folder and\n"
-      "ending; docs/compare.md describes them. Exit code 1: a requirement is not met.\n\n"
+      "The first file is the base. Requirements compare peak, rms, mean and range of a quantity, and\n"
+      "energy(), of each other file with numbers and with other files, which are called by their names\n"
+      "without folder and ending; docs/compare.md describes them.\n\n"
       "Examples:\n"
       "  balance compare original.h5 balanced.h5\n"
       "  balance compare original.h5 balanced.h5 --require 'peak(shaking_force) <= 0.9 * base'\n"
-      "  balance compare a.h5 b.h5 --require 'rms(torque[A1]) < 1.2 * rms(torque[A1], base)' -o junit.xml\n"
+      "  balance compare a.h5 b.h5 --require 'rms(torque) < 1.2 * rms(torque, base)' -o junit.xml\n"
       "  balance compare design.h5:before/cycloid design.h5:after/cycloid --format markdown");
   return {parser, [options] { return run(*options); }};
 }

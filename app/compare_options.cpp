@@ -1,9 +1,6 @@
 #include "compare_options.hpp"
 
-#include "command.hpp"
 #include "failure.hpp"
-
-#include "balance/write/pending_file.hpp"
 
 #include <filesystem>
 
@@ -35,9 +32,10 @@ ComparisonFormat find_format(const CompareOptions& options) {
 void add_compare_options(CLI::App& parser, CompareOptions& o) {
   std::vector<std::string> names;
   for (const NamedFormat& one : formats) names.emplace_back(one.name);
-  parser.add_option("files", o.files, "result files, the base first; FILE:GROUP is one run of a design file")
+  parser
+      .add_option("files", o.files, "result files, the base first; design.h5:after/cycloid is one run of a design file")
       ->required()
-      ->type_name("FILE");
+      ->type_name("RESULT");
   parser.add_option("--require", o.requirements, "what must hold; may be repeated")
       ->type_name("EXPR")
       ->allow_extra_args(false);
@@ -58,16 +56,6 @@ ComparisonFormat choose_format(const CompareOptions& options) {
     throw UsageError("JUnit reports are on requirements: give at least one --require");
   }
   return format;
-}
-
-void check_outputs(const CompareOptions& options) {
-  if (options.output.empty()) return;
-  for (const std::string& file : options.files) {
-    const std::string path =
-        file.substr(0, file.rfind(".h5:") == std::string::npos ? file.size() : file.rfind(".h5:") + 3);
-    if (same_file(options.output, path)) throw UsageError("the comparison would replace a result: " + options.output);
-  }
-  check_writable(options.output, options.force ? Existing::replace : Existing::keep);
 }
 
 }  // namespace balance::app

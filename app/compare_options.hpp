@@ -26,7 +26,4 @@ void add_compare_options(CLI::App& parser, CompareOptions& options);
 /// @throws UsageError if options contradict each other
 ComparisonFormat choose_format(const CompareOptions& options);
 
-/// Refuses at once what would fail in the end. @throws UsageError, SystemError
-void check_outputs(const CompareOptions& options);
-
 }  // namespace balance::app

@@ -79,9 +79,15 @@ std::string in_words(const Verdict& verdict) {
   const double percent = judged->margin_percent(), margin = judged->margin();
   if (std::isnan(margin)) return "missed: " + numbers + " has no number";
   const std::string by =
-      std::isfinite(percent) ? fmt::format("{:.3g} %", std::abs(percent)) : fmt::format("{:.6g}", std::abs(margin));
+      std::isfinite(percent) ? percent_text(std::abs(percent)) : fmt::format("{:.6g}", std::abs(margin));
   return verdict.holds ? fmt::format("holds: {}, margin {}", numbers, by)
                        : fmt::format("missed by {}: {}", by, numbers);
+}
+
+std::string percent_text(double percent) {
+  // Three digits, but no powers of ten where people expect none.
+  return std::abs(percent) >= 100 && std::abs(percent) < 1e6 ? fmt::format("{:.0f} %", percent)
+                                                             : fmt::format("{:.3g} %", percent);
 }
 
 bool all_hold(const std::vector<Verdict>& verdicts) {

@@ -38,6 +38,9 @@ struct Verdict {
 /// One line: "holds: 402.492 <= 782.771, margin 48.6 %", "missed by 12.5 %: 900 <= 800", "rail has no torque[A4]".
 std::string in_words(const Verdict& verdict);
 
+/// "12.5 %", "0.031 %", "1640 %".
+std::string percent_text(double percent);
+
 bool all_hold(const std::vector<Verdict>& verdicts);
 
 }  // namespace balance

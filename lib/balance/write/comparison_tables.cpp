@@ -68,7 +68,7 @@ TitledTable figure_table(const ComparedRuns& compared, Figure figure, const char
 
 std::string percent_of_peak(const ComparedQuantity& quantity, double value) {
   const auto& base = quantity.metrics.front();
-  return base && base->peak > 0 ? fmt::format("{:.3g}", 100 * value / base->peak) : missing;
+  return base && base->peak > 0 ? percent_text(100 * value / base->peak) : missing;
 }
 
 TitledTable difference_table(const ComparedRuns& compared, ShownQuantities shown) {
@@ -76,7 +76,7 @@ TitledTable difference_table(const ComparedRuns& compared, ShownQuantities shown
   for (const char* heading : {"quantity", "unit"}) add_column(table, heading, Align::left);
   for (std::size_t run = 1; run < compared.runs.size(); ++run) {
     add_column(table, compared.runs[run].name, Align::right);
-    for (const char* heading : {"% of peak", "rms"}) add_column(table, heading, Align::right);
+    for (const char* heading : {"of peak", "rms"}) add_column(table, heading, Align::right);
   }
   for (const ComparedQuantity& quantity : compared.quantities) {
     if (!is_shown(quantity, shown)) continue;
