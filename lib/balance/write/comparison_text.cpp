@@ -10,14 +10,25 @@
 namespace balance {
 namespace {
 
-/// A row of a Markdown table; bars and line ends would end the cell.
+/// A cell of a Markdown table: bars and line ends would end it, what looks like a tag would vanish.
+std::string markdown_cell(const std::string& text) {
+  const bool is_code = text.starts_with('`');
+  std::string cell;
+  for (const char c : text) {
+    if (c == '|') {
+      cell += "\\|";
+    } else if (c == '<' && !is_code) {
+      cell += "&lt;";
+    } else {
+      cell += c == '\n' ? ' ' : c;
+    }
+  }
+  return cell;
+}
+
 std::string markdown_row(const std::vector<std::string>& cells) {
   std::string row = "|";
-  for (const std::string& cell : cells) {
-    row += " ";
-    for (const char c : cell) row += c == '|' ? "\\|" : c == '\n' ? " " : std::string(1, c);
-    row += " |";
-  }
+  for (const std::string& cell : cells) row += " " + markdown_cell(cell) + " |";
   return row + "\n";
 }
 
@@ -90,7 +101,9 @@ std::string comparison_markdown(const ComparedRuns& compared, const std::vector<
                                 ShownQuantities shown) {
   std::string text = "# Comparison with " + compared.runs.front().name + "\n";
   if (!verdicts.empty()) {
-    text += "\n## Requirements\n\n" + count_text(verdicts) + ".\n\n" + markdown_table(verdict_table(verdicts));
+    Table table = verdict_table(verdicts);
+    for (auto& row : table.rows) row[1] = "`" + row[1] + "`";  // the requirement
+    text += "\n## Requirements\n\n" + count_text(verdicts) + ".\n\n" + markdown_table(table);
   }
   for (const TitledTable& one : list_tables(compared, shown)) {
     std::string title = one.title;
