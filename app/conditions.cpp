@@ -1,15 +1,10 @@
 #include "command.hpp"
 #include "console.hpp"
-#include "failure.hpp"
-#include "goals.hpp"
+#include "views.hpp"
 
 #include "balance/conditions/latex.hpp"
-#include "balance/read/symbols.hpp"
-#include "balance/study/occurrence.hpp"
-#include "balance/study/start_pose.hpp"
 #include "balance/write/conditions_json.hpp"
 #include "balance/write/conditions_text.hpp"
-#include "balance/write/names.hpp"
 
 #include <memory>
 
@@ -31,34 +26,9 @@ void add_options(CLI::App& parser, ConditionsOptions& o) {
   parser.add_flag("--numbers", o.numbers, "print coefficients as numbers, without the lengths that they are made of");
 }
 
-ConditionsView derive_view(const ConditionsOptions& options, const DesignSpace& space) {
-  const Study& study = space.start;
-  const bool modular = is_modular(options.goal);
-  ConditionOptions condition_options;
-  condition_options.seed = options.goal.seed.value_or(condition_options.seed);
-  // Angular momentum is about the same point as in the runs.
-  if (!study.trajectories.empty()) condition_options.about = study.trajectories.front().about;
-  const Derive derive =
-      make_derive(choose_goals(options.goal, study), modular, condition_options, start_coordinates(study));
-  ConditionsView view;
-  view.title = study.mechanism.name;
-  view.strategy = options.goal.strategy;
-  view.conditions = derive(study.mechanism);
-  if (view.conditions.status != ConditionsStatus::done)
-    throw MechanismFailure(name_of(view.conditions.status), view.conditions.reason);
-  if (!options.numbers) {
-    view.names =
-        name_coefficients(study.mechanism, view.conditions, list_symbols(study, read_options(options.spec)), derive);
-  }
-  view.numbers = study.free_numbers;
-  view.occurring = list_occurring(space, view.conditions, derive);
-  judge(view, study.mechanism);
-  return view;
-}
-
 ExitCode run(const ConditionsOptions& options) {
   const DesignSpace space = read_space(options.spec);
-  const ConditionsView view = derive_view(options, space);
+  const ConditionsView view = derive_view(options.goal, options.spec, space, !options.numbers);
   for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
   if (options.spec.json)
     print(conditions_json(view, space.start.warnings));

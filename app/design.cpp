@@ -1,86 +1,17 @@
 #include "console.hpp"
 #include "design_options.hpp"
-#include "failure.hpp"
 #include "signals.hpp"
+#include "views.hpp"
 
-#include "balance/base/error.hpp"
-#include "balance/read/symbols.hpp"
-#include "balance/study/start_pose.hpp"
 #include "balance/write/balanced_spec.hpp"
 #include "balance/write/design_hdf5.hpp"
 #include "balance/write/design_json.hpp"
 #include "balance/write/design_text.hpp"
-#include "balance/write/names.hpp"
 
-#include <limits>
 #include <memory>
-#include <stdexcept>
 
 namespace balance::app {
 namespace {
-
-DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions& options) {
-  try {
-    DesignReport report = design_study(space, options);
-    const Conditions& conditions = report.outcome.conditions;
-    if (report.outcome.status != DesignStatus::unsolved) return report;
-    throw MechanismFailure(name_of(conditions.status),
-                           report.outcome.reason.empty() ? conditions.reason : report.outcome.reason);
-  } catch (const std::invalid_argument& error) {
-    // The library was asked something that the spec should not have asked.
-    throw SpecError(space.start.spec_file + ": design: " + error.what());
-  }
-}
-
-/// The design as its own spec: how a reader of the file that -o writes would know its lengths.
-std::vector<Symbol> symbols_of_design(const Study& study, const std::string& balanced, const Mechanism& mechanism,
-                                      std::vector<std::string>& notes) {
-  try {
-    return list_symbols(read_spec(balanced, study.spec_file));
-  } catch (const SpecError& error) {
-    notes.push_back(std::string("the designed spec needs a change before it can be read: ") + error.what());
-    return own_symbols(mechanism);
-  }
-}
-
-ConditionsView view_conditions(const DesignCommandOptions& options, const DesignSpace& space,
-                               const std::string& balanced, DesignReport& report) {
-  const DesignOutcome& outcome = report.outcome;
-  const Mechanism& mechanism = report.study_after.mechanism;
-  ConditionsView view;
-  view.title = space.start.mechanism.name;
-  view.strategy = options.goal.strategy;
-  view.conditions = outcome.conditions;
-  view.numbers = report.numbers;
-  const LooseSprings loose = loose_springs_of(view.conditions, mechanism);
-  ConditionOptions condition_options;
-  condition_options.loose_springs = loose;
-  if (!space.start.trajectories.empty()) condition_options.about = space.start.trajectories.front().about;
-  const auto symbols = symbols_of_design(space.start, balanced, mechanism, report.notes);
-  view.names = name_coefficients(
-      mechanism, view.conditions, symbols,
-      make_derive(view.conditions.goals, is_modular(options.goal), condition_options, start_coordinates(space.start)));
-  view.occurring = outcome.occurring;
-  view.occurring.resize(static_cast<std::size_t>(view.conditions.matrix.rows()));
-  judge(view, mechanism, loose);
-  return view;
-}
-
-DesignView make_view(const DesignCommandOptions& options, const DesignStudyOptions& study_options,
-                     const DesignSpace& space, const std::string& balanced, DesignReport report) {
-  DesignView view;
-  const auto& terms = study_options.minimize.empty() ? space.start.design.minimize : study_options.minimize;
-  view.objective = objective_text(terms);
-  view.objective_unit = objective_unit(terms, space.start.mechanism);
-  view.conditions = view_conditions(options, space, balanced, report);
-  const Eigen::Index rows = view.conditions.conditions.matrix.rows();
-  view.residuals_before = report.outcome.before.size() == rows
-                              ? report.outcome.before
-                              : VectorX::Constant(rows, std::numeric_limits<double>::quiet_NaN());
-  view.warnings = space.start.warnings;
-  view.report = std::move(report);
-  return view;
-}
 
 std::vector<std::string> write_files(const DesignCommandOptions& options, const DesignSpace& space,
                                      const std::string& balanced, const DesignView& view) {
@@ -112,7 +43,7 @@ ExitCode run(const DesignCommandOptions& options) {
   DesignReport report = design_or_throw(space, wanted);
   const bool balanced = report.outcome.status == DesignStatus::balanced;
   const std::string spec = balanced_spec(space.start, report.outcome.x);
-  const DesignView view = make_view(options, wanted, space, spec, std::move(report));
+  const DesignView view = make_view(options.goal, wanted, space, spec, std::move(report));
   const std::vector<std::string> files = write_files(options, space, spec, view);
   if (options.spec.json) {
     print(design_json(view, files));

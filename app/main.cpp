@@ -25,6 +25,7 @@ constexpr const char* footer =
     "  balance compare original.h5 balanced.h5 --require 'peak(shaking_force) <= 0.9 * base'\n"
     "  balance conditions 5r.yaml --goal static\n"
     "  balance design 5r.yaml -o balanced.yaml\n"
+    "  balance report 3rrr.yaml -o 3rrr.html\n"
     "  balance simulate 3rrr.yaml --trajectory cycloid -o out.h5\n\n"
     "Exit codes: 0 done; 1 a requirement is not met or a design is only a compromise; 2 wrong usage;\n"
     "3 invalid spec; 4 the mechanism cannot do it; 5 file or system error.";
@@ -77,6 +78,7 @@ ExitCode parse_and_run(int argc, char** argv) {
       setup_design(program),      //
       setup_man(program),         //
       setup_new(program),         //
+      setup_report(program),      //
       setup_simulate(program),
   };
   program.require_subcommand(0, 1);

@@ -1,0 +1,175 @@
+#include "report_options.hpp"
+
+#include "console.hpp"
+#include "design_options.hpp"
+#include "failure.hpp"
+#include "signals.hpp"
+#include "views.hpp"
+
+#include "balance/base/version.hpp"
+#include "balance/report/page.hpp"
+#include "balance/study/check.hpp"
+#include "balance/study/simulate.hpp"
+#include "balance/write/balanced_spec.hpp"
+#include "balance/write/conditions_json.hpp"
+#include "balance/write/design_json.hpp"
+#include "balance/write/json.hpp"
+#include "balance/write/names.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+namespace balance::app {
+namespace {
+
+/// A run of the trajectory of this name. What cannot be run has an outcome that says so: the page shows it.
+Result run_named(const Study& study, const std::string& name, const std::optional<long>& samples) {
+  const auto found = std::find_if(study.trajectories.begin(), study.trajectories.end(),
+                                  [&](const Trajectory& trajectory) { return trajectory.name == name; });
+  Result result;
+  if (found == study.trajectories.end()) {
+    result.outcome = {MotionStatus::mismatch, 0, "the designed spec has no such trajectory", {}};
+    return result;
+  }
+  Trajectory trajectory = *found;
+  if (samples) trajectory.samples = *samples;
+  try {
+    result = simulate(study.mechanism, trajectory);
+  } catch (const std::invalid_argument& error) {
+    result.outcome = {MotionStatus::mismatch, 0, error.what(), {}};
+  }
+  return result;
+}
+
+bool is_done(const std::optional<Result>& result) { return result && result->outcome.status == MotionStatus::done; }
+
+PageTrajectory describe(const Study& study, const std::string& name) {
+  PageTrajectory shown;
+  shown.name = name;
+  for (const Trajectory& trajectory : study.trajectories) {
+    if (trajectory.name != name) continue;
+    shown.law = std::holds_alternative<TablePath>(trajectory.path) ? "table" : name_of(trajectory.law.kind);
+    shown.drive = name_of(trajectory.drive);
+  }
+  return shown;
+}
+
+/// Every trajectory asked for, before and, if there is a design, after. @throws MotionFailure if none can be run at all
+void run_all(const ReportOptions& options, const Study& before, const Study* after, Page& page) {
+  for (const std::string& name : choose_trajectories(options, before)) {
+    PageTrajectory shown = describe(before, name);
+    shown.before = run_named(before, name, options.samples);
+    if (after != nullptr) shown.after = run_named(*after, name, options.samples);
+    page.trajectories.push_back(std::move(shown));
+    if (pending_signal() != 0) throw Cancelled("stopped on request; no file was written");
+  }
+  const auto works = [](const PageTrajectory& t) { return is_done(t.before) || is_done(t.after); };
+  if (!page.trajectories.empty() && std::none_of(page.trajectories.begin(), page.trajectories.end(), works))
+    throw MotionFailure(page.trajectories.front().before->outcome);
+}
+
+Page begin_page(const ReportOptions& options, const Study& study) {
+  Page page;
+  page.version = version();
+  page.command = command_line(options);
+  page.spec_file = std::filesystem::path(study.spec_file).filename().string();
+  page.spec_text = study.spec_text;
+  page.before = study.mechanism;
+  page.check = check_json(check(study), study.mechanism, study.warnings);
+  page.notes = study.warnings;
+  return page;
+}
+
+void add_design(const ReportOptions& options, const DesignSpace& space, Page& page) {
+  DesignCommandOptions as_design;
+  as_design.spec = options.spec;
+  as_design.goal = options.goal;
+  DesignStudyOptions wanted = study_options(as_design, space.start);
+  wanted.trajectories = false;  // run here, with their samples
+  DesignReport report = design_or_throw(space, wanted);
+  const std::string balanced = balanced_spec(space.start, report.outcome.x);
+  const DesignView view = make_view(options.goal, wanted, space, balanced, std::move(report));
+  page.before = view.report.study_before.mechanism;
+  page.after = view.report.study_after.mechanism;
+  page.design = design_json(view, {});
+  run_all(options, view.report.study_before, &view.report.study_after, page);
+}
+
+Page make_page(const ReportOptions& options, const DesignSpace& space) {
+  const Study& study = space.start;
+  Page page = begin_page(options, study);
+  const bool has_goal = !options.goal.goals.empty() || !study.design.goals.empty();
+  if (has_goal)
+    for (const Goal& goal : choose_goals(options.goal, study)) page.meaning.push_back(in_words(goal));
+  if (has_goal && !study.free_numbers.empty()) {
+    add_design(options, space, page);
+    return page;
+  }
+  if (has_goal) page.conditions = conditions_json(derive_view(options.goal, options.spec, space), {});
+  run_all(options, study, nullptr, page);
+  return page;
+}
+
+std::string summary_json(const Page& page, const std::string& file, std::size_t bytes) {
+  nlohmann::ordered_json json = {{"mechanism", page.before.name}, {"trajectories", nlohmann::ordered_json::array()}};
+  for (const PageTrajectory& t : page.trajectories) {
+    nlohmann::ordered_json shown = {{"trajectory", t.name}, {"before", name_of(t.before->outcome.status)}};
+    if (t.after) shown["after"] = name_of(t.after->outcome.status);
+    json["trajectories"].push_back(std::move(shown));
+  }
+  json["conditions"] = !page.conditions.empty() || !page.design.empty();
+  json["design"] = !page.design.empty();
+  json["bytes"] = bytes;
+  json["files"] = {file};
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+void write_page(const ReportOptions& options, const std::string& file, const std::string& html) {
+  const DeferSignals deferred;
+  PendingFile pending(file, options.force ? Existing::replace : Existing::keep);
+  pending.write(html);
+  if (pending_signal() != 0) throw Cancelled("stopped on request; no file was written");
+  pending.commit();
+}
+
+ExitCode run(const ReportOptions& options) {
+  const DesignSpace space = read_space(options.spec);
+  choose_trajectories(options, space.start);  // misspelt names are told before anything is computed
+  const std::string file = choose_output(options);
+  if (!has_page_scripts()) page_html({});  // says what is missing
+  if (!options.quiet)
+    for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
+  const Page page = make_page(options, space);
+  const std::string html = page_html(page);
+  write_page(options, file, html);
+  if (options.spec.json)
+    print(summary_json(page, file, html.size()));
+  else if (!options.quiet)
+    print(fmt::format("written: {} ({:.0f} kB)\n", file, std::max(1.0, static_cast<double>(html.size()) / 1000)));
+  return ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_report(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("report", "Write one HTML page: mechanism, conditions, design, runs");
+  const auto options = std::make_shared<ReportOptions>();
+  add_report_options(*parser, *options);
+  parser->footer(
+      "The page needs no network: what the mechanism is, the conditions of its goal, its design if it\n"
+      "has free numbers, figures of every run before and after, charts, and the mechanism moving.\n"
+      "Without --goal it is the spec's `design: goal`; without either there are runs only.\n"
+      "docs/report.md describes the page.\n\n"
+      "Examples:\n"
+      "  balance report 3rrr.yaml\n"
+      "  balance report 5r-design.yaml -o 5r.html --force\n"
+      "  balance report delta.yaml -t cycloid --goal static --samples 301");
+  return {parser, [options] { return run(*options); }};
+}
+
+}  // namespace balance::app

@@ -1,0 +1,106 @@
+#include "views.hpp"
+
+#include "failure.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/read/symbols.hpp"
+#include "balance/study/occurrence.hpp"
+#include "balance/study/start_pose.hpp"
+#include "balance/write/names.hpp"
+
+#include <limits>
+#include <stdexcept>
+
+namespace balance::app {
+
+ConditionsView derive_view(const GoalOptions& goal, const SpecOptions& spec, const DesignSpace& space, bool named) {
+  const Study& study = space.start;
+  const bool modular = is_modular(goal);
+  ConditionOptions condition_options;
+  condition_options.seed = goal.seed.value_or(condition_options.seed);
+  // Angular momentum is about the same point as in the runs.
+  if (!study.trajectories.empty()) condition_options.about = study.trajectories.front().about;
+  const Derive derive = make_derive(choose_goals(goal, study), modular, condition_options, start_coordinates(study));
+  ConditionsView view;
+  view.title = study.mechanism.name;
+  view.strategy = goal.strategy;
+  view.conditions = derive(study.mechanism);
+  if (view.conditions.status != ConditionsStatus::done)
+    throw MechanismFailure(name_of(view.conditions.status), view.conditions.reason);
+  if (named) {
+    view.names = name_coefficients(study.mechanism, view.conditions, list_symbols(study, read_options(spec)), derive);
+  }
+  view.numbers = study.free_numbers;
+  view.occurring = list_occurring(space, view.conditions, derive);
+  judge(view, study.mechanism);
+  return view;
+}
+
+DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions& options) {
+  try {
+    DesignReport report = design_study(space, options);
+    const Conditions& conditions = report.outcome.conditions;
+    if (report.outcome.status != DesignStatus::unsolved) return report;
+    throw MechanismFailure(name_of(conditions.status),
+                           report.outcome.reason.empty() ? conditions.reason : report.outcome.reason);
+  } catch (const std::invalid_argument& error) {
+    // The library was asked something that the spec should not have asked.
+    throw SpecError(space.start.spec_file + ": design: " + error.what());
+  }
+}
+
+namespace {
+
+/// The design as its own spec: how a reader of the file that -o writes would know its lengths.
+std::vector<Symbol> symbols_of_design(const Study& study, const std::string& balanced, const Mechanism& mechanism,
+                                      std::vector<std::string>& notes) {
+  try {
+    return list_symbols(read_spec(balanced, study.spec_file));
+  } catch (const SpecError& error) {
+    notes.push_back(std::string("the designed spec needs a change before it can be read: ") + error.what());
+    return own_symbols(mechanism);
+  }
+}
+
+ConditionsView view_conditions(const GoalOptions& goal, const DesignSpace& space, const std::string& balanced,
+                               DesignReport& report) {
+  const DesignOutcome& outcome = report.outcome;
+  const Mechanism& mechanism = report.study_after.mechanism;
+  ConditionsView view;
+  view.title = space.start.mechanism.name;
+  view.strategy = goal.strategy;
+  view.conditions = outcome.conditions;
+  view.numbers = report.numbers;
+  const LooseSprings loose = loose_springs_of(view.conditions, mechanism);
+  ConditionOptions condition_options;
+  condition_options.loose_springs = loose;
+  if (!space.start.trajectories.empty()) condition_options.about = space.start.trajectories.front().about;
+  const auto symbols = symbols_of_design(space.start, balanced, mechanism, report.notes);
+  view.names = name_coefficients(
+      mechanism, view.conditions, symbols,
+      make_derive(view.conditions.goals, is_modular(goal), condition_options, start_coordinates(space.start)));
+  view.occurring = outcome.occurring;
+  view.occurring.resize(static_cast<std::size_t>(view.conditions.matrix.rows()));
+  judge(view, mechanism, loose);
+  return view;
+}
+
+}  // namespace
+
+DesignView make_view(const GoalOptions& goal, const DesignStudyOptions& study_options, const DesignSpace& space,
+                     const std::string& balanced, DesignReport report) {
+  DesignView view;
+  const auto& terms = study_options.minimize.empty() ? space.start.design.minimize : study_options.minimize;
+  view.objective = objective_text(terms);
+  view.objective_unit = objective_unit(terms, space.start.mechanism);
+  view.conditions = view_conditions(goal, space, balanced, report);
+  const Eigen::Index rows = view.conditions.conditions.matrix.rows();
+  view.residuals_before = report.outcome.before.size() == rows
+                              ? report.outcome.before
+                              : VectorX::Constant(rows, std::numeric_limits<double>::quiet_NaN());
+  view.warnings = space.start.warnings;
+  view.report = std::move(report);
+  return view;
+}
+
+}  // namespace balance::app

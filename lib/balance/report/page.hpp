@@ -1,0 +1,50 @@
+#pragma once
+/// The page that a designer hands to a colleague: one HTML file with everything in it. docs/report.md describes its data.
+
+#include "balance/model/mechanism.hpp"
+#include "balance/study/result.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// One trajectory: of a spec without a design only `before`. A run that could not be made has an outcome that says so.
+struct PageTrajectory {
+  std::string name, law, drive;  ///< as in the spec
+  std::optional<Result> before, after;
+};
+
+struct Page {
+  std::string version;    ///< of the program
+  std::string command;    ///< what makes the same page again
+  std::string spec_file;  ///< its name without folders
+  std::string spec_text;
+  Mechanism before;                  ///< as the spec's runs see it
+  std::optional<Mechanism> after;    ///< designed
+  std::string check;                 ///< what `balance check --json` prints; empty: not checked
+  std::string conditions;            ///< what `balance conditions --json` prints; empty: no goal
+  std::string design;                ///< what `balance design --json` prints; empty: no design
+  std::vector<std::string> meaning;  ///< the goals in words
+  std::vector<PageTrajectory> trajectories;
+  std::vector<std::string> notes;  ///< warnings and notes for the reader
+};
+
+/// The data of the page, one JSON object; docs/report.md.
+/// @throws std::invalid_argument if a run does not belong to its mechanism
+std::string page_json(const Page& page);
+
+/// Whether this program was built with the page's scripts. Without them `page_html` throws.
+bool has_page_scripts();
+
+/// The complete page, UTF-8. @throws SystemError if the program was built without the page's scripts
+std::string page_html(const Page& page);
+
+/// Text as the content of an HTML element or attribute.
+std::string html_escaped(const std::string& text);
+
+/// JSON that may stand inside <script>: no `<` is left in it.
+std::string script_safe(const std::string& json);
+
+}  // namespace balance

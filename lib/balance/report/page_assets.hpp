@@ -1,0 +1,14 @@
+#pragma once
+/// The page's scripts and styles, bundled when the program was built. Private to the page.
+
+#include <string_view>
+
+namespace balance {
+
+struct PageAssets {
+  std::string_view planar_script, spatial_script, style;  ///< UTF-8; all empty: built without them
+};
+
+PageAssets page_assets();
+
+}  // namespace balance

@@ -1,0 +1,112 @@
+#include "balance/report/page_mechanism.hpp"
+
+#include <array>
+
+namespace balance {
+namespace {
+
+Json place(const Vector3& p) { return vector_json(p, 3); }
+
+const char* name_of(JointType type) {
+  switch (type) {
+    case JointType::revolute: return "revolute";
+    case JointType::prismatic: return "prismatic";
+    case JointType::fixed: return "fixed";
+    case JointType::pin_slot: return "pin-slot";
+    case JointType::cylindrical: return "cylindrical";
+    case JointType::universal: return "universal";
+    case JointType::spherical: return "spherical";
+    case JointType::planar: return "planar";
+  }
+  return "";
+}
+
+Json inertia_json(const Matrix3& inertia, SpaceKind space) {
+  if (space == SpaceKind::planar) return std::array{inertia(2, 2)};
+  const double xy = inertia(0, 1), xz = inertia(0, 2), yz = inertia(1, 2);
+  if (xy == 0 && xz == 0 && yz == 0) return std::array{inertia(0, 0), inertia(1, 1), inertia(2, 2)};
+  return std::array{inertia(0, 0), inertia(1, 1), inertia(2, 2), xy, xz, yz};
+}
+
+Json bodies_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Body& body : mechanism.bodies) {
+    Json points = Json::array();
+    for (const NamedPoint& point : body.points)
+      points.push_back({{"name", point.name}, {"position", place(point.position)}});
+    list.push_back({{"name", body.name},
+                    {"mass", body.mass},
+                    {"com", place(body.com)},
+                    {"inertia", inertia_json(body.inertia, mechanism.space)},
+                    {"points", std::move(points)}});
+  }
+  return list;
+}
+
+Json joints_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Joint& joint : mechanism.joints)
+    list.push_back({{"name", joint.name},
+                    {"type", name_of(joint.type)},
+                    {"first", joint.first},
+                    {"second", joint.second},
+                    {"point_first", place(joint.point_first)},
+                    {"point_second", place(joint.point_second)},
+                    {"axis", place(joint.axis)}});
+  return list;
+}
+
+Json attachments_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Attachment& a : mechanism.attachments)
+    list.push_back({{"name", a.name},
+                    {"kind", a.kind == AttachmentKind::counterweight ? "counterweight" : "payload"},
+                    {"body", a.body},
+                    {"position", place(a.position)},
+                    {"mass", a.mass}});
+  return list;
+}
+
+Json discs_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Disc& disc : mechanism.discs)
+    list.push_back({{"name", disc.name},
+                    {"body", disc.body},
+                    {"position", place(disc.position)},
+                    {"axis", place(disc.axis)},
+                    {"follows", disc.follows},
+                    {"ratio", disc.ratio},
+                    {"mass", disc.mass},
+                    {"axial", disc.axis.dot(disc.inertia * disc.axis)}});
+  return list;
+}
+
+Json springs_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Spring& spring : mechanism.springs)
+    list.push_back({{"name", spring.name},
+                    {"first", spring.first},
+                    {"second", spring.second},
+                    {"point_first", place(spring.point_first)},
+                    {"point_second", place(spring.point_second)}});
+  return list;
+}
+
+}  // namespace
+
+Json mechanism_json(const Mechanism& mechanism) {
+  Json json = {{"length", characteristic_length(mechanism)},
+               {"bodies", bodies_json(mechanism)},
+               {"joints", joints_json(mechanism)},
+               {"attachments", attachments_json(mechanism)},
+               {"discs", discs_json(mechanism)},
+               {"springs", springs_json(mechanism)}};
+  json["actuated"] = Json::array();
+  for (const int actuator : mechanism.actuators)
+    json["actuated"].push_back(mechanism.coordinates[static_cast<std::size_t>(actuator)].joint);
+  json["tool"] = nullptr;
+  if (mechanism.tool) json["tool"] = {{"body", mechanism.tool->body}, {"position", place(mechanism.tool->position)}};
+  return json;
+}
+
+}  // namespace balance

@@ -1,0 +1,90 @@
+#include "balance/report/page_run.hpp"
+
+#include "balance/report/base64.hpp"
+#include "balance/study/body_poses.hpp"
+#include "balance/study/result_layout.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace balance {
+namespace {
+
+/// Not every array of a result file is worth its bytes in a page.
+constexpr std::array left_out = {"tool_orientation", "joint_moment"};
+
+/// Planar poses are x, y, angle; spatial ones x, y, z and a quaternion.
+Samples packed_poses(const Mechanism& mechanism, const Result& result) {
+  const BodyPoses poses = body_poses(mechanism, result);
+  const auto bodies = static_cast<Eigen::Index>(mechanism.bodies.size());
+  const bool planar = mechanism.space == SpaceKind::planar;
+  const Eigen::Index width = planar ? 3 : 7;
+  Samples packed(result.time.size(), width * bodies);
+  for (Eigen::Index k = 0; k < packed.rows(); ++k)
+    for (Eigen::Index b = 0; b < bodies; ++b) {
+      const auto turn = poses.orientation.row(k).segment<4>(4 * b);
+      auto pose = packed.row(k).segment(width * b, width);
+      if (planar) {
+        pose.head<2>() = poses.position.row(k).segment<2>(3 * b);
+        pose[2] = 2 * std::atan2(turn[3], turn[0]);
+      } else {
+        pose.head<3>() = poses.position.row(k).segment<3>(3 * b);
+        pose.tail<4>() = turn;
+      }
+    }
+  return packed;
+}
+
+/// Reactions by their size alone: a column a joint.
+Samples magnitudes(const Samples& vectors, int axes) {
+  Samples sizes(vectors.rows(), vectors.cols() / axes);
+  for (Eigen::Index j = 0; j < sizes.cols(); ++j) sizes.col(j) = vectors.middleCols(j * axes, axes).rowwise().norm();
+  return sizes;
+}
+
+std::vector<std::string> column_names(const Quantity& quantity, const Result& result) {
+  using enum Columns;
+  switch (quantity.columns) {
+    case coordinate: return result.coordinate_names;
+    case actuator: return result.actuator_names;
+    case joint:
+    case joint_axis: return result.joint_names;
+    case axis: return axis_labels(static_cast<int>(quantity.samples->cols()));
+    case quaternion: return quaternion_labels();
+    case single: return {"value"};
+  }
+  return {};
+}
+
+Json series_json(const Result& result) {
+  Json list = Json::array();
+  for (const Quantity& quantity : list_quantities(result)) {
+    if (std::find(left_out.begin(), left_out.end(), std::string(quantity.name)) != left_out.end()) continue;
+    const bool reaction = quantity.columns == Columns::joint_axis;
+    const Samples samples = reaction ? magnitudes(*quantity.samples, result.axes) : *quantity.samples;
+    list.push_back({{"quantity", quantity.name},
+                    {"columns", column_names(quantity, result)},
+                    {"units", quantity.units},
+                    {"values", {{"f32", base64_float_columns(samples)}}}});
+  }
+  return list;
+}
+
+}  // namespace
+
+Json run_page_json(const Mechanism& mechanism, const Result& result) {
+  Json json = {{"outcome", outcome_json(result.outcome)}};
+  if (result.outcome.status != MotionStatus::done) return json;
+  json["notes"] = result.outcome.notes;
+  json["metrics"] = Json::array();
+  for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));
+  json["energy"] = result.energy;
+  json["about"] = vector_json(result.about, result.axes);
+  json["time"] = {{"f64", base64_doubles(result.time)}};
+  json["poses"] = {{"f32", base64_floats(packed_poses(mechanism, result))}};
+  json["series"] = series_json(result);
+  return json;
+}
+
+}  // namespace balance

@@ -1,0 +1,61 @@
+// Which charts a run can have, and their lines.
+
+const titles = {
+  torque: "Actuator torque",
+  power: "Actuator power",
+  shaking_force: "Shaking force",
+  shaking_moment: "Shaking moment",
+  ground_force: "Force on the frame, with weight",
+  ground_moment: "Moment on the frame, with weight",
+  com_position: "Centre of mass, position",
+  com_velocity: "Centre of mass, velocity",
+  com_acceleration: "Centre of mass, acceleration",
+  tool_position: "Tool, position",
+  joint_position: "Joint position",
+  joint_velocity: "Joint velocity",
+  joint_acceleration: "Joint acceleration",
+  joint_force: "Joint reaction, magnitude",
+  kinetic_energy: "Kinetic energy",
+  potential_energy: "Potential energy",
+  mobility: "Mobility (zero at a singularity)",
+};
+export const firstShown = ["torque", "shaking_force", "shaking_moment"];
+const vectors = new Set(["shaking_force", "ground_force", "com_velocity", "com_acceleration"]);
+const scalar = new Set(["kinetic_energy", "potential_energy", "mobility"]);
+
+export function titleOf(quantity) {
+  return titles[quantity] ?? quantity.replaceAll("_", " ");
+}
+
+/** Charts: a quantity with several units (turning and sliding joints) has one for each. */
+export function listCharts(run) {
+  const charts = [];
+  for (const series of run.series.values()) {
+    const units = [...new Set(series.columns.map((c) => c.unit))];
+    for (const unit of units)
+      charts.push({
+        id: units.length > 1 ? `${series.quantity}:${unit}` : series.quantity,
+        quantity: series.quantity,
+        unit,
+        title: titleOf(series.quantity) + (units.length > 1 ? ` [${unit}]` : ""),
+      });
+  }
+  return charts;
+}
+
+function magnitude(columns) {
+  return columns[0].values.map((_, i) => Math.hypot(...columns.map((c) => c.values[i])));
+}
+
+/** The lines of a chart in one run. */
+export function linesOf(run, chart) {
+  const series = run.series.get(chart.quantity);
+  if (!series) return [];
+  const columns = series.columns.filter((c) => c.unit === chart.unit);
+  const lines = columns.map((c) => ({
+    name: scalar.has(chart.quantity) || (columns.length === 1 && c.name === "value") ? "value" : c.name,
+    values: c.values,
+  }));
+  if (vectors.has(chart.quantity) && lines.length > 1) lines.push({name: "magnitude", values: magnitude(columns)});
+  return lines;
+}

@@ -1,0 +1,41 @@
+// Elements in one expression: h("p", {class: "note"}, "text", child).
+
+export function h(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else element.setAttribute(name, value === true ? "" : value);
+  }
+  element.append(...children.flat(Infinity).filter((c) => c !== null && c !== undefined));
+  return element;
+}
+
+/** A button that stays pressed. */
+export function toggle(label, pressed, change, attributes = {}) {
+  const button = h("button", {type: "button", class: "chip", "aria-pressed": String(pressed), ...attributes}, label);
+  button.addEventListener("click", () => {
+    const now = button.getAttribute("aria-pressed") !== "true";
+    button.setAttribute("aria-pressed", String(now));
+    change(now);
+  });
+  return button;
+}
+
+/** One of several: buttons of which one is pressed. */
+export function choice(label, options, chosen, change) {
+  const buttons = options.map(({value, text}) =>
+    h("button", {type: "button", class: "segment", "data-value": value, "aria-pressed": String(value === chosen)}, text));
+  const group = h("div", {class: "segments", role: "group", "aria-label": label}, buttons);
+  for (const button of buttons)
+    button.addEventListener("click", () => {
+      for (const other of buttons) other.setAttribute("aria-pressed", String(other === button));
+      change(button.dataset.value);
+    });
+  return group;
+}
+
+/** A value from the style sheet, so that canvases follow the theme. */
+export function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+}

@@ -1,0 +1,124 @@
+// What is not the mechanism itself: traces, force, names, scale.
+import {format} from "../data/numbers.js";
+
+export function drawTraces(stage) {
+  const {view, palette} = stage;
+  trace(stage, view.column("tool_position"), palette.tool, [2, 4]);
+  trace(stage, view.column("com_position"), palette.com, []);
+}
+
+/** The whole way faintly, what has been covered clearly. */
+function trace(stage, columns, colour, dash) {
+  if (!columns) return;
+  const {pen, view} = stage;
+  const place = (k) => stage.place([columns[0].values[k], columns[1].values[k]]);
+  const step = Math.max(1, Math.floor(view.samples / 600));
+  const line = (end) => {
+    const points = [];
+    for (let k = 0; k < end; k += step) points.push(place(k));
+    points.push(place(end));
+    stage.path(points);
+    pen.stroke();
+  };
+  pen.globalAlpha = 0.35;
+  stage.ink(colour, 1.5, dash);
+  line(view.samples - 1);
+  pen.globalAlpha = 1;
+  stage.ink(colour, 2, dash);
+  line(stage.sample);
+  pen.setLineDash([]);
+}
+
+/** The shaking force at the centre of mass: the longest one takes a fifth of the picture. */
+export function drawForce(stage) {
+  const {view, pen, palette, sample} = stage;
+  const com = stage.place(view.com(sample));
+  const force = view.force(sample);
+  const unit = (0.22 * Math.min(...stage.size)) / Math.max(view.forceScale, 1e-300);
+  const [dx, dy] = [force[0] * unit, -force[1] * unit];
+  const length = Math.hypot(dx, dy);
+  if (length > 2) arrow(stage, com, [com[0] + dx, com[1] + dy], length);
+  comMark(stage, com);
+  const tool = view.tool(sample);
+  if (tool) {
+    stage.circle(stage.place(tool), 4);
+    stage.ink(palette.tool, 2);
+    pen.stroke();
+  }
+}
+
+function arrow(stage, from, to, length) {
+  const {pen, palette} = stage;
+  const u = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
+  const head = Math.min(11, 0.6 * length);
+  const neck = [to[0] - head * u[0], to[1] - head * u[1]];
+  stage.ink(palette.force, 3);
+  stage.path([from, neck]);
+  pen.stroke();
+  const side = 0.45 * head;
+  stage.path([to, [neck[0] - side * u[1], neck[1] + side * u[0]], [neck[0] + side * u[1], neck[1] - side * u[0]]], true);
+  pen.fillStyle = palette.force;
+  pen.fill();
+}
+
+/** The usual sign of a centre of mass: a circle with two dark quarters. */
+function comMark(stage, [x, y]) {
+  const {pen, palette} = stage;
+  const r = 7;
+  stage.circle([x, y], r);
+  pen.fillStyle = palette.paper;
+  pen.fill();
+  pen.fillStyle = palette.com;
+  for (const start of [0, Math.PI]) {
+    pen.beginPath();
+    pen.moveTo(x, y);
+    pen.arc(x, y, r, start, start + Math.PI / 2);
+    pen.fill();
+  }
+  stage.circle([x, y], r);
+  stage.ink(palette.com, 1.5);
+  pen.stroke();
+}
+
+export function drawLabels(stage) {
+  const {view, pen, palette} = stage;
+  pen.font = "12px system-ui, sans-serif";
+  pen.textBaseline = "middle";
+  const write = (text, [x, y], colour) => {
+    pen.lineWidth = 3;
+    pen.strokeStyle = palette.paper;
+    pen.strokeText(text, x, y);
+    pen.fillStyle = colour;
+    pen.fillText(text, x, y);
+  };
+  const beside = (p) => [p[0] + stage.width, p[1] - stage.width];
+  for (const joint of view.geometry.joints) write(joint.name, beside(stage.at(joint.second, joint.point_second)), palette.ink);
+  pen.font = "italic 12px system-ui, sans-serif";
+  pen.textAlign = "center";
+  for (let body = 1; body < view.geometry.bodies.length; ++body)
+    write(view.geometry.bodies[body].name, stage.at(body, centre(view.outlines[body])), palette.faint);
+  for (const part of [...view.geometry.attachments, ...view.geometry.discs])
+    if (part.mass > 0) write(part.name, stage.at(part.body, part.position), palette.ink);
+  pen.textAlign = "start";
+}
+
+function centre(points) {
+  const sum = points.reduce((s, p) => s.map((x, i) => x + p[i]), [0, 0, 0]);
+  return sum.map((x) => x / Math.max(points.length, 1));
+}
+
+/** A round length in the corner. */
+export function scaleBar(stage) {
+  const {pen, palette, scale, size} = stage;
+  const wanted = 90 / scale;
+  const power = 10 ** Math.floor(Math.log10(wanted));
+  const length = [5, 2, 1].map((f) => f * power).find((l) => l <= wanted);
+  const [x, y] = [16, size[1] - 16];
+  stage.ink(palette.faint, 1.25);
+  stage.path([[x, y - 4], [x, y], [x + length * scale, y], [x + length * scale, y - 4]]);
+  pen.stroke();
+  pen.font = "11px system-ui, sans-serif";
+  pen.fillStyle = palette.faint;
+  pen.textBaseline = "alphabetic";
+  pen.fillText(length >= 1 ? `${format(length)} m` : `${format(1000 * length)} mm`, x + 4, y - 7);
+}

@@ -1,0 +1,97 @@
+// Counterweights, payloads, discs and springs.
+import {discRadius} from "../data/shape.js";
+
+/** Counterweights are discs whose area follows their mass; payloads are squares of that area. */
+export function drawLumps(stage, layer) {
+  const {view, pen, palette} = stage;
+  for (const lump of view.geometry.attachments) {
+    const [x, y] = stage.at(lump.body, lump.position);
+    const r = view.massRadius(lump.mass) * stage.scale;
+    const counterweight = lump.kind === "counterweight";
+    if (layer === "marks") {
+      if (r > 3) mark(stage, [x, y], Math.min(0.5 * r, 5));
+      continue;
+    }
+    if (counterweight) arm(stage, lump, [x, y]);
+    if (counterweight) stage.circle([x, y], r);
+    else square(pen, x, y, 0.886 * r);
+    pen.globalAlpha = 0.85;
+    pen.fillStyle = counterweight ? palette.weight : palette.payload;
+    pen.fill();
+    pen.globalAlpha = 1;
+    stage.ink(palette["link-edge"], 1);
+    pen.stroke();
+  }
+}
+
+function square(pen, x, y, half) {
+  pen.beginPath();
+  pen.roundRect(x - half, y - half, 2 * half, 2 * half, Math.min(3, half));
+}
+
+/** A thin arm to the nearest point of the body that carries it. */
+function arm(stage, lump, at) {
+  const points = stage.view.outlines[lump.body].map((p) => stage.at(lump.body, p));
+  if (points.length === 0 || lump.mass <= 0) return;
+  const near = points.reduce((a, b) => (Math.hypot(a[0] - at[0], a[1] - at[1]) <= Math.hypot(b[0] - at[0], b[1] - at[1]) ? a : b));
+  stage.path([at, near]);
+  stage.ink(stage.palette["link-edge"], 0.5 * stage.width + 2);
+  stage.pen.stroke();
+  stage.ink(stage.palette.link, 0.5 * stage.width);
+  stage.pen.stroke();
+}
+
+function mark(stage, [x, y], r) {
+  const {pen, palette} = stage;
+  stage.ink(palette.paper, 1.25);
+  stage.path([[x - r, y], [x + r, y]]);
+  pen.stroke();
+  stage.path([[x, y - r], [x, y + r]]);
+  pen.stroke();
+}
+
+/** A disc is a circle with a spoke that shows how it turns. */
+export function drawDiscs(stage) {
+  const {view, pen, palette} = stage;
+  for (const disc of view.geometry.discs) {
+    const at = stage.at(disc.body, disc.position);
+    const r = discRadius(disc, view.length) * stage.scale;
+    const angle = view.poses.angle(stage.sample, disc.body) + view.discAngle(disc, stage.sample) * (disc.axis[2] < 0 ? -1 : 1);
+    stage.circle(at, r);
+    pen.globalAlpha = 0.28;
+    pen.fillStyle = palette.disc;
+    pen.fill();
+    pen.globalAlpha = 1;
+    stage.ink(palette.disc, 1.75);
+    pen.stroke();
+    const tip = [at[0] + r * Math.cos(angle), at[1] - r * Math.sin(angle)];
+    stage.path([at, tip]);
+    pen.stroke();
+    stage.circle([at[0] + 0.78 * (tip[0] - at[0]), at[1] + 0.78 * (tip[1] - at[1])], Math.min(2.6, 0.2 * r));
+    pen.fillStyle = palette.disc;
+    pen.fill();
+  }
+}
+
+/** A zigzag between its two ends. */
+export function drawSprings(stage) {
+  const {view, pen, palette} = stage;
+  for (const spring of view.geometry.springs) {
+    const a = stage.at(spring.first, spring.point_first);
+    const b = stage.at(spring.second, spring.point_second);
+    const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
+    if (length < 1) continue;
+    const u = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
+    const turns = 9;
+    const width = 0.45 * stage.width;
+    const points = [a];
+    for (let i = 0; i <= 2 * turns; ++i) {
+      const t = length * (0.12 + (0.76 * i) / (2 * turns));
+      const side = i === 0 || i === 2 * turns ? 0 : i % 2 === 0 ? width : -width;
+      points.push([a[0] + t * u[0] - side * u[1], a[1] + t * u[1] + side * u[0]]);
+    }
+    stage.path([...points, b]);
+    stage.ink(palette.faint, 1.4);
+    pen.stroke();
+  }
+}

@@ -1,0 +1,85 @@
+// The whole page: sections, the player and the charts, all at one time.
+import {choice, h} from "./dom.js";
+import {isDone, readData} from "./data/decode.js";
+import {Board} from "./charts/board.js";
+import {Clock} from "./motion/clock.js";
+import {Player} from "./motion/player.js";
+import {listenToKeys} from "./motion/transport.js";
+import {conditionsSection, designSection} from "./sections/balancing.js";
+import {metricsSection, trajectoriesTable} from "./sections/metrics.js";
+import {figures, mechanismSection, subtitle} from "./sections/overview.js";
+import {startTheme, themeButton} from "./theme.js";
+
+function header(data) {
+  const print = h("button", {type: "button", class: "quiet"}, "Print");
+  print.addEventListener("click", () => window.print());
+  return h("header", {class: "top"},
+    h("div", {}, h("h1", {}, data.title || "Mechanism"), h("p", {class: "subtitle"}, subtitle(data))),
+    h("div", {class: "actions screen-only"}, themeButton(), print));
+}
+
+function contents(sections) {
+  const links = sections.filter(Boolean).map((s) => h("li", {}, h("a", {href: `#${s.id}`}, s.querySelector("h2").dataset.short ?? s.querySelector("h2").textContent)));
+  return h("nav", {class: "contents screen-only", "aria-label": "Contents"}, h("ul", {}, links));
+}
+
+/** Runs of a trajectory that can be shown. */
+function variantsOf(trajectory) {
+  const all = [["before", trajectory.before], ["after", trajectory.after]].filter(([, run]) => isDone(run));
+  const several = all.length > 1;
+  return all.map(([key, run]) => ({key, run, label: several ? key : ""}));
+}
+
+function motionSection(data, clock, Stage, onTrajectory) {
+  const runnable = data.trajectories.filter((t) => variantsOf(t).length > 0);
+  const failed = data.trajectories.flatMap((t) => [["before", t.before], ["after", t.after]]
+    .filter(([, run]) => run && !isDone(run))
+    .map(([key, run]) => h("p", {class: "note"}, `${t.name}${t.after ? `, ${key}` : ""}: ${run.outcome.reason}`)));
+  const heading = h("h2", {}, "Motion");
+  const section = h("section", {id: "motion", class: "motion"}, heading);
+  if (runnable.length === 0) {
+    section.append(...failed, failed.length ? "" : h("p", {class: "note"}, "The spec has no motion."));
+    return {section, board: null, player: null};
+  }
+  const player = new Player(data, clock, Stage);
+  const board = new Board(clock);
+  const about = h("p", {class: "about"});
+  const choose = (name) => {
+    const trajectory = runnable.find((t) => t.name === name);
+    const variants = variantsOf(trajectory);
+    about.textContent = `${trajectory.law} law on the ${trajectory.drive === "com" ? "centre of mass" : trajectory.drive}`;
+    clock.setTimes(variants[0].run.time);
+    player.setRuns(variants);
+    board.setRuns(variants);
+    onTrajectory(trajectory);
+  };
+  const bar = h("div", {class: "motion-bar"}, heading,
+    runnable.length > 1 ? choice("Trajectory", runnable.map((t) => ({value: t.name, text: t.name})), runnable[0].name, choose)
+      : h("span", {class: "only"}, runnable[0].name),
+    about, h("span", {class: "screen-only push"}, board.reset));
+  section.append(bar, ...failed, h("div", {class: "bench"}, player.element, board.element));
+  return {section, board, player, begin: () => choose(runnable[0].name)};
+}
+
+function source(data) {
+  return h("section", {class: "card", id: "spec"}, h("h2", {}, "Spec"),
+    h("details", {class: "more"}, h("summary", {}, data.spec_file), h("pre", {tabindex: "0"}, data.spec)),
+    h("p", {class: "note"}, "Made by ", h("code", {}, data.command), `, balance ${data.version}.`));
+}
+
+export function buildPage(Stage) {
+  const data = readData(document);
+  startTheme();
+  const clock = new Clock();
+  const metrics = metricsSection();
+  const motion = motionSection(data, clock, Stage, (trajectory) => metrics.show(trajectory));
+  const sections = [motion.section, motion.board ? metrics.element : null, trajectoriesTable(data), designSection(data),
+    conditionsSection(data), mechanismSection(data), source(data)];
+  document.body.append(header(data), h("main", {}, figures(data),
+    data.notes.map((text) => h("p", {class: "note"}, text)), contents(sections), sections.filter(Boolean)));
+  motion.begin?.();
+  const {board} = motion;
+  listenToKeys(clock, {by: (f) => board?.zoomBy(f), reset: () => board?.resetZoom()});
+  // For whoever wants to look at the page by program.
+  window.balanceReport = {data, clock, player: motion.player, board};
+}

@@ -1,0 +1,103 @@
+// Conditions and the design that meets them.
+import {h} from "../dom.js";
+import {format, withUnit} from "../data/numbers.js";
+
+/** "crank1.mx" as m with what it belongs to: mx of crank1. */
+function parameter(name) {
+  const dot = name.lastIndexOf(".");
+  return h("span", {class: "symbol"}, h("i", {}, name.slice(dot + 1)), h("sub", {}, name.slice(0, dot)));
+}
+
+function coefficient(term, first) {
+  const text = term.name ?? String(Number(term.coefficient.toPrecision(6)));
+  const negative = text.startsWith("-");
+  const bare = negative ? text.slice(1) : text;
+  const sum = /[+]|.-/.test(bare.replace(/\([^()]*\)/g, ""));
+  const sign = negative ? (first ? "−" : " − ") : first ? "" : " + ";
+  return [sign, bare === "1" ? "" : h("span", {class: "coefficient"}, sum ? `(${bare})` : bare), bare === "1" ? "" : "\u2009"];
+}
+
+function equation(condition) {
+  const terms = condition.terms.map((term, i) =>
+    h("span", {class: "term"}, coefficient(term, i === 0), parameter(term.parameter)));
+  return h("span", {class: "equation", "aria-label": condition.text}, terms, h("span", {class: "term"}, " = 0"));
+}
+
+function state(condition) {
+  return condition.met
+    ? h("span", {class: "state met"}, "met")
+    : h("span", {class: "state open"}, `off by ${format(Math.abs(condition.residual), 2)}`);
+}
+
+const goals = (goal) => [goal].flat().join(", ");
+
+export function conditionsSection(data) {
+  const source = data.design ?? data.conditions;
+  if (!source?.conditions) return null;
+  const shown = source.conditions.filter((c) => !c.by_definition);
+  const held = source.conditions.length - shown.length;
+  const free = shown.some((c) => c.free.length);
+  const after = Boolean(data.design);
+  const head = ["", "Condition", after ? "Before" : null, after ? "After" : "Now", free ? "Depends on" : null];
+  const rows = shown.map((c, i) => h("tr", {}, h("td", {class: "count"}, String(i + 1)), h("td", {}, equation(c)),
+    after ? h("td", {class: "number"}, before(c)) : null, h("td", {}, state(c)),
+    free ? h("td", {class: "paths"}, c.free.length ? c.free.join(", ") : "nothing free") : null));
+  const symbols = source.symbols.map((s) => h("span", {class: "term"}, h("i", {}, s.name), ` = ${withUnit(s.value, s.unit, 6)}`));
+  const count = source.conditions.length;
+  return h("section", {class: "card", id: "conditions"}, h("h2", {"data-short": "Conditions"}, "Balancing conditions"),
+    h("p", {class: "lead"}, `Goal: ${goals(source.goal)}. `,
+      `${meaning(data)} Necessary and sufficient: ${count} independent ${count === 1 ? "condition" : "conditions"} on ${source.parameters.length} inertial parameters.`),
+    rows.length ? h("div", {class: "table-box"}, h("table", {class: "conditions"}, h("caption", {}, "Sums that must vanish"),
+      h("thead", {}, h("tr", {}, head.filter((t) => t !== null).map((t) => h("th", {scope: "col"}, t)))), h("tbody", {}, rows))) : null,
+    symbols.length ? h("p", {class: "note symbols"}, "where ", symbols.flatMap((s, i) => (i ? [", ", s] : [s]))) : null,
+    h("p", {class: "note"}, "m is a body's mass; mx, my, mz its first moments and J or Ixx … Iyz its inertia about the body frame's origin. ",
+      "“Off by” is relative to the size of a condition's terms.",
+      held ? ` ${held} more hold for every disc that is symmetrical about its axis.` : ""),
+    (source.notes ?? []).map((text) => h("p", {class: "note"}, text)));
+}
+
+function before(condition) {
+  const value = condition.residual_before;
+  if (value === null || value === undefined) return "–";
+  return Math.abs(value) < 1e-10 ? "met" : format(Math.abs(value), 2);
+}
+
+function meaning(data) {
+  const texts = data.conditions?.meaning ?? data.meaning ?? [];
+  return texts.map((t) => `${t[0].toUpperCase()}${t.slice(1)}.`).join(" ");
+}
+
+const verdicts = {
+  balanced: "Balanced",
+  compromise: "A compromise",
+  impossible: "Cannot be balanced",
+};
+
+function bounds(number) {
+  const share = (x) => `${(100 * (x - number.lower)) / Math.max(number.upper - number.lower, 1e-300)}%`;
+  return h("span", {class: "range", "aria-hidden": "true"},
+    h("span", {class: "range-was", style: `left:${share(number.before)}`}),
+    h("span", {class: "range-is", style: `left:${share(number.value)}`}));
+}
+
+export function designSection(data) {
+  const design = data.design;
+  if (!design) return null;
+  const rows = design.free_numbers.map((n) => h("tr", {}, h("th", {scope: "row"}, n.path), h("td", {class: "number"}, format(n.before)),
+    h("td", {class: "number strong"}, format(n.value, 6)), h("td", {class: "number"}, format(n.lower)), h("td", {class: "range-cell"}, bounds(n)),
+    h("td", {class: "number"}, format(n.upper)), h("td", {}, n.at_bound ? `at its ${n.at_bound} bound` : "")));
+  const objective = design.objective;
+  const facts = [
+    ["Moving mass", `${format(design.mass.before)} → ${withUnit(design.mass.after, "kg")}`],
+    ["Moments of inertia", `${format(design.inertia.before)} → ${withUnit(design.inertia.after, "kg m^2")}`],
+  ];
+  if (objective.name) facts.push([`Least ${objective.name}`, `${withUnit(objective.value, objective.unit, 6)}${objective.global ? ", proved to be the best there is" : ""}`]);
+  return h("section", {class: "card", id: "design"}, h("h2", {}, "Design"),
+    h("p", {class: `verdict ${design.status}`}, h("strong", {}, verdicts[design.status] ?? design.status), ` — ${design.reason}.`.replace("..", ".")),
+    design.proof ? h("p", {class: "note"}, design.proof.sentence) : null,
+    h("dl", {class: "facts"}, facts.map(([n, t]) => [h("dt", {}, n), h("dd", {}, t)]).flat()),
+    h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Free numbers"),
+      h("thead", {}, h("tr", {}, ["Number", "Before", "Designed", "From", "", "To", ""].map((t, i) =>
+        h("th", {scope: "col", class: [1, 2, 3, 5].includes(i) ? "number" : ""}, t)))), h("tbody", {}, rows))));
+}
+

@@ -1,0 +1,106 @@
+// Figures of every run as tables.
+import {h} from "../dom.js";
+import {isDone} from "../data/decode.js";
+import {format, ratio, ratioText, unitText} from "../data/numbers.js";
+import {titleOf} from "../charts/quantities.js";
+
+const main = ["torque", "power", "shaking_force", "shaking_moment", "ground_force", "ground_moment", "kinetic_energy"];
+
+function label(quantity) {
+  const [name, of] = quantity.replace("]", "").split("[");
+  return of ? `${titleOf(name).replace(", magnitude", "")}, ${of}` : titleOf(name);
+}
+
+/** What rounding leaves of a force that vanished is shown as zero. */
+function clean(value, other, floor) {
+  return Math.abs(value) <= Math.max(1e-9 * Math.abs(other), floor) ? 0 : value;
+}
+
+function floorOf(metrics, unit) {
+  return 1e-13 * Math.max(...metrics.filter((m) => m.unit === unit).map((m) => m.peak), 0);
+}
+
+const cell = (text, extra = "") => h("td", {class: `number ${extra}`}, text);
+
+function ratioCell(before, after) {
+  const value = ratio(before, after);
+  const kind = value === null ? "" : value < 0.999 ? "better" : value > 1.001 ? "worse" : "";
+  return cell(ratioText(value), kind);
+}
+
+function comparisonRow(before, after) {
+  const floor = Math.max(floorOf([before], before.unit), 0);
+  const cells = ["peak", "rms"].flatMap((figure) => {
+    const was = clean(before[figure], after[figure], floor);
+    const is = clean(after[figure], before[figure], floor);
+    return [cell(format(was)), cell(format(is)), ratioCell(was, is)];
+  });
+  return h("tr", {}, h("th", {scope: "row"}, label(before.quantity)), h("td", {class: "unit"}, unitText(before.unit)), cells);
+}
+
+function plainRow(m) {
+  return h("tr", {}, h("th", {scope: "row"}, label(m.quantity)), h("td", {class: "unit"}, unitText(m.unit)),
+    [m.peak, m.peak_time, m.rms, m.mean, m.range].map((x) => cell(format(x))));
+}
+
+const heads = {
+  plain: [["Quantity", "Unit", "Peak", "at [s]", "Rms", "Mean", "Range"]],
+  both: [["Quantity", "Unit", "Peak before", "after", "ratio", "Rms before", "after", "ratio"]],
+};
+
+function table(caption, kind, rows) {
+  return h("div", {class: "table-box"}, h("table", {class: "metrics"}, h("caption", {}, caption),
+    h("thead", {}, heads[kind].map((line) => h("tr", {}, line.map((text, i) =>
+      h("th", {scope: "col", class: i > 1 ? "number" : ""}, text))))),
+    h("tbody", {}, rows)));
+}
+
+/** The figures of one trajectory. */
+function trajectoryTables(trajectory) {
+  const {before, after} = trajectory;
+  const both = isDone(before) && isDone(after);
+  const list = (isDone(after) ? after : before).metrics;
+  const old = new Map(isDone(before) ? before.metrics.map((m) => [m.quantity, m]) : []);
+  const make = (m) => (both && old.has(m.quantity) ? comparisonRow(old.get(m.quantity), m) : plainRow(m));
+  const kind = both ? "both" : "plain";
+  const isMain = (m) => main.includes(m.quantity.split("[")[0]);
+  const rest = list.filter((m) => !isMain(m));
+  return [
+    table("Motors and frame", kind, list.filter(isMain).map(make)),
+    rest.length ? h("details", {class: "more"}, h("summary", {}, "Motion of the centre of mass, joint reactions"),
+      table("Further figures", kind, rest.map(make))) : null,
+  ];
+}
+
+export function metricsSection() {
+  const body = h("div", {});
+  const title = h("h2", {"data-short": "Figures"});
+  const element = h("section", {class: "card", id: "metrics"}, title, body);
+  const show = (trajectory) => {
+    title.textContent = `Figures along ${trajectory.name}`;
+    body.replaceChildren(...trajectoryTables(trajectory).filter(Boolean));
+  };
+  return {element, show};
+}
+
+/** Peaks of all trajectories side by side; nothing for a single one. */
+export function trajectoriesTable(data) {
+  const runs = data.trajectories.flatMap((t) =>
+    [["before", t.before], ["after", t.after]].filter(([, run]) => isDone(run))
+      .map(([key, run]) => ({name: t.name, key: t.before && t.after ? key : "", run})));
+  if (runs.length < 2) return null;
+  const quantities = ["torque", "shaking_force", "shaking_moment"];
+  const find = (run, q) => run.metrics.find((m) => m.quantity === q);
+  const units = quantities.map((q) => runs.map(({run}) => find(run, q)?.unit).find(Boolean));
+  const rows = runs.map(({name, key, run}) => h("tr", {}, h("th", {scope: "row"}, [name, key].filter(Boolean).join(", ")),
+    quantities.map((q, i) => {
+      const m = find(run, q);
+      const floor = Math.max(...runs.map((r) => 1e-9 * (find(r.run, q)?.peak ?? 0)));
+      return units[i] ? cell(m ? format(Math.abs(m.peak) <= floor ? 0 : m.peak) : "–") : null;
+    }), cell(format(run.energy))));
+  const head = ["Trajectory", ...quantities.map((q, i) => units[i] && `${titleOf(q)} [${unitText(units[i])}]`), "Energy moved [J]"];
+  return h("section", {class: "card", id: "trajectories"}, h("h2", {"data-short": "Trajectories"}, "Peaks of all trajectories"),
+    h("div", {class: "table-box"}, h("table", {class: "metrics"}, h("caption", {}, "Largest magnitudes"),
+      h("thead", {}, h("tr", {}, head.filter(Boolean).map((t, i) => h("th", {scope: "col", class: i ? "number" : ""}, t)))),
+      h("tbody", {}, rows))));
+}
