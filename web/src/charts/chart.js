@@ -6,6 +6,7 @@ import {linesOf} from "./quantities.js";
 
 const height = 190;
 const palette = 8;
+const roundOff = 1e-9; // of the largest value of the chart: nothing but rounding is left
 
 /** @param variants [{key, label, run}]: one, or before and after */
 export class Chart {
@@ -14,8 +15,10 @@ export class Chart {
     this.clock = clock;
     this.group = group;
     this.lines = variants.flatMap(({key, label, run}) =>
-      linesOf(run, chart).map((line, i) => ({...line, variant: key, label: name(line, label), colour: i % palette})));
+      linesOf(run, chart).map((line, i) => ({...line, variant: key, label: nameOf(line, label, chart), colour: i % palette})));
     this.time = variants[0].run.time;
+    this.compares = variants.length > 1;
+    this.roundOff = roundOff * Math.max(...this.lines.map((l) => peak(l.values)), 0);
     this.plotBox = h("div", {class: "plot"});
     this.legend = h("div", {class: "legend", role: "group", "aria-label": `Lines of ${chart.title}`});
     this.readings = this.lines.map(() => h("span", {class: "value"}));
@@ -25,6 +28,11 @@ export class Chart {
       this.plotBox, this.legend);
     this.hovered = null;
     this.addLegend();
+  }
+
+  /** Dashed where there is something to compare with. */
+  isOld(line) {
+    return this.compares && line.variant === "before";
   }
 
   /** Once the element is in the page and has a width. */
@@ -65,8 +73,8 @@ export class Chart {
         show: shown[i],
         label: l.label,
         stroke: colour(`line-${l.colour}`),
-        width: l.variant === "before" ? 1.25 : 1.75,
-        dash: l.variant === "before" ? [5, 4] : undefined,
+        width: this.isOld(l) ? 1.25 : 1.75,
+        dash: this.isOld(l) ? [5, 4] : undefined,
         points: {show: false},
       }))],
       hooks: {
@@ -91,7 +99,7 @@ export class Chart {
 
   addLegend() {
     this.buttons = this.lines.map((line, i) => {
-      const swatch = h("span", {class: `swatch ${line.variant}`, "aria-hidden": "true"});
+      const swatch = h("span", {class: this.isOld(line) ? "swatch before" : "swatch", "aria-hidden": "true"});
       const button = h("button", {type: "button", class: "key", "aria-pressed": "true", "data-line": line.label},
         swatch, h("span", {class: "name"}, line.label), this.readings[i]);
       button.addEventListener("click", () => this.show(i, button.getAttribute("aria-pressed") !== "true"));
@@ -133,9 +141,13 @@ export class Chart {
   read() {
     const index = this.hovered ?? this.clock.sample;
     this.lines.forEach((line, i) => {
-      const text = withUnit(line.values[index], this.chart.unit);
+      const text = withUnit(this.clean(line.values[index]), this.chart.unit);
       if (this.readings[i].textContent !== text) this.readings[i].textContent = text;
     });
+  }
+
+  clean(value) {
+    return Math.abs(value) <= this.roundOff ? 0 : value;
   }
 
   resize(width) {
@@ -146,7 +158,13 @@ export class Chart {
   }
 }
 
-function name(line, variant) {
+function nameOf(line, variant, chart) {
   const own = line.name === "value" ? "" : line.name;
-  return [own, variant].filter(Boolean).join(" ") || "value";
+  return [own, variant].filter(Boolean).join(" ") || chart.title.replace(/ \(.*/, "");
+}
+
+function peak(values) {
+  let largest = 0;
+  for (const v of values) largest = Math.max(largest, Math.abs(v));
+  return largest;
 }

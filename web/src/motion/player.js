@@ -73,7 +73,8 @@ export class Player {
     if (!this.view) return;
     const sample = Math.min(this.clock.sample, this.view.samples - 1);
     this.stage?.draw(sample);
-    const force = this.view.force(sample);
-    this.caption.textContent = `Shaking force ${withUnit(Math.hypot(...force), "N")}`;
+    const force = Math.hypot(...this.view.force(sample));
+    const size = force <= 1e-9 * this.view.forceScale ? 0 : force; // what rounding leaves is nothing
+    this.caption.textContent = `Shaking force ${withUnit(size, "N")}`;
   }
 }

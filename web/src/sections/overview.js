@@ -22,7 +22,8 @@ function peak(trajectory, key, quantity) {
   return trajectory?.[key]?.metrics?.find((m) => m.quantity === quantity);
 }
 
-function change(before, after, unit) {
+function change(before, value, unit) {
+  const after = Math.abs(value) <= 1e-9 * Math.abs(before) ? 0 : value; // what rounding leaves
   const times = ratio(before, after);
   return [
     h("span", {class: "was"}, format(before)), " → ", withUnit(after, unit),
@@ -63,7 +64,7 @@ function kinematics(check) {
   const facts = [
     ["Degrees of freedom", `${check.degrees_of_freedom} by rank, ${check.degrees_of_freedom_by_counting} by counting`],
     ["Spanning tree", check.tree_joints.join(", ")],
-    ...check.loops.map((loop) => [`Loop closed at ${loop.cut_joint}`, `${loop.bodies.join(" – ")}; ${plural(loop.constraints, "equation")}`]),
+    ...check.loops.map((loop) => [`Loop closed at ${loop.cut_joint}`, `${loop.bodies.join(" – ")}; ${plural(loop.closure_equations, "equation")}`]),
     ...check.redundant.map((text) => ["Redundant", text]),
     ...check.idle.map((text) => ["Idle", text]),
   ];

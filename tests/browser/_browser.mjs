@@ -1,0 +1,32 @@
+// A page in headless Chromium; every complaint of the page's console is kept.
+import {createRequire} from "node:module";
+import {join} from "node:path";
+import {pathToFileURL} from "node:url";
+
+const packages = process.env.PAGE_PACKAGES;
+const {chromium} = createRequire(join(packages, "package.json"))("playwright-core");
+
+const switches = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+  "--disable-component-update", "--disable-sync", "--enable-unsafe-swiftshader"];
+
+export const launch = () => chromium.launch({executablePath: process.env.CHROMIUM, headless: true, args: switches});
+
+/** Opens a file; the page must not ask for anything else. */
+export async function open(browser, file, options = {}) {
+  const context = await browser.newContext({viewport: {width: 1400, height: 900}, ...options});
+  const page = await context.newPage();
+  const complaints = [];
+  const asked = [];
+  page.on("console", (message) => {
+    if (["error", "warning"].includes(message.type())) complaints.push(message.text());
+  });
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("request", (request) => asked.push(request.url()));
+  const url = pathToFileURL(file).href;
+  const began = performance.now();
+  await page.goto(url);
+  await page.waitForFunction(() => window.balanceReport?.board?.charts.length > 0);
+  const seconds = (performance.now() - began) / 1000;
+  const foreign = asked.filter((u) => u !== url && !u.startsWith("data:") && !u.startsWith("blob:"));
+  return {page, complaints, foreign, seconds, close: () => context.close()};
+}

@@ -1,0 +1,136 @@
+#include "balance/report/page.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/read/read_spec.hpp"
+#include "balance/report/base64.hpp"
+#include "balance/study/simulate.hpp"
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include <cstring>
+#include <string>
+
+using namespace balance;
+
+namespace {
+
+/// The inverse of base64, written on its own.
+std::string decoded(const std::string& text) {
+  std::string bytes;
+  unsigned bits = 0;
+  int count = 0;
+  for (const char c : text) {
+    if (c == '=') break;
+    const int value = c >= 'A' && c <= 'Z'   ? c - 'A'
+                      : c >= 'a' && c <= 'z' ? c - 'a' + 26
+                      : c >= '0' && c <= '9' ? c - '0' + 52
+                      : c == '+'             ? 62
+                                             : 63;
+    bits = bits << 6 | static_cast<unsigned>(value);
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    bytes += static_cast<char>(bits >> count & 255U);
+  }
+  return bytes;
+}
+
+template <class Number>
+std::vector<Number> numbers(const std::string& text) {
+  const std::string bytes = decoded(text);
+  std::vector<Number> result(bytes.size() / sizeof(Number));
+  std::memcpy(result.data(), bytes.data(), bytes.size());
+  return result;
+}
+
+Page sample_page(const std::string& config, long samples) {
+  const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/" + config);
+  Page page;
+  page.version = "1.2.3";
+  page.spec_text = study.spec_text;
+  page.before = study.mechanism;
+  Trajectory trajectory = study.trajectories.front();
+  trajectory.samples = samples;
+  page.trajectories.push_back({trajectory.name, "cycloidal", "tool", simulate(study.mechanism, trajectory), {}});
+  return page;
+}
+
+}  // namespace
+
+TEST_CASE("base64 agrees with the examples of RFC 4648") {
+  const std::vector<std::pair<std::string, std::string>> examples = {{"", ""},
+                                                                     {"f", "Zg=="},
+                                                                     {"fo", "Zm8="},
+                                                                     {"foo", "Zm9v"},
+                                                                     {"foob", "Zm9vYg=="},
+                                                                     {"fooba", "Zm9vYmE="},
+                                                                     {"foobar", "Zm9vYmFy"}};
+  for (const auto& [bytes, text] : examples) CHECK(base64(bytes) == text);
+}
+
+TEST_CASE("numbers come back from their base64") {
+  const VectorX exact = (VectorX(4) << 0.1, -1e300, 0, 3).finished();
+  CHECK(numbers<double>(base64_doubles(exact)) == std::vector<double>{0.1, -1e300, 0, 3});
+  Samples samples(2, 3);
+  samples << 1, 2, 3, 4, 5, 6;
+  CHECK(numbers<float>(base64_floats(samples)) == std::vector<float>{1, 2, 3, 4, 5, 6});
+  CHECK(numbers<float>(base64_float_columns(samples)) == std::vector<float>{1, 4, 2, 5, 3, 6});
+}
+
+TEST_CASE("nothing in the data can end its script, and the data stay the same") {
+  Page page = sample_page("rr.yaml", 3);
+  page.spec_text = "# </script><script>alert(1)</script><!-- \xff \"quoted\"";
+  const std::string safe = script_safe(page_json(page));
+  CHECK(safe.find('<') == std::string::npos);
+  const auto json = nlohmann::json::parse(safe);
+  const std::string text = json["spec"];
+  CHECK(text.starts_with("# </script><script>alert(1)</script><!-- "));
+}
+
+TEST_CASE("names become text in HTML") {
+  CHECK(html_escaped("a<b> & \"c\" 'd'") == "a&lt;b&gt; &amp; &quot;c&quot; &#39;d&#39;");
+}
+
+TEST_CASE("every quantity of the page has a value for every sample and column") {
+  for (const std::string config : {"3rrr.yaml", "delta.yaml", "scotch-yoke.yaml", "stewart.yaml"}) {
+    CAPTURE(config);
+    const Page page = sample_page(config, 11);
+    const auto json = nlohmann::json::parse(page_json(page));
+    const auto& run = json["trajectories"][0]["before"];
+    CHECK(numbers<double>(run["time"]["f64"]).size() == 11);
+    const bool planar = json["space"] == "planar";
+    const std::size_t bodies = json["mechanism"]["before"]["bodies"].size();
+    CHECK(numbers<float>(run["poses"]["f32"]).size() == 11 * bodies * (planar ? 3 : 7));
+    CHECK(run["series"].size() > 10);
+    for (const auto& series : run["series"]) {
+      CAPTURE(std::string(series["quantity"]));
+      const std::size_t columns = series["columns"].size();
+      CHECK(numbers<float>(series["values"]["f32"]).size() == 11 * columns);
+      CHECK((series["units"].size() == 1 || series["units"].size() == columns));
+    }
+  }
+}
+
+TEST_CASE("a run that could not be made is in the page with its reason") {
+  Page page = sample_page("rr.yaml", 3);
+  page.trajectories[0].before->outcome = {MotionStatus::unreachable, 0.5, "too far away", {}};
+  const auto json = nlohmann::json::parse(page_json(page));
+  CHECK(json["trajectories"][0]["before"]["outcome"]["reason"] == "too far away");
+  CHECK(!json["trajectories"][0]["before"].contains("series"));
+}
+
+TEST_CASE("a page is one document in itself, or says that its scripts are missing") {
+  const Page page = sample_page("3rrr.yaml", 5);
+  if (!has_page_scripts()) {
+    CHECK_THROWS_WITH_AS(page_html(page), doctest::Contains("node 18"), SystemError);
+    return;
+  }
+  const std::string html = page_html(page);
+  CHECK(html.starts_with("<!doctype html>"));
+  CHECK(html.ends_with("</html>\n"));
+  for (const char* foreign : {"src=", "@import", "<link rel=\"stylesheet", "url(http"})
+    CHECK(html.find(foreign) == std::string::npos);
+  // Three.js comes only with mechanisms that need it.
+  CHECK(html.size() < page_html(sample_page("delta.yaml", 5)).size() - 300'000);
+}
