@@ -4,6 +4,7 @@
 
 #include "balance/read/nearest.hpp"
 #include "balance/write/pending_file.hpp"
+#include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
