@@ -116,6 +116,8 @@ Suite read_suite(const std::string& text, const std::string& file_name) {
   Node root;
   Later later;
   try {
+    if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+      throw Problem({1, 1}, "", "expected a suite, found an empty file");
     root = parse_yaml(text, draft.problems);
     read_sections(Cursor(root, "", draft.problems), suite, draft, later);
     if (later.cases) draft.problems.guard([&] { read_cases(*later.cases, draft); });
