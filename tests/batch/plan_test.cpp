@@ -1,0 +1,125 @@
+// A suite becomes cases, each with a key of everything that its result depends on.
+
+#include "balance/batch/plan.hpp"
+
+#include <doctest/doctest.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+
+namespace {
+
+using namespace balance;
+namespace fs = std::filesystem;
+
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("balance-plan-" + std::to_string(::getpid()));
+  Folder() { fs::create_directory(path); }
+  ~Folder() { fs::remove_all(path); }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(path / name) << text; }
+  Plan plan(const std::string& suite) const { return make_plan(read_suite(suite, (path / "suite.yaml").string())); }
+  std::string key(const std::string& suite) const { return plan(suite).cases.at(0).key; }
+};
+
+std::vector<std::string> names_of(const Suite& suite) {
+  std::vector<std::string> names;
+  for (const SuiteCase& one : suite.cases) names.push_back(one.name);
+  return names;
+}
+
+}  // namespace
+
+TEST_CASE("a matrix is every spec with every trajectory with every value of each parameter") {
+  const Suite suite = read_suite(
+      "matrix: {spec: [a.yaml, sub/b.yaml], trajectory: [t, u v], set: {x: [1, l/2], y: {from: 0, to: 1, count: 3}}}",
+      "s");
+  REQUIRE(suite.cases.size() == 2 * 2 * 2 * 3);
+  CHECK(suite.cases[0].name == "a_t_x=1_y=0");
+  CHECK(suite.cases[1].name == "a_t_x=1_y=0.5");
+  CHECK(suite.cases[3].name == "a_t_x=l_2_y=0");
+  CHECK(suite.cases[23].name == "b_u_v_x=l_2_y=1");
+  CHECK(suite.cases[23].spec == "sub/b.yaml");
+  CHECK(suite.cases[23].trajectory == "u v");
+  const std::vector<std::pair<std::string, std::string>> set{{"x", "l/2"}, {"y", "1"}};
+  CHECK(suite.cases[23].set == set);
+}
+
+TEST_CASE("cases take from the defaults what they do not say, parameters one by one") {
+  const Suite suite = read_suite(
+      "defaults: {spec: a.yaml, samples: 11, set: {x: 1, y: 2}}\n"
+      "cases: {one: {}, two: {set: {y: 3}, samples: 12, spec: b.yaml, design: {goal: [static, force], seed: 7}}}",
+      "suite.yaml");
+  CHECK(names_of(suite) == std::vector<std::string>{"one", "two"});
+  CHECK(suite.cases[0].spec == "a.yaml");
+  CHECK(suite.cases[0].samples == 11);
+  CHECK_FALSE(suite.cases[0].design.has_value());
+  const std::vector<std::pair<std::string, std::string>> set{{"x", "1"}, {"y", "3"}};
+  CHECK(suite.cases[1].set == set);
+  REQUIRE(suite.cases[1].design.has_value());
+  CHECK(suite.cases[1].design->goals.size() == 2);
+  CHECK(suite.cases[1].place_of("set.y") == "suite.yaml:2:33: cases.two.set.y");
+  CHECK(suite.cases[1].place_of("trajectory") == "suite.yaml:2:18: cases.two");
+}
+
+TEST_CASE("what is to be minimized arrives as YAML") {
+  const Suite suite =
+      read_suite("cases: {a: {spec: s, design: {minimize: [added-mass, {rms: 'torque[A1]', along: t}]}}}", "s");
+  CHECK(suite.cases[0].design->minimize.find("\"torque[A1]\"") != std::string::npos);
+  CHECK(suite.cases[0].design->minimize.front() == '[');
+}
+
+TEST_CASE("a key depends on everything that the result depends on, and on nothing else") {
+  const Folder folder;
+  folder.write("a.yaml", "loads: {p: {file: table.csv}}\n");
+  folder.write("b.yaml", "loads: {p: {file: table.csv}}\n");
+  folder.write("table.csv", "1");
+  const std::string begin = "cases: {c: {spec: a.yaml";
+  std::set<std::string> keys;
+  std::size_t count = 0;
+  const auto differs = [&](const std::string& suite) {
+    keys.insert(folder.key(suite));
+    CHECK(keys.size() == ++count);
+  };
+  differs(begin + "}}");
+  differs(begin + ", samples: 11}}");
+  differs(begin + ", trajectory: t}}");
+  differs(begin + ", set: {x: 1}}}");
+  differs(begin + ", set: {x: 2}}}");
+  differs(begin + ", set: {y: 1}}}");
+  differs(begin + ", design: true}}");
+  differs(begin + ", design: {goal: static}}}");
+  differs(begin + ", design: {strategy: modular}}}");
+  differs(begin + ", design: {seed: 1}}}");
+  differs(begin + ", design: {minimize: added-mass}}}");
+  differs("cases: {c: {spec: b.yaml}}");
+  folder.write("table.csv", "2");
+  differs(begin + "}}");
+  folder.write("a.yaml", "loads: {p: {file: table.csv}} \n");
+  differs(begin + "}}");
+  // The suite's other parts do not matter.
+  const std::string same = folder.key(begin + "}}");
+  CHECK(folder.key("name: n\n" + begin + ", design: false}, d: {spec: a.yaml}}\nbaseline: c") == same);
+}
+
+TEST_CASE("every case is in one shard, and shards are of about the same size") {
+  for (const int count : {1, 2, 7}) {
+    std::vector<int> sizes(static_cast<std::size_t>(count));
+    for (int i = 0; i < 700; ++i) {
+      int found = 0;
+      for (int index = 1; index <= count; ++index) {
+        if (!belongs("case" + std::to_string(i), {index, count})) continue;
+        ++found;
+        ++sizes[static_cast<std::size_t>(index - 1)];
+      }
+      CHECK(found == 1);
+    }
+    for (const int size : sizes) {  // five standard deviations of throwing 700 dice
+      CHECK(size >= 700 / count - 50);
+      CHECK(size <= 700 / count + 50);
+    }
+  }
+}

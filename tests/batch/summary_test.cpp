@@ -1,0 +1,110 @@
+// What cases come to together.
+
+#include "balance/batch/summary.hpp"
+#include "balance/batch/plan.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace {
+
+using namespace balance;
+
+CaseRecord record(const std::string& name, double peak, const std::string& status = "done") {
+  CaseRecord one;
+  one.name = name;
+  one.status = status;
+  if (one.has_result()) {
+    one.metrics = {{"shaking_force", "N", peak, 0.5, peak / 2, peak / 3, peak}};
+    one.energy = 2;
+  }
+  return one;
+}
+
+Suite suite(const std::string& rest) {
+  return read_suite("cases: {a: {spec: s}, b: {spec: s}, c: {spec: s}}\nbaseline: a\n" + rest, "suite.yaml");
+}
+
+}  // namespace
+
+TEST_CASE("a record that is written down is the same when it is read") {
+  CaseRecord one = record("a", 1.0 / 3);
+  one.key = "k";
+  one.message = "\"quoted\" \xc3\xa9\n";
+  one.title = "t";
+  one.trajectory = "cycloid";
+  one.samples = 11;
+  one.design = {"balanced", "because", 9.1, 1e-300};
+  one.metrics.push_back({"torque[A1]", "N m", std::numeric_limits<double>::quiet_NaN(), 0.1, 0.2, 0.3, 1e308});
+  one.warnings = {"w"};
+  one.notes = {"n", ""};
+  one.files = {{"a.h5", "00"}};
+  const auto read = decode(encode(one));
+  REQUIRE(read.has_value());
+  CHECK(encode(*read) == encode(one));
+  CHECK(read->metrics[0].peak == 1.0 / 3);
+  CHECK(std::isnan(read->metrics[1].peak));
+  CHECK(read->design->mass_after == 1e-300);
+}
+
+TEST_CASE("half a record is none") {
+  const std::string whole = encode(record("a", 1));
+  for (std::size_t size = 0; size + 2 < whole.size(); size += 7) CHECK_FALSE(decode(whole.substr(0, size)).has_value());
+  CHECK_FALSE(decode("{}").has_value());
+  CHECK_FALSE(decode("[1, 2]").has_value());
+  CHECK_FALSE(decode(R"({"name": 3})").has_value());
+}
+
+TEST_CASE("the exit code is the worst of all") {
+  const auto code = [](const std::string& b, const std::string& c, const std::string& require = "") {
+    return summarise(suite(require), {record("a", 10), record("b", 9, b), record("c", 8, c)}).exit_code();
+  };
+  CHECK(code("done", "done") == 0);
+  CHECK(code("done", "compromise") == 1);
+  CHECK(code("done", "done", "require: peak(shaking_force) < base") == 0);
+  CHECK(code("done", "done", "require: peak(shaking_force) < 0.85 * base") == 1);
+  CHECK(code("spec", "compromise") == 3);
+  CHECK(code("mechanism", "spec") == 4);
+  CHECK(code("mechanism", "system") == 5);
+  CHECK(code("done", "missing") == 5);
+  CHECK(code("done", "done", "require: peak(shaking_farce) < base") == 3);
+}
+
+TEST_CASE("requirements are judged for every case but the baseline, or for their own case") {
+  const Suite own = read_suite(
+      "cases: {a: {spec: s}, b: {spec: s, require: peak(shaking_force) < 9.5}}\nbaseline: a\n"
+      "require: [peak(shaking_force) < base, 'peak(shaking_force, b) < peak(shaking_force, a)']",
+      "suite.yaml");
+  const Summary summary = summarise(own, {record("a", 10), record("b", 9)});
+  REQUIRE(summary.requirements.size() == 3);
+  CHECK(summary.requirements[0].run == "b");
+  CHECK(summary.requirements[1].run.empty());
+  CHECK(summary.requirements[2].run == "b");
+  for (const RequirementOutcome& one : summary.requirements) CHECK(one.status == RequirementOutcome::Status::holds);
+}
+
+TEST_CASE("a requirement on a case without a result is not judged") {
+  const Summary summary = summarise(suite("require: peak(shaking_force) < base"),
+                                    {record("a", 0, "mechanism"), record("b", 9), record("c", 8)});
+  REQUIRE(summary.requirements.size() == 2);
+  CHECK(summary.requirements[0].status == RequirementOutcome::Status::not_judged);
+  CHECK(summary.requirements[0].message == "not judged: a has no result");
+  CHECK(summary.base() == nullptr);
+}
+
+TEST_CASE("the table for programs has as many cells in every line") {
+  const std::string csv =
+      summary_csv(summarise(suite(""), {record("a", 10), record("b", 5), record("c", 0, "mechanism")}));
+  std::size_t begin = 0, lines = 0;
+  for (std::size_t end = csv.find('\n'); end != std::string::npos; end = csv.find('\n', begin)) {
+    const std::string line = csv.substr(begin, end - begin);
+    CHECK(std::count(line.begin(), line.end(), ',') == 13);
+    begin = end + 1;
+    ++lines;
+  }
+  CHECK(lines == 1 + 2 * 2 + 1);
+  CHECK(csv.find("b,s,,done,shaking_force,N,5,0.5,2.5,1.6666666666666667,5,,0.5,0.5\n") != std::string::npos);
+}

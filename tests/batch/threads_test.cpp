@@ -1,0 +1,65 @@
+// Several threads at once write and read what one would.
+
+#include "balance/batch/run.hpp"
+#include "balance/read/result_file.hpp"
+
+#include <doctest/doctest.h>
+
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace {
+
+using namespace balance;
+namespace fs = std::filesystem;
+
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("balance-threads-" + std::to_string(::getpid()));
+  ~Folder() { fs::remove_all(path); }
+};
+
+Plan plan() {
+  return make_plan(
+      read_suite("matrix: {spec: 3rrr.yaml, trajectory: [cycloid, tool-bang], samples: 21, "
+                 "set: {xg: {from: -0.09, to: 0.09, count: 30}}}",
+                 BALANCE_CONFIGS "/suite.yaml"));
+}
+
+}  // namespace
+
+TEST_CASE("eight threads find what one finds") {
+  const Folder one, eight{fs::temp_directory_path() / ("balance-threads-8-" + std::to_string(::getpid()))};
+  const Plan all = plan();
+  const BatchOutcome alone = run_batch(all, {.folder = one.path.string(), .jobs = 1});
+  const BatchOutcome together = run_batch(all, {.folder = eight.path.string(), .jobs = 8});
+  REQUIRE(alone.records.size() == 60);
+  REQUIRE(together.records.size() == 60);
+  for (std::size_t i = 0; i < alone.records.size(); ++i) {
+    CHECK(alone.records[i].status == "done");
+    CHECK(encode(alone.records[i]) == encode(together.records[i]));  // with the SHA-256 of the files
+  }
+  CHECK(run_batch(all, {.folder = eight.path.string(), .jobs = 3}).progress.reused == 60);
+}
+
+TEST_CASE("results are read while others are written") {
+  const Folder folder;
+  const Plan all = plan();
+  run_batch(all, {.folder = folder.path.string(), .jobs = 2});
+  const Folder other{fs::temp_directory_path() / ("balance-threads-w-" + std::to_string(::getpid()))};
+  std::atomic<int> wrong{0};
+  {
+    const std::jthread writer([&] { run_batch(all, {.folder = other.path.string(), .jobs = 2}); });
+    std::vector<std::jthread> readers;
+    for (int reader = 0; reader < 3; ++reader)
+      readers.emplace_back([&] {
+        for (const SuiteCase& one : all.suite.cases)
+          if (read_result_file((folder.path / (one.name + ".h5")).string()).result.time.size() != 21) ++wrong;
+      });
+  }
+  CHECK(wrong == 0);
+}
