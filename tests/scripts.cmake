@@ -25,6 +25,16 @@ if(TARGET balance_app)
     balance_add_script_test(${script} ${BALANCE_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/${script})
   endforeach()
 
+  if(BALANCE_PAGE AND NOT BALANCE_SANITIZE)
+    find_program(CHROMIUM_PROGRAM NAMES chromium chromium-browser google-chrome)
+    mark_as_advanced(CHROMIUM_PROGRAM)
+    add_test(NAME browser.report COMMAND ${NODE_PROGRAM} ${CMAKE_CURRENT_SOURCE_DIR}/browser/report.mjs
+                                         $<TARGET_FILE:balance_app> ${configs} ${PROJECT_BINARY_DIR}/pages)
+    set_tests_properties(
+      browser.report PROPERTIES ENVIRONMENT "PAGE_PACKAGES=${PROJECT_BINARY_DIR}/web;CHROMIUM=${CHROMIUM_PROGRAM}" TIMEOUT 300
+                                SKIP_RETURN_CODE 77)
+  endif()
+
   file(GLOB shell_scripts CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} cli/*.sh)
   list(FILTER shell_scripts EXCLUDE REGEX "(^|/)_[^/]*$")
   foreach(script IN LISTS shell_scripts)

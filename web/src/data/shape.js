@@ -25,7 +25,8 @@ export function heaviest(mechanism) {
 /** Planar: the area follows the mass; spatial: the volume. */
 export function radius(mass, heaviestMass, length, space) {
   if (mass <= 0) return 0;
-  return 0.17 * length * (mass / heaviestMass) ** (space === "planar" ? 1 / 2 : 1 / 3);
+  const share = (mass / heaviestMass) ** (space === "planar" ? 1 / 2 : 1 / 3);
+  return (space === "planar" ? 0.17 : 0.11) * length * share;
 }
 
 /** A solid disc of this mass and inertia has this radius; kept within what can be drawn. */

@@ -97,15 +97,27 @@ function lumpSolid(lump, view, palette) {
   return box;
 }
 
+/** The ground: what carries its joints. A single one stands on a post. */
+function base(view, width, palette) {
+  const feet = view.geometry.joints.flatMap((j) =>
+    (j.first === 0 ? [j.point_first] : []).concat(j.second === 0 ? [j.point_second] : []));
+  const places = feet.filter((p, i) => feet.findIndex((q) => vector(q).distanceTo(vector(p)) < 1e-9) === i);
+  const paint = material(palette.faint, 0.35);
+  if (places.length > 1) return solid(places, 0.6 * width, paint);
+  const floor = view.bounds().low[2] - 0.06 * view.length;
+  return places.filter((p) => p[2] - floor > width).map((p) => rod(p, [p[0], p[1], floor], 0.9 * width, paint));
+}
+
 /** Everything that moves with the bodies. */
 export function makeBodies(view, palette) {
   const {geometry} = view;
-  const width = 0.02 * view.length;
+  const width = 0.022 * view.length;
   const groups = geometry.bodies.map(() => new Group());
   const link = material(palette.link);
   geometry.bodies.forEach((_, b) => {
     if (b > 0) groups[b].add(...solid(view.outlines[b], width, link));
   });
+  groups[0].add(...base(view, width, palette));
   const actuated = new Set(geometry.actuated);
   geometry.joints.forEach((joint, j) => {
     groups[joint.first].add(jointSolid(joint, width, material(actuated.has(j) ? palette.accent : palette["link-edge"])));

@@ -9,7 +9,7 @@ const up = new Vector3(0, 1, 0);
 function floor(box, length, palette) {
   const size = box.getSize(new Vector3());
   const cell = 10 ** Math.floor(Math.log10(0.5 * length));
-  const cells = 2 * Math.ceil((0.65 * Math.max(size.x, size.y)) / cell);
+  const cells = 2 * Math.ceil((0.55 * Math.max(size.x, size.y)) / cell);
   const grid = new GridHelper(cells * cell, cells, palette.faint, palette.rule);
   grid.rotation.x = Math.PI / 2;
   const middle = box.getCenter(new Vector3());
@@ -25,13 +25,16 @@ function trace(columns, samples, colour) {
   for (let k = 0; k < samples; ++k) columns.forEach((c, i) => (places[3 * k + i] = c.values[k]));
   const line = (opacity) => {
     const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(places, 3));
-    return new Line(geometry, new LineBasicMaterial({color: colour, transparent: true, opacity}));
+    return new Line(geometry, new LineBasicMaterial({color: colour, transparent: true, opacity, depthTest: false}));
   };
   return {whole: line(0.35), done: line(1)};
 }
 
+// Inside a solid body it must be seen too.
+const onTop = (color) => ({color, depthTest: false, transparent: true});
+
 function arrow(thickness, colour) {
-  const paint = new MeshBasicMaterial({color: colour});
+  const paint = new MeshBasicMaterial(onTop(colour));
   const shaft = new Mesh(new CylinderGeometry(thickness, thickness, 1, 16).translate(0, 0.5, 0), paint);
   const head = new Mesh(new ConeGeometry(2.6 * thickness, 7 * thickness, 20).translate(0, 3.5 * thickness, 0), paint);
   const group = new Group().add(shaft, head);
@@ -73,7 +76,7 @@ export function makeOverlay(view, palette, box) {
   const com = trace(view.column("com_position"), view.samples, palette.com);
   const traces = new Group().add(...[tool, com].filter(Boolean).flatMap((t) => [t.whole, t.done]));
   const force = arrow(0.55 * size, palette.force);
-  const centre = new Mesh(new SphereGeometry(1.5 * size, 24, 16), new MeshBasicMaterial({color: palette.com}));
+  const centre = new Mesh(new SphereGeometry(1.5 * size, 24, 16), new MeshBasicMaterial(onTop(palette.com)));
   const labels = new Group();
   const named = view.geometry.joints.map((joint) => {
     const sprite = label(joint.name, palette, 0.075 * view.length);
@@ -81,6 +84,9 @@ export function makeOverlay(view, palette, box) {
     return {sprite, joint};
   });
   const longest = 0.3 * box.getSize(new Vector3()).length();
+
+  force.group.renderOrder = 2;
+  centre.renderOrder = 1;
 
   const move = (sample, layers) => {
     for (const t of [tool, com]) t?.done.geometry.setDrawRange(0, sample + 1);

@@ -10,7 +10,7 @@ export function subtitle(data) {
   const parts = [data.space === "planar" ? "Planar mechanism" : "Spatial mechanism"];
   if (check.degrees_of_freedom !== undefined)
     parts.push(`${plural(check.degrees_of_freedom, "degree")} of freedom`, plural(check.bodies, "moving body", "moving bodies"),
-      plural(check.joints, "joint"), plural(check.loops.length, "loop"));
+      plural(check.joints, "joint"), check.loops.length ? plural(check.loops.length, "loop") : "no loop");
   return parts.join(" · ");
 }
 
@@ -25,6 +25,7 @@ function peak(trajectory, key, quantity) {
 function change(before, value, unit) {
   const after = Math.abs(value) <= 1e-9 * Math.abs(before) ? 0 : value; // what rounding leaves
   const times = ratio(before, after);
+  if (Math.abs(times - 1) < 5e-4) return withUnit(after, unit);
   return [
     h("span", {class: "was"}, format(before)), " → ", withUnit(after, unit),
     times === null ? null : h("span", {class: "times"}, `× ${ratioText(times)}`),

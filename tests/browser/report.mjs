@@ -1,0 +1,241 @@
+// The report's pages in Chromium with real clicks and keys. Arguments: program, folder of mechanisms, folder for pictures.
+import assert from "node:assert/strict";
+import {execFileSync} from "node:child_process";
+import {existsSync, mkdirSync, statSync} from "node:fs";
+import {join} from "node:path";
+import {launch, open} from "./_browser.mjs";
+
+const [program, configs, folder] = process.argv.slice(2);
+if (!existsSync(process.env.CHROMIUM ?? "")) {
+  console.log("skipped: there is no Chromium here (scripts/setup installs it)");
+  process.exit(77);
+}
+mkdirSync(folder, {recursive: true});
+const only = process.env.ONLY;
+
+function makePage(name) {
+  const file = join(folder, `${name}.html`);
+  execFileSync(program, ["report", join(configs, `${name}.yaml`), "-o", file, "--force", "-q"]);
+  return file;
+}
+
+const browser = await launch();
+let failed = 0;
+
+/** One test on one page; complaints of its console and requests for anything else are failures. */
+async function test(sentence, name, body, options = {}) {
+  if (only && !sentence.includes(only)) return;
+  try {
+    const opened = await open(browser, makePage(name), options);
+    await body(opened.page, opened);
+    assert.deepEqual(opened.complaints, [], "the console is silent");
+    assert.deepEqual(opened.foreign, [], "nothing else is fetched");
+    await opened.close();
+    console.log(`ok      ${sentence}`);
+  } catch (error) {
+    ++failed;
+    console.log(`FAILED  ${sentence}\n${error.stack}`);
+  }
+}
+
+const clock = (page) => page.evaluate(() => {
+  const {sample, now, playing} = window.balanceReport.clock;
+  return {sample, now, playing};
+});
+const pressed = (page, selector) => page.locator(selector).getAttribute("aria-pressed");
+const shot = (page, name, fullPage = true) => page.screenshot({path: join(folder, name), fullPage});
+
+/** Differences between two pictures of the stage, as the share of pixels. */
+const stagePixels = (page) => page.locator("#stage canvas").first().screenshot();
+
+await test("the page of the 3RRR is small and opens quickly", "3rrr", async (page, {seconds}) => {
+  const size = statSync(join(folder, "3rrr.html")).size;
+  console.log(`        ${(size / 1e6).toFixed(2)} MB, open after ${seconds.toFixed(2)} s`);
+  assert.ok(size < 2e6);
+  assert.ok(seconds < 10, "a machine under load may be slow, but not that slow");
+  assert.equal(await page.title(), "3RRR planar parallel manipulator");
+  await shot(page, "3rrr-light.png");
+});
+
+/** One row of a dataset of the result file of the same run. */
+function stored(name, dataset, row, columns) {
+  const file = join(folder, `${name}.h5`);
+  execFileSync(program, ["simulate", join(configs, `${name}.yaml`), "-t", "cycloid", "-o", file, "--force", "-q"]);
+  const text = execFileSync("h5dump", ["-d", dataset, "-s", `${row},0`, "-c", `1,${columns}`, "-m", "%.17g", "-y", "-w", "0", file]);
+  return /DATA \{([^}]*)\}/.exec(text.toString())[1].trim().split(",").map(Number);
+}
+
+for (const name of ["3rrr", "delta"])
+  await test(`the animation of ${name} ends where the result file does`, name, async (page) => {
+    await page.locator("#stage").focus();
+    await page.keyboard.press("End");
+    const {sample, tool, joints} = await page.evaluate(() => {
+      const {sample} = window.balanceReport.clock;
+      const {view} = window.balanceReport.player;
+      const {geometry, poses} = view;
+      const joints = geometry.joints.map((j) =>
+        [poses.point(sample, j.first, j.point_first), poses.point(sample, j.second, j.point_second)]);
+      return {sample, joints, tool: poses.point(sample, geometry.tool.body, geometry.tool.position)};
+    });
+    const there = stored(name, "tool_position", sample, tool.length);
+    tool.forEach((x, i) => assert.ok(Math.abs(x - there[i]) < 1e-6, `${tool} ${there}`));
+    // All joints of these two mechanisms turn in a point: their bodies meet there.
+    for (const [a, b] of joints) a.forEach((x, i) => assert.ok(Math.abs(x - b[i]) < 1e-6));
+  });
+
+await test("play moves the mechanism and the playheads, pause stops both", "3rrr", async (page) => {
+  const still = await stagePixels(page);
+  const head = () => page.locator(".playhead").first().evaluate((e) => e.getBoundingClientRect().x);
+  const left = await head();
+  await page.click("#play");
+  await page.waitForFunction(() => window.balanceReport.clock.sample > 100);
+  await page.click("#play");
+  const stopped = await clock(page);
+  assert.equal(stopped.playing, false);
+  assert.ok((await head()) > left + 5);
+  assert.ok(!still.equals(await stagePixels(page)), "the picture changed");
+  await page.waitForTimeout(150);
+  assert.equal((await clock(page)).sample, stopped.sample);
+});
+
+await test("scrubbing, clicking a chart and keys all set the one time", "3rrr", async (page) => {
+  const box = await page.locator("#scrub").boundingBox();
+  await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+  assert.ok(Math.abs((await clock(page)).sample - 500) < 15);
+  const over = await page.locator(".chart .u-over").nth(1).boundingBox();
+  await page.mouse.click(over.x + 0.25 * over.width, over.y + 40);
+  assert.ok(Math.abs((await clock(page)).now - 0.025) < 0.002);
+  assert.ok(Math.abs(Number(await page.inputValue("#scrub")) - 250) < 20);
+  await page.locator("#stage").focus();
+  await page.keyboard.press("Home");
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("Shift+ArrowRight");
+  assert.equal((await clock(page)).sample, 11);
+  await page.keyboard.press("End");
+  assert.equal((await clock(page)).sample, 1000);
+  await page.keyboard.press("Home");
+  await page.keyboard.press(" ");
+  assert.equal((await clock(page)).playing, true);
+  await page.keyboard.press(" ");
+  assert.equal((await clock(page)).playing, false);
+});
+
+await test("a legend's button hides its line, by mouse and by keyboard", "3rrr", async (page) => {
+  const key = page.locator('[data-chart="torque"] [data-line="A2"]');
+  const shown = () => page.evaluate(() => window.balanceReport.board.charts[0].plot.series[2].show);
+  await key.click();
+  assert.equal(await key.getAttribute("aria-pressed"), "false");
+  assert.equal(await shown(), false);
+  await key.focus();
+  await page.keyboard.press("Enter");
+  assert.equal(await key.getAttribute("aria-pressed"), "true");
+  assert.equal(await shown(), true);
+});
+
+await test("dragging zooms all charts, and the button shows everything again", "3rrr", async (page) => {
+  const ranges = () => page.evaluate(() => window.balanceReport.board.charts.map((c) => [c.plot.scales.x.min, c.plot.scales.x.max]));
+  const over = await page.locator(".chart .u-over").first().boundingBox();
+  await page.mouse.move(over.x + 0.2 * over.width, over.y + 50);
+  await page.mouse.down();
+  await page.mouse.move(over.x + 0.6 * over.width, over.y + 60, {steps: 5});
+  await page.mouse.up();
+  for (const [min, max] of await ranges()) {
+    assert.ok(Math.abs(min - 0.02) < 0.002 && Math.abs(max - 0.06) < 0.002, `${min} … ${max}`);
+  }
+  await page.click("#reset-zoom");
+  for (const [min, max] of await ranges()) assert.deepEqual([min, max], [0, 0.1]);
+  await page.locator("#stage").focus();
+  await page.keyboard.press("+");
+  assert.ok((await ranges())[2][1] - (await ranges())[2][0] < 0.051);
+  await page.keyboard.press("0");
+  assert.deepEqual((await ranges())[2], [0, 0.1]);
+});
+
+await test("the legend reads the values under the pointer", "3rrr", async (page) => {
+  const over = await page.locator(".chart .u-over").first().boundingBox();
+  await page.mouse.move(over.x + 0.3 * over.width, over.y + 50);
+  const {shown, there} = await page.evaluate(() => {
+    const chart = window.balanceReport.board.charts[0];
+    return {shown: chart.readings[0].textContent, there: chart.lines[0].values[chart.plot.cursor.idx]};
+  });
+  assert.ok(Math.abs(parseFloat(shown.replace("−", "-")) - there) < 1e-3 * Math.abs(there), `${shown} ${there}`);
+});
+
+await test("another trajectory and another chart are a click away", "3rrr", async (page) => {
+  await page.click('.segment[data-value="bang-bang"]');
+  assert.match(await page.locator(".about").textContent(), /bang-bang law on the centre of mass/);
+  assert.match(await page.locator("#metrics h2").textContent(), /bang-bang/);
+  await page.locator(".board summary").click();
+  await page.click('.chips [data-chart="power"]');
+  assert.equal(await page.locator(".chart").count(), 4);
+  await page.click('.chips [data-chart="torque"]');
+  assert.equal(await page.locator('.chart[data-chart="torque"]').count(), 0);
+});
+
+await test("before and after can be told apart and switched", "5r-design", async (page) => {
+  await page.evaluate(() => window.balanceReport.clock.seekSample(150));
+  assert.ok((await page.locator(".swatch.before").count()) > 0);
+  const after = await stagePixels(page);
+  await page.click('.variants [data-value="before"]');
+  assert.ok(!after.equals(await stagePixels(page)));
+  assert.match(await page.locator(".verdict").textContent(), /Balanced/);
+  await page.click('.variants [data-value="after"]');
+  await shot(page, "5r-design-light.png");
+});
+
+await test("the theme follows the system and its button", "planar-rrr-design", async (page) => {
+  const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  const dark = await ground();
+  await shot(page, "planar-rrr-dark.png");
+  await page.click(".actions button:first-child");
+  assert.notEqual(await ground(), dark);
+  assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), "light");
+}, {colorScheme: "dark"});
+
+for (const name of ["delta", "spatial-rrr-design"])
+  await test(`${name} moves in space and can be turned`, name, async (page) => {
+    await page.evaluate(() => window.balanceReport.clock.seekSample(200));
+    const first = await stagePixels(page);
+    await shot(page, `${name}.png`, false);
+    await page.click('.views [data-value="top"]');
+    assert.ok(!first.equals(await stagePixels(page)));
+    const box = await page.locator("#stage").boundingBox();
+    const from = await page.evaluate(() => window.balanceReport.player.stage.camera.position.toArray());
+    await page.mouse.move(box.x + 150, box.y + 200);
+    await page.mouse.down();
+    await page.mouse.move(box.x + 260, box.y + 260, {steps: 4});
+    await page.mouse.up();
+    assert.notDeepEqual(await page.evaluate(() => window.balanceReport.player.stage.camera.position.toArray()), from);
+  });
+
+await test("focus is visible, and every control has a name", "5r-design", async (page) => {
+  for (let i = 0; i < 12; ++i) {
+    await page.keyboard.press("Tab");
+    const outline = await page.evaluate(() => getComputedStyle(document.activeElement).outlineStyle);
+    assert.notEqual(outline, "none");
+  }
+  const nameless = await page.evaluate(() => [...document.querySelectorAll("button, input, select, summary, [tabindex='0']")]
+    .filter((e) => !(e.getAttribute("aria-label") || e.textContent.trim())).map((e) => e.outerHTML));
+  assert.deepEqual(nameless, []);
+  assert.equal(await page.locator("table:not(:has(caption))").count(), 0);
+});
+
+await test("a narrow window has no sideways scrolling", "5r-design", async (page) => {
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  assert.ok(wide <= 0, `${wide} px too wide`);
+  await shot(page, "5r-design-narrow.png");
+}, {viewport: {width: 390, height: 844}});
+
+await test("paper is light, with charts and without controls", "5r-design", async (page) => {
+  await page.pdf({path: join(folder, "5r-design.pdf"), format: "A4"});
+  await page.evaluate(() => dispatchEvent(new Event("beforeprint")));
+  await page.emulateMedia({media: "print"});
+  assert.equal(await page.locator("#play").isVisible(), false);
+  assert.equal(await page.locator(".chart canvas").first().isVisible(), true);
+  assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), "light");
+  await shot(page, "5r-design-print.png");
+}, {colorScheme: "dark"});
+
+await browser.close();
+console.log(failed ? `${failed} failed` : "all passed");
+process.exit(failed ? 1 : 0);
