@@ -48,6 +48,7 @@ Command setup_conditions(CLI::App& program);
 Command setup_design(CLI::App& program);
 Command setup_man(CLI::App& program);
 Command setup_new(CLI::App& program);
+Command setup_plot(CLI::App& program);
 Command setup_report(CLI::App& program);
 Command setup_simulate(CLI::App& program);
 

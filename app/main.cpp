@@ -78,6 +78,7 @@ ExitCode parse_and_run(int argc, char** argv) {
       setup_design(program),      //
       setup_man(program),         //
       setup_new(program),         //
+      setup_plot(program),        //
       setup_report(program),      //
       setup_simulate(program),
   };

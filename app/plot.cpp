@@ -1,0 +1,86 @@
+#include "command.hpp"
+#include "console.hpp"
+#include "plot_options.hpp"
+#include "signals.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/report/draw_picture.hpp"
+#include "balance/write/pending_file.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <memory>
+
+namespace balance::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string description(const Picture& picture, const PageOptions& page, const std::string& file) {
+  Json panels = Json::array();
+  for (const PicturePanel& panel : picture.panels) {
+    Json lines = Json::array();
+    for (const PictureLine& line : panel.lines)
+      lines.push_back({{"label", line.label}, {"colour", line.pen.colour}, {"dashes", line.pen.dashes}});
+    panels.push_back({{"quantity", panel.name}, {"axis", panel.y_label}, {"lines", lines}});
+  }
+  return Json{{"width", page.width}, {"height", page.height}, {"panels", panels}, {"files", {file}}}.dump(
+             2, ' ', false, Json::error_handler_t::replace) +
+         "\n";
+}
+
+std::string draw(const Picture& picture, const PageOptions& page) {
+  try {
+    return draw_picture(picture, page);
+  } catch (const SystemError&) {
+    // A signal from the keyboard reaches gnuplot too.
+    if (pending_signal() != 0) throw Cancelled("cancelled");
+    throw;
+  }
+}
+
+ExitCode run(const PlotOptions& options) {
+  PageOptions page = choose_page(options);
+  check_outputs(options);
+  std::vector<RunFile> files;
+  for (const std::string& name : options.results) files.push_back(read_result_file(name));
+  const Picture picture = choose_picture(options, files);
+  page = sized_for(picture, page);
+  if (options.script) {
+    print(gnuplot_script(picture, page));
+    return ExitCode::done;
+  }
+  const DeferSignals deferred;
+  const std::string bytes = draw(picture, page);
+  PendingFile file(options.output, options.force ? Existing::replace : Existing::keep);
+  file.write(bytes);
+  if (pending_signal() != 0) throw Cancelled("cancelled");
+  file.commit();
+  if (options.json) {
+    print(description(picture, page, options.output));
+  } else if (!options.quiet) {
+    print("written: " + options.output + "\n");
+  }
+  return ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_plot(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("plot", "Draw quantities or paths of result files: SVG, PDF, PNG");
+  const auto options = std::make_shared<PlotOptions>();
+  add_plot_options(*parser, *options);
+  parser->footer(
+      "A quantity is named as in the result file: shaking_force is a vector's magnitude, shaking_force.x\n"
+      "its component; torque is every actuator's, torque[A1] one; joint_force[B1].y goes further still.\n"
+      "Without --quantity it is torque, shaking_force and shaking_moment. Several results are laid over\n"
+      "each other. gnuplot must be installed.\n\n"
+      "Examples:\n"
+      "  balance plot run.h5 -o run.pdf\n"
+      "  balance plot cycloid.h5 bang-bang.h5 --quantity shaking_force --x normalised -o force.svg\n"
+      "  balance plot run.h5 --quantity 'torque[A1]' --quantity com_velocity.x -o a1.png --size 160x90\n"
+      "  balance plot run.h5 --path -o path.svg --font Times,10");
+  return {parser, [options] { return run(*options); }};
+}
+
+}  // namespace balance::app

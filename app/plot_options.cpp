@@ -1,0 +1,196 @@
+#include "plot_options.hpp"
+
+#include "command.hpp"
+#include "failure.hpp"
+#include "suggestion.hpp"
+
+#include "balance/read/nearest.hpp"
+#include "balance/write/pending_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <set>
+
+namespace balance::app {
+namespace {
+
+const std::vector<std::string> views = {"magnitude", "components", "both"};
+const std::vector<std::string> abscissas = {"time", "normalised"};
+const std::vector<std::string> planes = {"xy", "xz", "yz"};
+const std::vector<std::string> suffixes = {"svg", "pdf", "png"};
+constexpr double least_side = 30, greatest_side = 1000;   // mm
+constexpr double least_letter = 4, greatest_letter = 72;  // pt
+
+std::size_t position(const char* option, const std::string& word, const std::vector<std::string>& words) {
+  const auto found = std::find(words.begin(), words.end(), word);
+  if (found == words.end())
+    throw UsageError(fmt::format("{} {}: expected {}{}", option, read::in_quotes(word), read::one_of(words),
+                                 read::nearest_hint(word, words)));
+  return static_cast<std::size_t>(found - words.begin());
+}
+
+PictureFormat choose_format(const std::string& output) {
+  if (output.empty()) return PictureFormat::svg;
+  std::string suffix = std::filesystem::path(output).extension().string();
+  if (!suffix.empty()) suffix.erase(0, 1);
+  if (std::find(suffixes.begin(), suffixes.end(), suffix) == suffixes.end())
+    throw UsageError(fmt::format("--output {}: the name must end with .svg, .pdf or .png", read::in_quotes(output)));
+  return static_cast<PictureFormat>(position("--output", suffix, suffixes));
+}
+
+/// A number and nothing behind it, inside bounds.
+bool parse(std::string_view text, double low, double high, double& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size() && number >= low && number <= high;
+}
+
+void choose_size(const std::string& text, PageOptions& page) {
+  const std::size_t cross = text.find('x');
+  const bool good = cross != std::string::npos &&
+                    parse(std::string_view(text).substr(0, cross), least_side, greatest_side, page.width) &&
+                    parse(std::string_view(text).substr(cross + 1), least_side, greatest_side, page.height);
+  if (!good)
+    throw UsageError(fmt::format("--size {}: expected WIDTHxHEIGHT in mm, each from {:g} to {:g}, such as 120x80",
+                                 read::in_quotes(text), least_side, greatest_side));
+}
+
+void choose_font(const std::string& text, PageOptions& page) {
+  const std::size_t comma = text.find(',');
+  page.font = text.substr(0, comma);
+  const bool name = !page.font.empty() && std::all_of(page.font.begin(), page.font.end(), [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == ' ' || c == '-';
+  });
+  const bool size = comma == std::string::npos ||
+                    parse(std::string_view(text).substr(comma + 1), least_letter, greatest_letter, page.font_size);
+  if (!name || !size)
+    throw UsageError(
+        fmt::format("--font {}: expected NAME or NAME,SIZE, the name of letters, digits, blanks and hyphens, the "
+                    "size from {:g} to {:g} pt, such as 'Times,10'",
+                    read::in_quotes(text), least_letter, greatest_letter));
+}
+
+/// What tells a file from the others: its name without folder and suffix, and its group.
+std::string default_label(const RunFile& file) {
+  const std::string stem = std::filesystem::path(file.path).stem().string();
+  return file.group.empty() ? stem : stem + " " + file.group;
+}
+
+std::vector<PlotRun> label_runs(const PlotOptions& options, const std::vector<RunFile>& files) {
+  if (!options.labels.empty() && options.labels.size() != files.size())
+    throw UsageError(fmt::format("--label is given {} times for {} results: one for each, in their order",
+                                 options.labels.size(), files.size()));
+  std::vector<PlotRun> runs;
+  std::set<std::string> used;
+  bool clash = false;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    runs.push_back({options.labels.empty() ? default_label(files[i]) : options.labels[i], &files[i].result});
+    clash = clash || !used.insert(runs.back().label).second;
+  }
+  // Files of one name in several folders.
+  if (clash && options.labels.empty())
+    for (std::size_t i = 0; i < files.size(); ++i)
+      runs[i].label = files[i].group.empty() ? files[i].path : files[i].path + ":" + files[i].group;
+  return runs;
+}
+
+/// What all have of what a designer asks first.
+std::vector<std::string> usual_quantities(const std::vector<RunFile>& files) {
+  std::vector<std::string> names = {"torque", "shaking_force", "shaking_moment"};
+  std::erase_if(names, [&](const std::string& name) {
+    return !std::all_of(files.begin(), files.end(), [&](const RunFile& file) {
+      const auto found = find_plot_quantity(file.result, name, VectorView::magnitude);
+      return found && found->unit != "mixed";
+    });
+  });
+  return names;
+}
+
+void check_names(const std::vector<std::string>& names, const std::vector<RunFile>& files) {
+  for (const RunFile& file : files) {
+    const std::vector<std::string> known = list_plot_names(file.result);
+    for (const std::string& name : names)
+      if (std::find(known.begin(), known.end(), name) == known.end())
+        throw UsageError(fmt::format("--quantity {}: {} has no such quantity{}", read::in_quotes(name), file.path,
+                                     read::nearest_hint(name, known)));
+  }
+}
+
+}  // namespace
+
+void add_plot_options(CLI::App& parser, PlotOptions& o) {
+  parser.add_option("results", o.results, "result files, or runs of design files: design.h5:after/cycloid")
+      ->required()
+      ->type_name("RESULT");
+  CLI::Option* quantity = parser.add_option(
+      "--quantity", o.quantities, "what to draw over time; may be repeated: one panel each, below each other");
+  quantity->type_name("NAME")->allow_extra_args(false);
+  suggest_words(quantity,
+                {"torque",           "power",          "shaking_force",    "shaking_moment",     "ground_force",
+                 "ground_moment",    "com_position",   "com_velocity",     "com_acceleration",   "tool_position",
+                 "tool_orientation", "joint_position", "joint_velocity",   "joint_acceleration", "joint_force",
+                 "joint_moment",     "kinetic_energy", "potential_energy", "mobility",           "newton_iterations"});
+  CLI::Option* path = parser.add_flag("--path", o.path, "draw the ways of tool and centre of mass instead");
+  path->excludes(quantity);
+  suggest_files(
+      parser.add_option("-o,--output", o.output, "the picture; .svg, .pdf or .png says its format")->type_name("FILE"),
+      suffixes);
+  const auto choice = [&](const char* name, std::string& value, const char* text,
+                          const std::vector<std::string>& words) {
+    CLI::Option* option = parser.add_option(name, value, text);
+    suggest_words(option->type_name("NAME")->capture_default_str(), words);
+    return option;
+  };
+  choice("--vectors", o.vectors, "what to draw of vectors: magnitude, components or both", views)->excludes(path);
+  choice("--x", o.x, "time in seconds, or normalised by the duration", abscissas)->excludes(path);
+  choice("--plane", o.plane, "of a path: xy, xz or yz", planes)->needs(path);
+  parser.add_option("--label", o.labels, "name of a result in the legend; once for each, in their order")
+      ->type_name("TEXT")
+      ->allow_extra_args(false);
+  parser.add_option("--title", o.title, "text above the picture")->type_name("TEXT");
+  parser.add_option("--size", o.size, "width and height in mm; as high as it needs if not given")->type_name("WxH");
+  parser.add_option("--font", o.font, "font and its size in points")->type_name("NAME[,SIZE]");
+  parser.add_flag("--script", o.script, "print the gnuplot script, to be changed by hand, and draw nothing");
+  parser.add_flag("--force", o.force, "replace a file that exists");
+  CLI::Option* json = parser.add_flag("--json", o.json, "print JSON, errors included");
+  json->excludes(parser.get_option("--script"));
+  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+}
+
+PageOptions choose_page(const PlotOptions& options) {
+  PageOptions page;
+  page.format = choose_format(options.output);
+  if (!options.size.empty()) choose_size(options.size, page);
+  if (!options.font.empty()) choose_font(options.font, page);
+  return page;
+}
+
+Picture choose_picture(const PlotOptions& options, const std::vector<RunFile>& files) {
+  const std::vector<PlotRun> runs = label_runs(options, files);
+  const auto view = static_cast<VectorView>(position("--vectors", options.vectors, views));
+  const auto axis = static_cast<TimeAxis>(position("--x", options.x, abscissas));
+  position("--plane", options.plane, planes);
+  check_names(options.quantities, files);
+  try {
+    Picture picture =
+        options.path ? picture_of_paths(runs, options.plane)
+                     : picture_over_time(
+                           runs, options.quantities.empty() ? usual_quantities(files) : options.quantities, view, axis);
+    picture.title = options.title;
+    return picture;
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
+  }
+}
+
+void check_outputs(const PlotOptions& options) {
+  if (options.script) return;
+  if (options.output.empty()) throw UsageError("--output is needed: the picture's file, .svg, .pdf or .png");
+  for (const std::string& result : options.results)
+    if (same_file(options.output, result)) throw UsageError("the picture would replace the result: " + result);
+  check_writable(options.output, options.force ? Existing::replace : Existing::keep);
+}
+
+}  // namespace balance::app

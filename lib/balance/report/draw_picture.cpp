@@ -1,0 +1,86 @@
+#include "balance/report/draw_picture.hpp"
+
+#include "balance/report/gnuplot.hpp"
+
+#include <fmt/format.h>
+
+#include <cctype>
+
+namespace balance {
+namespace {
+
+void replace_first(std::string& text, std::string_view old, const std::string& now) {
+  const std::size_t at = text.find(old);
+  if (at != std::string::npos) text.replace(at, old.size(), now);
+}
+
+void replace_all(std::string& text, const std::string& old, const std::string& now) {
+  for (std::size_t at = text.find(old); at != std::string::npos; at = text.find(old, at + now.size()))
+    text.replace(at, old.size(), now);
+}
+
+std::string xml_text(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '<') {
+      escaped += "&lt;";
+    } else if (c == '&') {
+      escaped += "&amp;";
+    } else {
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+
+/// What the picture is called where it has no title: its quantities.
+std::string name_of(const Picture& picture) {
+  if (!picture.title.empty()) {
+    // As it is drawn: without the quotes, without what is no letter.
+    const std::string quoted = gnuplot_quoted(picture.title);
+    std::string plain = quoted.substr(1, quoted.size() - 2);
+    replace_all(plain, "''", "'");
+    return plain;
+  }
+  std::string name;
+  for (const PicturePanel& panel : picture.panels) name += (name.empty() ? "" : ", ") + panel.name;
+  return name;
+}
+
+}  // namespace
+
+std::string finish_svg(std::string svg, const std::string& name, const PageOptions& page) {
+  const std::size_t width = svg.find(" width=\""), end = svg.find('\n', width);
+  if (width != std::string::npos && end != std::string::npos && width < svg.find("viewBox"))
+    svg.replace(width, end - width, fmt::format(" width=\"{:g}mm\" height=\"{:g}mm\"", page.width, page.height));
+  replace_first(svg, "<title>Gnuplot</title>", "<title>" + xml_text(name) + "</title>");
+  const std::string generic = page.font.find("Mono") != std::string::npos                            ? "monospace"
+                              : page.font.find("Serif") != std::string::npos || page.font == "Times" ? "serif"
+                                                                                                     : "sans-serif";
+  const std::string fallback = page.font == "Helvetica" ? "Helvetica, Arial, " : page.font + ", ";
+  replace_all(svg, fmt::format("font-family=\"{}\"", page.font),
+              fmt::format("font-family=\"{}{}\"", fallback, generic));
+  return svg;
+}
+
+std::string finish_pdf(std::string pdf) {
+  constexpr std::string_view mark = "/CreationDate (D:", epoch = "19700101000000";
+  const std::size_t at = pdf.find(mark);
+  if (at == std::string::npos) return pdf;
+  // In place, letter by letter: the file holds a table of where its parts begin.
+  for (std::size_t i = 0; i < epoch.size(); ++i) {
+    char& digit = pdf[at + mark.size() + i];
+    if (!std::isdigit(static_cast<unsigned char>(digit))) break;
+    digit = epoch[i];
+  }
+  return pdf;
+}
+
+std::string draw_picture(const Picture& picture, const PageOptions& options) {
+  const PageOptions page = sized_for(picture, options);
+  std::string drawn = run_gnuplot(gnuplot_script(picture, page));
+  if (page.format == PictureFormat::svg) return finish_svg(std::move(drawn), name_of(picture), page);
+  return page.format == PictureFormat::pdf ? finish_pdf(std::move(drawn)) : drawn;
+}
+
+}  // namespace balance

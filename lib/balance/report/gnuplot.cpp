@@ -1,0 +1,121 @@
+#include "balance/report/gnuplot.hpp"
+
+#include "balance/base/error.hpp"
+
+#include <fmt/format.h>
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+namespace balance {
+namespace {
+
+[[noreturn]] void fail(const std::string& what, int error) {
+  throw SystemError(fmt::format("{}: {}", what, std::strerror(error)));
+}
+
+/// A file without a name. With files in place of pipes nobody waits for anybody.
+class NamelessFile {
+ public:
+  NamelessFile() : file_(std::tmpfile(), &std::fclose) {
+    if (!file_) fail("cannot make a temporary file", errno);
+  }
+
+  int descriptor() const { return ::fileno(file_.get()); }
+
+  void fill(const std::string& text) {
+    const bool written = std::fwrite(text.data(), 1, text.size(), file_.get()) == text.size();
+    if (!written || std::fflush(file_.get()) != 0 || std::fseek(file_.get(), 0, SEEK_SET) != 0)
+      fail("cannot write a temporary file", errno);
+  }
+
+  std::string read() {
+    std::rewind(file_.get());
+    std::string text;
+    std::array<char, 1 << 16> block;
+    while (const std::size_t count = std::fread(block.data(), 1, block.size(), file_.get()))
+      text.append(block.data(), count);
+    if (std::ferror(file_.get())) fail("cannot read a temporary file", errno);
+    return text;
+  }
+
+ private:
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
+};
+
+/// Of this process, but for what would let the same script give another picture.
+std::vector<std::string> environment() {
+  std::vector<std::string> kept = {"LC_ALL=C.UTF-8", "TZ=UTC0"};
+  for (char** entry = environ; entry && *entry; ++entry) {
+    const std::string_view text = *entry;
+    bool dropped = false;
+    for (const char* prefix : {"LC_", "LANG", "TZ=", "GNUTERM", "GNUPLOT_"})
+      dropped = dropped || text.starts_with(prefix);
+    if (!dropped) kept.emplace_back(text);
+  }
+  return kept;
+}
+
+pid_t start(const NamelessFile& in, const NamelessFile& out, const NamelessFile& err) {
+  posix_spawn_file_actions_t actions;
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawn_file_actions_adddup2(&actions, in.descriptor(), STDIN_FILENO);
+  ::posix_spawn_file_actions_adddup2(&actions, out.descriptor(), STDOUT_FILENO);
+  ::posix_spawn_file_actions_adddup2(&actions, err.descriptor(), STDERR_FILENO);
+  std::vector<std::string> words = {"gnuplot", "--default-settings"}, variables = environment();
+  const auto pointers = [](std::vector<std::string>& texts) {
+    std::vector<char*> all;
+    for (std::string& text : texts) all.push_back(text.data());
+    all.push_back(nullptr);
+    return all;
+  };
+  pid_t child = 0;
+  const int error =
+      ::posix_spawnp(&child, "gnuplot", &actions, nullptr, pointers(words).data(), pointers(variables).data());
+  ::posix_spawn_file_actions_destroy(&actions);
+  if (error == ENOENT || error == EACCES || error == ENOTDIR)
+    throw SystemError("gnuplot, which draws the pictures, is not in PATH; on Debian: apt install gnuplot-nox");
+  if (error != 0) fail("cannot start gnuplot", error);
+  return child;
+}
+
+int wait_for(pid_t child) {
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0)
+    if (errno != EINTR) fail("cannot wait for gnuplot", errno);
+  return status;
+}
+
+/// What it said, on one line.
+std::string said(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20; }, ' ');
+  const std::size_t begin = std::min(text.find_first_not_of(' '), text.size());
+  return text.substr(begin, 400);
+}
+
+}  // namespace
+
+std::string run_gnuplot(const std::string& script) {
+  NamelessFile in, out, err;
+  in.fill(script);
+  const int status = wait_for(start(in, out, err));
+  if (WIFSIGNALED(status)) throw SystemError(fmt::format("gnuplot was stopped by signal {}", WTERMSIG(status)));
+  if (WEXITSTATUS(status) != 0)
+    throw SystemError(fmt::format("gnuplot failed (exit code {}): {}", WEXITSTATUS(status), said(err.read())));
+  std::string picture = out.read();
+  if (picture.empty()) throw SystemError("gnuplot drew nothing: " + said(err.read()));
+  return picture;
+}
+
+}  // namespace balance

@@ -1,0 +1,46 @@
+#pragma once
+/// Where things stand on the page of a picture. Lengths in mm, from the top left corner. Private to report.
+
+#include "balance/report/plot_script.hpp"
+
+#include <vector>
+
+namespace balance {
+
+/// Of the entries of a legend: lines with a label, then marks with one.
+struct LegendPlace {
+  double sample = 0, sample_end = 0;  ///< the piece of line, from the left
+  double text = 0;                    ///< where the text begins
+  double y = 0;                       ///< middle of the row
+};
+
+struct PanelPlace {
+  double left = 0, right = 0, top = 0, bottom = 0;  ///< of the frame
+  std::vector<LegendPlace> legend;
+};
+
+struct PageLayout {
+  double width = 0, height = 0;
+  double title = 0;    ///< middle of the title's line
+  double x_label = 0;  ///< middle of the line below the last panel's tics
+  double y_label = 0;  ///< middle of the upright line, from the left
+  std::vector<PanelPlace> panels;
+};
+
+/// @param page with its size
+PageLayout lay_out(const Picture& picture, const PageOptions& page);
+
+/// The height that leaves each panel its usual height (paths: as much as they need).
+double usual_height(const Picture& picture, const PageOptions& page);
+
+struct AxisRange {
+  double low = 0, high = 1;
+};
+
+/// Room for all points of a panel, with some to spare.
+AxisRange range_over(const PicturePanel& panel, double PlotPoint::*coordinate);
+
+/// Vertical axis of values over time: begins at 0 if they are magnitudes.
+AxisRange value_range(const PicturePanel& panel);
+
+}  // namespace balance

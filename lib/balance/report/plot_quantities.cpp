@@ -1,0 +1,143 @@
+#include "balance/report/plot_quantities.hpp"
+
+#include "balance/study/result_layout.hpp"
+
+#include <algorithm>
+
+namespace balance {
+namespace {
+
+/// A scalar or a vector: neighbouring columns of a quantity that belong to one joint, one actuator, or to no one.
+struct Part {
+  std::string member;  ///< "A1"; empty if the quantity has no members
+  Eigen::Index first = 0;
+  std::vector<std::string> components;  ///< one label per column; none for a scalar
+  std::string unit;
+};
+
+std::vector<std::string> vector_labels(Eigen::Index columns) { return axis_labels(static_cast<int>(columns)); }
+
+std::vector<Part> parts_of(const Quantity& quantity, const Result& result) {
+  const Eigen::Index columns = quantity.samples->cols();
+  const auto unit = [&](std::size_t i) {
+    return quantity.units.size() > 1 ? quantity.units[i] : quantity.units.front();
+  };
+  const auto members = [&](const std::vector<std::string>& names) {
+    std::vector<Part> parts;
+    const Eigen::Index width = columns / static_cast<Eigen::Index>(names.size());
+    for (std::size_t i = 0; i < names.size(); ++i)
+      parts.push_back({names[i], static_cast<Eigen::Index>(i) * width,
+                       width > 1 ? vector_labels(width) : std::vector<std::string>(), unit(i)});
+    return parts;
+  };
+  switch (quantity.columns) {
+    case Columns::coordinate: return members(result.coordinate_names);
+    case Columns::actuator: return members(result.actuator_names);
+    case Columns::joint:
+    case Columns::joint_axis: return members(result.joint_names);
+    case Columns::axis: return {{"", 0, vector_labels(columns), unit(0)}};
+    case Columns::quaternion: return {{"", 0, quaternion_labels(), unit(0)}};
+    case Columns::single: break;
+  }
+  return {{"", 0, {}, unit(0)}};
+}
+
+std::string member_name(const Quantity& quantity, const Part& part) {
+  return part.member.empty() ? quantity.name : quantity.name + "[" + part.member + "]";
+}
+
+std::string joined(const std::string& a, const std::string& b) { return a.empty() || b.empty() ? a + b : a + " " + b; }
+
+void add_part(PlotQuantity& plot, const Quantity& quantity, const Part& part, VectorView view) {
+  const Samples& samples = *quantity.samples;
+  const auto width = static_cast<Eigen::Index>(part.components.size());
+  if (width == 0) {
+    plot.curves.push_back({part.member, samples.col(part.first)});
+    plot.not_negative = false;
+    return;
+  }
+  // A unit quaternion's magnitude says nothing.
+  if (quantity.columns == Columns::quaternion) view = VectorView::components;
+  if (view != VectorView::components) {
+    const std::string label = view == VectorView::both ? "magnitude" : "";
+    plot.curves.push_back({joined(part.member, label), samples.middleCols(part.first, width).rowwise().norm()});
+  }
+  if (view == VectorView::magnitude) return;
+  plot.not_negative = false;
+  for (Eigen::Index i = 0; i < width; ++i)
+    plot.curves.push_back(
+        {joined(part.member, part.components[static_cast<std::size_t>(i)]), samples.col(part.first + i)});
+}
+
+/// "shaking force"; the actuators' efforts are forces where they are in newtons.
+std::string title_of(const Quantity& quantity, const std::string& unit) {
+  std::string title = quantity.name;
+  if (title == "torque" && unit == "N") return "actuator force";
+  if (title.starts_with("com_")) title.replace(0, 3, "CoM");
+  std::replace(title.begin(), title.end(), '_', ' ');
+  return title;
+}
+
+PlotQuantity make(const Quantity& quantity, const std::vector<Part>& parts, const std::string& name, VectorView view) {
+  PlotQuantity plot;
+  plot.name = name;
+  std::vector<std::string> units;
+  for (const Part& part : parts) {
+    units.push_back(part.unit);
+    add_part(plot, quantity, part, view);
+  }
+  plot.unit = common_unit(units);
+  plot.title = title_of(quantity, plot.unit);
+  if (parts.size() == 1) plot.title = joined(plot.title, parts.front().member);
+  if (plot.curves.size() == 1) plot.curves.front().label.clear();
+  return plot;
+}
+
+/// One column as a quantity of its own.
+PlotQuantity make_component(const Quantity& quantity, const Part& part, std::size_t component,
+                            const std::string& name) {
+  PlotQuantity plot;
+  plot.name = name;
+  plot.unit = part.unit;
+  plot.title = joined(joined(title_of(quantity, part.unit), part.member), part.components[component]);
+  plot.not_negative = false;
+  plot.curves.push_back({"", quantity.samples->col(part.first + static_cast<Eigen::Index>(component))});
+  return plot;
+}
+
+constexpr const char* iterations = "newton_iterations";
+
+}  // namespace
+
+std::vector<std::string> list_plot_names(const Result& result) {
+  std::vector<std::string> names;
+  for (const Quantity& quantity : list_quantities(result)) {
+    names.push_back(quantity.name);
+    for (const Part& part : parts_of(quantity, result)) {
+      if (!part.member.empty()) names.push_back(member_name(quantity, part));
+      for (const std::string& component : part.components)
+        names.push_back(member_name(quantity, part) + "." + component);
+    }
+  }
+  if (result.newton_iterations.size() > 0) names.emplace_back(iterations);
+  return names;
+}
+
+std::optional<PlotQuantity> find_plot_quantity(const Result& result, const std::string& name, VectorView view) {
+  if (name == iterations && result.newton_iterations.size() > 0)
+    return PlotQuantity{name, "Newton iterations", "1", true, {{"", result.newton_iterations.cast<double>()}}};
+  for (const Quantity& quantity : list_quantities(result)) {
+    if (!name.starts_with(quantity.name)) continue;
+    const std::vector<Part> parts = parts_of(quantity, result);
+    if (name == quantity.name) return make(quantity, parts, name, view);
+    for (const Part& part : parts) {
+      if (name == member_name(quantity, part)) return make(quantity, {part}, name, view);
+      for (std::size_t i = 0; i < part.components.size(); ++i)
+        if (name == member_name(quantity, part) + "." + part.components[i])
+          return make_component(quantity, part, i, name);
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace balance

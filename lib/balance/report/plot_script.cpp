@@ -1,0 +1,229 @@
+#include "balance/report/plot_script.hpp"
+
+#include "balance/report/plot_layout.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+namespace balance {
+namespace {
+
+constexpr double points_per_mm = 72 / 25.4;
+constexpr double png_per_point = 300.0 / 72;    // 300 pixels per inch
+constexpr double cairo_font_scale = 72.0 / 96;  // gnuplot's cairo pages take a point for 1/72 of 96 pixels
+constexpr int first_legend_label = 4;           // after title and axes
+constexpr const char* grey = "#9aa1a9";
+constexpr const char* pale = "#e3e6ea";
+
+std::string terminal(const PageOptions& page) {
+  const double width = page.width * points_per_mm, height = page.height * points_per_mm;
+  const std::string font = fmt::format("font '{},{:g}'", page.font, page.font_size);
+  switch (page.format) {
+    case PictureFormat::svg:
+      return fmt::format("svg noenhanced size {:.0f},{:.0f} {} butt background rgb 'white'", width, height, font);
+    case PictureFormat::pdf:
+      return fmt::format(
+          "pdfcairo noenhanced color size {:.4f}cm,{:.4f}cm {} fontscale {:g} linewidth 2 butt dashlength 2",
+          page.width / 10, page.height / 10, font, cairo_font_scale);
+    case PictureFormat::png: break;
+  }
+  return fmt::format(
+      "pngcairo noenhanced color size {:.0f},{:.0f} {} fontscale {:g} linewidth {:g} pointscale {:g} butt dashlength 2",
+      width * png_per_point, height * png_per_point, font, cairo_font_scale * png_per_point, png_per_point,
+      png_per_point);
+}
+
+std::string dash_type(const Pen& pen) {
+  return pen.dashes.empty() ? "solid" : fmt::format("({})", fmt::join(pen.dashes, ","));
+}
+
+std::string data_name(std::size_t panel, const char* kind, std::size_t index) {
+  return fmt::format("$panel{}_{}{}", panel + 1, kind, index + 1);
+}
+
+std::string data_block(const std::string& name, const std::vector<PlotPoint>& points) {
+  std::string text = name + " << end_of_data\n";
+  for (const PlotPoint& point : points) text += fmt::format("{:.9g} {:.9g}\n", point.x, point.y);
+  return text + "end_of_data\n";
+}
+
+std::string data_blocks(const PicturePanel& panel, std::size_t index) {
+  std::string text;
+  for (std::size_t i = 0; i < panel.lines.size(); ++i)
+    text += data_block(data_name(index, "line", i), panel.lines[i].points);
+  for (std::size_t i = 0; i < panel.marks.size(); ++i)
+    text += data_block(data_name(index, "mark", i), panel.marks[i].points);
+  return text;
+}
+
+std::string stroke(const Pen& pen) {
+  return fmt::format("linewidth 1.1 linecolor rgb '{}' dashtype {}", pen.colour, dash_type(pen));
+}
+
+std::string stroke(const PictureMark& mark) {
+  return fmt::format("pointtype {} pointsize 0.6 linewidth 1 linecolor rgb '{}'", mark.shape == MarkShape::ring ? 6 : 7,
+                     mark.colour);
+}
+
+std::string plot_command(const PicturePanel& panel, std::size_t index) {
+  std::vector<std::string> parts;
+  for (std::size_t i = 0; i < panel.lines.size(); ++i)
+    parts.push_back(fmt::format("{} with lines {}", data_name(index, "line", i), stroke(panel.lines[i].pen)));
+  for (std::size_t i = 0; i < panel.marks.size(); ++i) {
+    const std::string name = data_name(index, "mark", i);
+    // A ring is white inside: the line that it marks does not show through.
+    if (panel.marks[i].shape == MarkShape::ring)
+      parts.push_back(name + " with points pointtype 7 pointsize 0.6 linecolor rgb 'white'");
+    parts.push_back(fmt::format("{} with points {}", name, stroke(panel.marks[i])));
+  }
+  return fmt::format("plot {}\n", fmt::join(parts, ", \\\n     "));
+}
+
+std::string margins(const PanelPlace& place, const PageLayout& page) {
+  return fmt::format(
+      "set lmargin at screen {:.6f}\nset rmargin at screen {:.6f}\nset tmargin at screen {:.6f}\n"
+      "set bmargin at screen {:.6f}\n",
+      place.left / page.width, place.right / page.width, 1 - place.top / page.height, 1 - place.bottom / page.height);
+}
+
+/// The range of the axis whose points need less room than the frame has grows on both sides.
+void equalise(AxisRange& x, AxisRange& y, const PanelPlace& place) {
+  const double width = place.right - place.left, height = place.bottom - place.top;
+  const auto grown = [](const AxisRange& range, double span) {
+    const double middle = (range.low + range.high) / 2;
+    return AxisRange{middle - span / 2, middle + span / 2};
+  };
+  double per_mm = 1.12 * std::max((x.high - x.low) / width, (y.high - y.low) / height);
+  if (!(per_mm > 0)) per_mm = 1e-3;  // nothing moves
+  x = grown(x, per_mm * width);
+  y = grown(y, per_mm * height);
+}
+
+/// 1, 2 or 5 times a power of ten: the smallest that keeps tics apart by so many mm.
+double tic_step(const AxisRange& range, double length, double apart) {
+  const double least = (range.high - range.low) * apart / length;
+  const double power = std::pow(10, std::floor(std::log10(least)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (factor * power >= least * (1 - 1e-9)) return factor * power;
+  return 10 * power;
+}
+
+std::string ranges(const Picture& picture, const PicturePanel& panel, const PanelPlace& place) {
+  AxisRange x = range_over(panel, &PlotPoint::x), y;
+  if (picture.equal_axes) {
+    y = range_over(panel, &PlotPoint::y);
+    equalise(x, y, place);
+  } else {
+    y = value_range(panel);
+  }
+  if (x.low == x.high) x.high = x.low + 1;
+  const bool zero_line = !picture.equal_axes && y.low < 0 && y.high > 0;
+  double x_step = tic_step(x, place.right - place.left, 15), y_step = tic_step(y, place.bottom - place.top, 7);
+  if (picture.equal_axes) x_step = y_step = std::max(x_step, y_step);
+  return fmt::format("set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\n", x.low, x.high, y.low, y.high) +
+         fmt::format("set xtics {:g}\nset ytics {:g}\n", x_step, y_step) +
+         (zero_line ? fmt::format("set xzeroaxis linetype 1 linewidth 0.6 linecolor rgb '{}'\n", grey)
+                    : std::string("unset xzeroaxis\n"));
+}
+
+/// A text at a place in mm from the top left corner.
+std::string label(int number, const std::string& text, double x, double y, const PageLayout& page, const char* how) {
+  return fmt::format("set label {} {} at screen {:.6f},{:.6f} {}\n", number, gnuplot_quoted(text), x / page.width,
+                     1 - y / page.height, how);
+}
+
+/// Drawn by hand: gnuplot guesses how wide texts are, and differently for every format.
+std::string legend(const PicturePanel& panel, const PanelPlace& place, const PageLayout& page) {
+  std::string text;
+  auto entry = place.legend.begin();
+  int number = first_legend_label;
+  const auto at = [&](double x) {
+    return fmt::format("screen {:.6f},{:.6f}", x / page.width, 1 - entry->y / page.height);
+  };
+  const auto name = [&](const std::string& words) {
+    text += label(number++, words, entry->text, entry->y, page, "left");
+    ++entry;
+  };
+  for (const PictureLine& line : panel.lines) {
+    if (line.label.empty() || entry == place.legend.end()) continue;
+    text +=
+        fmt::format("set arrow from {} to {} nohead {}\n", at(entry->sample), at(entry->sample_end), stroke(line.pen));
+    name(line.label);
+  }
+  for (const PictureMark& mark : panel.marks) {
+    if (mark.label.empty() || entry == place.legend.end()) continue;
+    text += fmt::format("set label {} '' at {} point {}\n", number++, at((entry->sample + entry->sample_end) / 2),
+                        stroke(mark));
+    name(mark.label);
+  }
+  return text;
+}
+
+std::string panel_text(const Picture& picture, std::size_t index, const PageLayout& layout) {
+  const PicturePanel& panel = picture.panels[index];
+  const PanelPlace& place = layout.panels[index];
+  std::string text = margins(place, layout) + ranges(picture, panel, place) + legend(panel, place, layout);
+  // Labels instead of gnuplot's own, which would stand elsewhere in every panel.
+  text += label(2, panel.y_label, layout.y_label, (place.top + place.bottom) / 2, layout, "rotate by 90 center");
+  if (index == 0 && !picture.title.empty()) text += label(1, picture.title, place.left, layout.title, layout, "left");
+  if (index + 1 == picture.panels.size()) {
+    text += label(3, picture.x_label, (place.left + place.right) / 2, layout.x_label, layout, "center");
+    text += "set format x '%g'\n";
+  } else {
+    text += "set format x ''\n";  // panels share their horizontal axis
+  }
+  return text + plot_command(panel, index) + "unset label\nunset arrow\n";
+}
+
+/// Length in bytes of the UTF-8 letter that the text begins with; 0 if it is none.
+std::size_t letter_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const std::size_t length = byte(0) < 0x80 ? 1 : byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : byte(0) >= 0xc2 ? 2 : 0;
+  if (length == 0 || length > text.size() || byte(0) > 0xf4) return 0;
+  for (std::size_t i = 1; i < length; ++i)
+    if ((byte(i) & 0xc0) != 0x80) return 0;
+  return length;
+}
+
+}  // namespace
+
+std::string gnuplot_quoted(std::string_view text) {
+  std::string quoted = "'";
+  while (!text.empty()) {
+    const std::size_t length = letter_length(text);
+    const auto first = static_cast<unsigned char>(text.front());
+    if (length == 0) {
+      quoted += '?';
+    } else if (first < 0x20 || first == 0x7f) {
+      quoted += ' ';
+    } else {
+      quoted += first == '\'' ? "''" : text.substr(0, length);
+    }
+    text.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return quoted + "'";
+}
+
+PageOptions sized_for(const Picture& picture, PageOptions page) {
+  if (page.width <= 0) page.width = 120;
+  if (page.height <= 0) page.height = std::round(usual_height(picture, page));
+  return page;
+}
+
+std::string gnuplot_script(const Picture& picture, const PageOptions& options) {
+  const PageOptions page = sized_for(picture, options);
+  const PageLayout layout = lay_out(picture, page);
+  std::string text = "set encoding utf8\nset minussign\nset terminal " + terminal(page) + "\n";
+  for (std::size_t i = 0; i < picture.panels.size(); ++i) text += data_blocks(picture.panels[i], i);
+  text += fmt::format(
+      "set border 3 linewidth 0.7 linecolor rgb '#30363d'\nset tics nomirror out scale 0.6\n"
+      "set grid ytics {} linetype 1 linewidth 0.5 linecolor rgb '{}'\nset format y '%g'\n",
+      picture.equal_axes ? "xtics" : "noxtics", pale);
+  text += "unset key\nset multiplot\n";
+  for (std::size_t i = 0; i < picture.panels.size(); ++i) text += panel_text(picture, i, layout);
+  return text + "unset multiplot\n";
+}
+
+}  // namespace balance

@@ -1,0 +1,30 @@
+#pragma once
+/// A picture in gnuplot's language.
+
+#include "balance/report/plot_picture.hpp"
+
+#include <string>
+#include <string_view>
+
+namespace balance {
+
+enum class PictureFormat { svg, pdf, png };
+
+struct PageOptions {
+  PictureFormat format = PictureFormat::svg;
+  double width = 0, height = 0;    ///< [mm]; 0: what suits the picture
+  std::string font = "Helvetica";  ///< letters, digits, blanks and hyphens
+  double font_size = 9;            ///< [pt]
+};
+
+/// The page with its size decided.
+PageOptions sized_for(const Picture& picture, PageOptions page);
+
+/// A script without any file name: it prints the picture to standard output. The same picture gives the same text.
+std::string gnuplot_script(const Picture& picture, const PageOptions& page);
+
+/// A text as gnuplot prints it, in the quotes that let nothing in it be a command: control characters become blanks and
+/// bytes that are not UTF-8 question marks.
+std::string gnuplot_quoted(std::string_view text);
+
+}  // namespace balance

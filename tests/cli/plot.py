@@ -1,0 +1,197 @@
+"""Pictures: what is in them, their sizes, and what is said when they cannot be drawn."""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import struct
+import subprocess
+import tempfile
+import unittest
+import xml.etree.ElementTree as ElementTree
+
+from _program import CONFIGS, SPEC, Case, run
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def setUpModule():
+    global RUNS, CYCLOID, BANG, ARM
+    RUNS = tempfile.TemporaryDirectory()
+    CYCLOID, BANG, ARM = (os.path.join(RUNS.name, name) for name in ("cycloid.h5", "bang.h5", "arm.h5"))
+    for spec, trajectory, file in ((SPEC, "cycloid", CYCLOID), (SPEC, "bang-bang", BANG),
+                                   (os.path.join(CONFIGS, "spatial-rrr.yaml"), "cycloid", ARM)):
+        assert run("simulate", spec, "-t", trajectory, "--samples", "101", "-q", "-o", file).returncode == 0
+
+
+def tearDownModule():
+    RUNS.cleanup()
+
+
+def texts(svg):
+    """What a reader reads in an SVG."""
+    return ["".join(element.itertext()).strip() for element in ElementTree.parse(svg).iter(SVG + "text")]
+
+
+@unittest.skipUnless(shutil.which("gnuplot"), "no gnuplot here")
+class Pictures(Case):
+    def plot(self, name, *arguments):
+        done = run("plot", *arguments, "-o", self.path(name))
+        self.assert_quiet_success(done)
+        self.assertEqual(done.stdout, f"written: {self.path(name)}\n")
+        return self.path(name)
+
+    def test_an_svg_has_its_axes_units_and_legend(self):
+        svg = self.plot("a.svg", CYCLOID, BANG, "--quantity", "shaking_force", "--quantity", "torque[A1]")
+        found = texts(svg)
+        for text in ("shaking force [N]", "torque A1 [N m]", "time [s]", "cycloid", "bang"):
+            self.assertEqual(found.count(text), 1, found)
+        self.assertEqual(ElementTree.parse(svg).find(SVG + "title").text, "shaking_force, torque[A1]")
+
+    def test_labels_and_title_are_printed_as_they_are(self):
+        strange = "a<b & 'c' `touch x` {/Bold d} e_f ²"
+        svg = self.plot("a.svg", CYCLOID, BANG, "--quantity", "torque[A1]", "--label", strange, "--label", "$(touch x)",
+                        "--title", strange)
+        found = texts(svg)
+        self.assertEqual(found.count(strange), 2, found)
+        self.assertIn("$(touch x)", found)
+        self.assertEqual(os.listdir(self.folder), ["a.svg"])
+
+    def test_size_and_format(self):
+        svg = ElementTree.parse(self.plot("a.svg", CYCLOID, "--size", "150x90")).getroot()
+        self.assertEqual((svg.get("width"), svg.get("height")), ("150mm", "90mm"))
+        with open(self.plot("a.png", CYCLOID, "--size", "127x50.8"), "rb") as file:
+            head = file.read(24)
+        self.assertEqual(head[:8], b"\x89PNG\r\n\x1a\n")
+        self.assertEqual(struct.unpack(">II", head[16:]), (1500, 600))  # 300 pixels per inch
+        with open(self.plot("a.pdf", CYCLOID, "--size", "127x50.8"), "rb") as file:
+            pdf = file.read()
+        self.assertTrue(pdf.startswith(b"%PDF-"))
+        box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+) ?\]", pdf)
+        self.assertAlmostEqual(float(box.group(1)), 360, delta=0.5)
+        self.assertAlmostEqual(float(box.group(2)), 144, delta=0.5)
+
+    def test_the_same_results_give_the_same_bytes(self):
+        for suffix in ("svg", "pdf", "png"):
+            with open(self.plot("a." + suffix, CYCLOID), "rb") as a, open(self.plot("b." + suffix, CYCLOID), "rb") as b:
+                self.assertEqual(a.read(), b.read(), suffix)
+        with open(self.path("a.pdf"), "rb") as file:
+            self.assertIn(b"/CreationDate (D:19700101000000Z)", file.read())
+
+    def test_a_jump_is_upright(self):
+        done = run("plot", BANG, "--quantity", "com_acceleration.x", "--script")
+        rows = [tuple(map(float, row.split())) for row in
+                done.stdout.split("end_of_data\n")[1].splitlines()]
+        self.assertEqual(len(rows), 102)
+        self.assertEqual(rows[50][0], rows[51][0])
+        self.assertAlmostEqual(rows[50][1], -rows[51][1], places=6)
+
+    def test_paths_have_start_and_end(self):
+        found = texts(self.plot("a.svg", CYCLOID, "--path"))
+        for text in ("tool", "centre of mass", "start", "end", "x [m]", "y [m]"):
+            self.assertEqual(found.count(text), 1, found)
+        self.assertIn("z [m]", texts(self.plot("b.svg", ARM, "--path", "--plane", "yz")))
+
+    def test_vectors_and_normalised_time(self):
+        found = texts(self.plot("a.svg", ARM, "--quantity", "shaking_force", "--vectors", "both", "--x", "normalised"))
+        for text in ("magnitude", "x", "y", "z", "time / duration"):
+            self.assertIn(text, found)
+
+    def test_runs_of_a_design_file_before_and_after(self):
+        design = self.path("design.h5")
+        spec = os.path.join(CONFIGS, "3rrr-proportional.yaml")
+        self.assert_quiet_success(run("design", spec, "--h5", design, "-q"))
+        found = texts(self.plot("a.svg", design + ":before/tool-bang", design + ":after/tool-bang", "--quantity",
+                                "shaking_force"))
+        self.assertIn("design before/tool-bang", found)
+        self.assertIn("design after/tool-bang", found)
+
+    def test_json_says_what_was_drawn(self):
+        done = run("plot", CYCLOID, "-o", self.path("a.svg"), "--json")
+        report = json.loads(done.stdout)
+        self.assertEqual([panel["quantity"] for panel in report["panels"]], ["torque", "shaking_force", "shaking_moment"])
+        self.assertEqual([line["label"] for line in report["panels"][0]["lines"]], ["A1", "A2", "A3"])
+        self.assertEqual(report["files"], [self.path("a.svg")])
+
+    def test_an_existing_picture_is_kept(self):
+        svg = self.write("a.svg", "mine")
+        self.assert_failure(run("plot", CYCLOID, "-o", svg), 5, svg)
+        with open(svg, encoding="utf-8") as file:
+            self.assertEqual(file.read(), "mine")
+        self.assert_quiet_success(run("plot", CYCLOID, "-o", svg, "--force"))
+        self.assertTrue(texts(svg))
+
+    def test_settings_of_the_user_do_not_matter(self):
+        self.write(".gnuplot", "set title 'mine'\n")
+        environment = {**os.environ, "HOME": self.folder, "GNUTERM": "dumb", "LC_ALL": "de_DE.UTF-8"}
+        self.assert_quiet_success(run("plot", CYCLOID, "-o", self.path("a.svg"), env=environment))
+        with open(self.path("a.svg"), "rb") as a, open(self.plot("b.svg", CYCLOID), "rb") as b:
+            self.assertEqual(a.read(), b.read())
+
+    def test_figures_of_the_paper(self):
+        def figures(*arguments):
+            return subprocess.run([str(ROOT / "scripts" / "figures"), "--folder", self.folder, *arguments], text=True,
+                                  capture_output=True, check=False)
+
+        done = figures()
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(sorted(p.name for p in pathlib.Path(self.folder).glob("*.svg")),
+                         sorted(f"figure-{number}.svg" for number in range(4, 12)))
+        self.assertIn("CoM guided, bang-bang", texts(self.path("figure-7.svg")))
+        done = figures("10", "--format", "pdf")
+        self.assertIn("figure-10.pdf: shaking force", done.stdout)
+        self.assertEqual(len(list(pathlib.Path(self.folder).glob("*.pdf"))), 1)
+        self.assertEqual(figures("12").returncode, 2)
+
+
+class Mistakes(Case):
+    def test_wrong_usage(self):
+        svg = self.path("a.svg")
+        for arguments, *parts in (
+            ([CYCLOID], "--output is needed"),
+            ([CYCLOID, "-o", self.path("a.gif")], ".svg, .pdf or .png"),
+            ([CYCLOID, "-o", svg, "--quantity", "shaking_forc"], "has no such quantity", "nearest is 'shaking_force'"),
+            ([CYCLOID, "-o", svg, "--quantity", "torque[A4]"], "nearest is 'torque[A"),
+            ([CYCLOID, "-o", svg, "--x", "normalized"], "nearest is 'normalised'"),
+            ([CYCLOID, "-o", svg, "--vectors", "magnitud"], "nearest is 'magnitude'"),
+            ([CYCLOID, "-o", svg, "--path", "--plane", "xz"], "it has no plane xz"),
+            ([CYCLOID, "-o", svg, "--plane", "xz"], "--path"),
+            ([CYCLOID, "-o", svg, "--path", "--quantity", "torque"], "--path"),
+            ([CYCLOID, "-o", svg, "--size", "12"], "--size '12': expected WIDTHxHEIGHT"),
+            ([CYCLOID, "-o", svg, "--size", "1x1"], "from 30 to 1000"),
+            ([CYCLOID, "-o", svg, "--font", "a'; system 'x'"], "--font"),
+            ([CYCLOID, "-o", svg, "--font", "Times,1000"], "--font"),
+            ([CYCLOID, "-o", svg, "--label", "a", "--label", "b"], "--label is given 2 times for 1 results"),
+            ([ARM, CYCLOID, "-o", svg, "--quantity", "com_position.z"], CYCLOID, "nearest is"),
+        ):
+            with self.subTest(arguments=arguments):
+                done = run("plot", *arguments)
+                self.assert_failure(done, 2, *parts)
+                self.assertEqual((done.stdout, os.listdir(self.folder)), ("", []))
+
+    def test_a_missing_result_ends_with_5(self):
+        self.assert_failure(run("plot", self.path("none.h5"), "-o", self.path("a.svg")), 5, "none.h5")
+
+    def test_without_gnuplot_it_says_what_is_missing(self):
+        os.mkdir(self.path("empty"))
+        done = run("plot", CYCLOID, "-o", self.path("a.svg"), env={**os.environ, "PATH": self.path("empty")})
+        self.assert_failure(done, 5, "gnuplot, which draws the pictures, is not in PATH", "apt install gnuplot-nox")
+        self.assertEqual(os.listdir(self.folder), ["empty"])
+        # The script needs none.
+        done = run("plot", CYCLOID, "--script", env={**os.environ, "PATH": self.path("empty")})
+        self.assert_quiet_success(done)
+
+    def test_what_a_failing_gnuplot_says_is_passed_on(self):
+        for script, part in (("echo 'no terminal' >&2; exit 3", "exit code 3): no terminal"), ("exit 0", "drew nothing"),
+                             ("kill -9 $$", "signal 9")):
+            fake = self.write("gnuplot", f"#!/bin/sh\n{script}\n")
+            os.chmod(fake, 0o755)
+            done = run("plot", CYCLOID, "-o", self.path("a.svg"), env={**os.environ, "PATH": self.folder + ":/bin"})
+            self.assert_failure(done, 5, part)
+            self.assertEqual(os.listdir(self.folder), ["gnuplot"])
+
+
+if __name__ == "__main__":
+    unittest.main()
