@@ -1,15 +1,16 @@
 // Links, joints and the ground they stand on.
 import {hull} from "../data/shape.js";
 
+const slides = (joint) => joint.type === "prismatic" || joint.type === "pin-slot";
+
 /** A body is the rounded shape around its points. */
 export function drawBodies(stage) {
   const {view, pen, palette} = stage;
   for (let body = 1; body < view.geometry.bodies.length; ++body) {
     const corners = hull(view.outlines[body].map((p) => stage.at(body, p)));
-    const slides = view.geometry.joints.some((j) =>
-      (j.type === "prismatic" || j.type === "pin_slot") && j.second === body && view.outlines[body].length < 2);
-    if (corners.length === 1 && !slides) continue;
-    if (slides) {
+    const isBlock = corners.length === 1 && view.geometry.joints.some((j) => slides(j) && j.second === body);
+    if (corners.length === 1 && !isBlock) continue;
+    if (isBlock) {
       block(stage, body, corners[0]);
       continue;
     }
@@ -27,7 +28,7 @@ export function drawBodies(stage) {
 /** A body with a single point that slides is a block along its guide. */
 function block(stage, body, [x, y]) {
   const {pen, palette, view} = stage;
-  const joint = view.geometry.joints.find((j) => j.second === body && /prismatic|pin_slot/.test(j.type));
+  const joint = view.geometry.joints.find((j) => j.second === body && slides(j));
   const d = view.poses.direction(stage.sample, joint.first, joint.axis);
   pen.save();
   pen.translate(x, y);
@@ -46,6 +47,7 @@ export function drawJoints(stage) {
   const actuated = new Set(view.geometry.actuated);
   const r = 0.42 * stage.width;
   view.geometry.joints.forEach((joint, index) => {
+    if (slides(joint) && joint.first !== 0) guide(stage, joint); // a slot in a moving body
     if (joint.type === "fixed" || joint.type === "prismatic") return;
     const at = stage.at(joint.second, joint.point_second);
     if (actuated.has(index)) {
@@ -65,9 +67,9 @@ export function drawJoints(stage) {
 export function drawGround(stage) {
   const {view} = stage;
   for (const joint of view.geometry.joints) {
-    if (joint.type === "prismatic" || joint.type === "pin_slot") guide(stage, joint);
+    if (slides(joint) && joint.first === 0) guide(stage, joint);
     if (joint.first !== 0 && joint.second !== 0) continue;
-    if (joint.type === "prismatic" || joint.type === "pin_slot") continue;
+    if (slides(joint)) continue;
     bearing(stage, stage.place(joint.first === 0 ? joint.point_first : joint.point_second));
   }
 }

@@ -93,5 +93,10 @@ export function drawSprings(stage) {
     stage.path([...points, b]);
     stage.ink(palette.faint, 1.4);
     pen.stroke();
+    for (const end of [a, b]) {
+      stage.circle(end, 3);
+      pen.fillStyle = palette.faint;
+      pen.fill();
+    }
   }
 }

@@ -60,10 +60,10 @@ export class Player {
   }
 
   show() {
-    // One scale for the force before and after: arrows can be compared.
-    const scales = this.runs.map(({key, run}) => new View(this.data, key, run).forceScale);
-    const {key, run} = this.runs.find((r) => r.key === this.shown);
-    this.view = new View(this.data, key, run, Math.max(...scales));
+    // One scale and one frame for before and after: the pictures can be compared.
+    const all = this.runs.map(({key, run}) => new View(this.data, key, run));
+    this.view = all[this.runs.findIndex((r) => r.key === this.shown)];
+    this.view.alike(all);
     this.stage?.setView(this.view);
     this.stage?.setLayers(this.layers);
     this.move();

@@ -108,6 +108,28 @@ function base(view, width, palette) {
   return places.filter((p) => p[2] - floor > width).map((p) => rod(p, [p[0], p[1], floor], 0.9 * width, paint));
 }
 
+/** Between the two parts of a sliding joint, and along springs: a thin rod that grows and shrinks. */
+function telescopes(view, width, palette) {
+  const {joints, springs} = view.geometry;
+  const sliding = joints.filter((j) => j.type === "prismatic" || j.type === "cylindrical");
+  const make = (part, radius, paint) => {
+    const mesh = new Mesh(new CylinderGeometry(radius, radius, 1, 16), paint);
+    const move = (sample) => {
+      const a = vector(view.poses.point(sample, part.first, part.point_first));
+      const d = vector(view.poses.point(sample, part.second, part.point_second)).sub(a);
+      mesh.visible = d.length() > 1e-9;
+      mesh.scale.set(1, Math.max(d.length(), 1e-9), 1);
+      mesh.quaternion.setFromUnitVectors(up, d.clone().normalize());
+      mesh.position.copy(a).addScaledVector(d, 0.5);
+    };
+    return {mesh, move};
+  };
+  return [
+    ...sliding.map((j) => make(j, 0.5 * width, material(palette["link-edge"]))),
+    ...springs.map((s) => make(s, 0.3 * width, material(palette.faint))),
+  ];
+}
+
 /** Everything that moves with the bodies. */
 export function makeBodies(view, palette) {
   const {geometry} = view;
@@ -135,7 +157,12 @@ export function makeBodies(view, palette) {
     groups[disc.body].add(made.spin);
     return {disc, ...made};
   });
-  return {objects: groups, move: (sample) => moveBodies(view, groups, discs, sample)};
+  const links = telescopes(view, width, palette);
+  const move = (sample) => {
+    moveBodies(view, groups, discs, sample);
+    for (const link of links) link.move(sample);
+  };
+  return {objects: [...groups, ...links.map((l) => l.mesh)], move};
 }
 
 function nearestPoint(points, p) {

@@ -1,7 +1,7 @@
 // What is not the mechanism itself: floor, traces, force, centre of mass, names.
 import {
   BufferAttribute, BufferGeometry, CanvasTexture, ConeGeometry, CylinderGeometry, GridHelper, Group, Line, LineBasicMaterial,
-  Mesh, MeshBasicMaterial, SphereGeometry, Sprite, SpriteMaterial, Vector3,
+  Mesh, MeshBasicMaterial, SRGBColorSpace, SphereGeometry, Sprite, SpriteMaterial, Vector3,
 } from "three";
 
 const up = new Vector3(0, 1, 0);
@@ -65,7 +65,9 @@ function label(text, palette, size) {
   pen.strokeText(text, 8, 30);
   pen.fillStyle = palette.ink;
   pen.fillText(text, 8, 30);
-  const sprite = new Sprite(new SpriteMaterial({map: new CanvasTexture(canvas), depthTest: false}));
+  const map = new CanvasTexture(canvas);
+  map.colorSpace = SRGBColorSpace;
+  const sprite = new Sprite(new SpriteMaterial({map, depthTest: false}));
   sprite.scale.set((size * canvas.width) / canvas.height, size, 1);
   return sprite;
 }

@@ -5,7 +5,7 @@ import {heaviest, outline, radius} from "../data/shape.js";
 const points = (columns, sample) => columns.map((c) => c.values[sample]);
 
 export class View {
-  constructor(data, variant, run, forceScale) {
+  constructor(data, variant, run) {
     this.space = data.space;
     this.geometry = data.mechanism[variant] ?? data.mechanism.before;
     this.run = run;
@@ -14,7 +14,8 @@ export class View {
     this.length = this.geometry.length;
     this.heaviest = heaviest(data.mechanism);
     this.outlines = this.geometry.bodies.map((_, b) => outline(this.geometry, b));
-    this.forceScale = forceScale ?? this.largest("shaking_force");
+    this.forceScale = this.largest("shaking_force");
+    this.box = this.ownBounds();
   }
 
   column(quantity) {
@@ -54,8 +55,19 @@ export class View {
     return disc.ratio * columns[disc.follows].values[sample];
   }
 
-  /** Corners of the box that everything stays in. */
+  /** Shown on the same scales as others. */
+  alike(views) {
+    this.forceScale = Math.max(...views.map((v) => v.forceScale));
+    const corner = (name, best) => [0, 1, 2].map((i) => best(...views.map((v) => v.box[name][i])));
+    this.box = {low: corner("low", Math.min), high: corner("high", Math.max)};
+  }
+
   bounds() {
+    return this.box;
+  }
+
+  /** Corners of the box that everything stays in. */
+  ownBounds() {
     const low = [Infinity, Infinity, Infinity];
     const high = [-Infinity, -Infinity, -Infinity];
     const include = (p, margin = 0) => p?.forEach((x, i) => {
