@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -11,6 +12,8 @@
 
 namespace balance {
 namespace {
+
+constexpr double round_off = 1e-12;  ///< of a quantity's largest peak: what is smaller has no meaning of its own
 
 std::string unit_of(const std::string& quantity, const std::vector<MetricTable>& tables) {
   for (const MetricTable& table : tables) {
@@ -92,7 +95,11 @@ double ratio_to_base(const ComparedQuantity& quantity, std::size_t run, Figure f
   const auto& base = quantity.metrics.front();
   const auto& metric = quantity.metrics.at(run);
   const double missing = std::numeric_limits<double>::quiet_NaN();
-  if (!base || !metric || figure_of(*base, figure) == 0) return missing;
+  if (!base || !metric) return missing;
+  double largest = 0;
+  for (const auto& any : quantity.metrics)
+    if (any) largest = std::max(largest, any->peak);
+  if (!(figure_of(*base, figure) > round_off * largest)) return missing;
   return figure_of(*metric, figure) / figure_of(*base, figure);
 }
 

@@ -46,7 +46,7 @@ struct ComparedRuns {
 /// @throws std::invalid_argument if there are no runs
 ComparedRuns compare_runs(const std::vector<NamedRun>& runs);
 
-/// A figure of a run as a multiple of the base's. NaN where one of both is missing or the base's is zero.
+/// A figure of a run as a multiple of the base's. NaN where one of both is missing or the base's is zero but for round-off.
 double ratio_to_base(const ComparedQuantity& quantity, std::size_t run, Figure figure);
 
 std::vector<MetricTable> tabulate(const std::vector<NamedRun>& runs);
