@@ -1,6 +1,6 @@
 # The scripts of the page that `balance report` writes: bundled from web/ with esbuild into the build folder and embedded in
-# the library. Packages come by npm, once per build folder and version of web/package-lock.json. Without node and npm
-# everything else is built, and `balance report` says what is missing.
+# the library. Packages come by npm, once per build folder and version of web/package-lock.json. Without node, npm or a
+# network everything else is built, and `balance report` says what is missing.
 find_program(NODE_PROGRAM NAMES node nodejs)
 find_program(NPM_PROGRAM npm)
 mark_as_advanced(NODE_PROGRAM NPM_PROGRAM)
@@ -17,27 +17,31 @@ set(page_folder ${PROJECT_BINARY_DIR}/web)
 set(page_bundle ${page_folder}/bundle)
 set(page_outputs ${page_bundle}/planar.js ${page_bundle}/spatial.js ${page_bundle}/page.css)
 if(BALANCE_PAGE AND node_suits)
-  file(GLOB_RECURSE page_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/web/src/*)
   # Tests drive a browser, which takes a package more.
   set(npm_omit --omit=dev)
   if(BALANCE_TESTS)
     set(npm_omit "")
   endif()
-  add_custom_command(
-    OUTPUT ${page_folder}/packages.stamp
-    COMMAND ${CMAKE_COMMAND} -E make_directory ${page_folder}
-    COMMAND ${CMAKE_COMMAND} -E copy ${PROJECT_SOURCE_DIR}/web/package.json ${PROJECT_SOURCE_DIR}/web/package-lock.json
-            ${page_folder}
-    COMMAND ${CMAKE_COMMAND} -E chdir ${page_folder} ${NPM_PROGRAM} ci --ignore-scripts --prefer-offline --no-audit
-            --no-fund --loglevel=error ${npm_omit}
-    COMMAND ${CMAKE_COMMAND} -E touch ${page_folder}/packages.stamp
-    DEPENDS ${PROJECT_SOURCE_DIR}/web/package.json ${PROJECT_SOURCE_DIR}/web/package-lock.json
-    COMMENT "Packages of the report's page (without network: -DBALANCE_PAGE=OFF)"
-    VERBATIM)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/web/package-lock.json)
+  file(SHA256 ${PROJECT_SOURCE_DIR}/web/package-lock.json page_lock)
+  set(page_stamp ${page_folder}/packages-${page_lock}${npm_omit}.stamp)
+  if(NOT EXISTS ${page_stamp})
+    message(STATUS "Fetching the packages of the report's page")
+    file(COPY ${PROJECT_SOURCE_DIR}/web/package.json ${PROJECT_SOURCE_DIR}/web/package-lock.json DESTINATION ${page_folder})
+    execute_process(
+      COMMAND ${NPM_PROGRAM} ci --ignore-scripts --prefer-offline --no-audit --no-fund --loglevel=error ${npm_omit}
+      WORKING_DIRECTORY ${page_folder} RESULT_VARIABLE npm_result)
+    if(npm_result EQUAL 0)
+      file(TOUCH ${page_stamp})
+    endif()
+  endif()
+endif()
+if(BALANCE_PAGE AND EXISTS "${page_stamp}")
+  file(GLOB_RECURSE page_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/web/src/*)
   add_custom_command(
     OUTPUT ${page_outputs}
     COMMAND ${NODE_PROGRAM} ${PROJECT_SOURCE_DIR}/web/build.mjs ${page_folder}
-    DEPENDS ${page_folder}/packages.stamp ${PROJECT_SOURCE_DIR}/web/build.mjs ${page_sources}
+    DEPENDS ${page_stamp} ${PROJECT_SOURCE_DIR}/web/build.mjs ${page_sources}
     COMMENT "Bundling the report's page"
     VERBATIM)
   add_custom_target(balance_page DEPENDS ${page_outputs})
@@ -47,5 +51,5 @@ if(BALANCE_PAGE AND node_suits)
     PROPERTIES COMPILE_DEFINITIONS BALANCE_PAGE_BUNDLE="${page_bundle}" OBJECT_DEPENDS "${page_outputs}")
 else()
   set(BALANCE_PAGE OFF)
-  message(STATUS "balance report is left out: it needs node 18 or newer and npm (and BALANCE_PAGE=ON)")
+  message(STATUS "balance report is left out: it needs node 18 or newer, npm, npm's packages (and BALANCE_PAGE=ON)")
 endif()
