@@ -4,6 +4,7 @@ import base64
 import json
 import os
 import re
+import tempfile
 import unittest
 
 import h5py
@@ -15,7 +16,8 @@ MISSING = "built without the scripts of the page"
 
 
 def has_page():
-    return MISSING not in run("report", SPEC, "-o", "/dev/null/page.html").stderr
+    with tempfile.TemporaryDirectory() as folder:
+        return MISSING not in run("report", SPEC, "--samples", "2", "-o", os.path.join(folder, "page.html")).stderr
 
 
 def config(name):
@@ -115,6 +117,12 @@ class Page(Case):
         page = self.make(SPEC, "--samples", "5")
         self.assert_failure(run("report", SPEC, "-o", page), 5, page)
         self.assertEqual(run("report", SPEC, "-o", page, "--force", "-q", "--samples", "5").stdout, "")
+
+    def test_without_scripts_nothing_but_the_page_is_missing(self):
+        if has_page():
+            self.skipTest("the program was built with node")
+        self.assert_failure(run("report", SPEC, "-o", self.path("page.html")), 5, "node 18", "scripts/setup")
+        self.assertEqual(os.listdir(self.folder), [])
 
     def test_json_tells_what_is_in_the_page(self):
         if not has_page():

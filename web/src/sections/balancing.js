@@ -14,8 +14,10 @@ function coefficient(term, first) {
   const bare = negative ? text.slice(1) : text;
   const sum = /[+]|.-/.test(bare.replace(/\([^()]*\)/g, ""));
   const sign = negative ? (first ? "−" : " − ") : first ? "" : " + ";
-  return [sign, bare === "1" ? "" : h("span", {class: "coefficient"}, sum ? `(${bare})` : bare), bare === "1" ? "" : "\u2009"];
+  return [sign, bare === "1" ? "" : h("span", {class: "coefficient"}, powers(sum ? `(${bare})` : bare)), bare === "1" ? "" : "\u2009"];
 }
+
+const powers = (text) => text.replace(/\^([0-9])/g, (_, digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(digit)]);
 
 function equation(condition) {
   const terms = condition.terms.map((term, i) =>
@@ -94,7 +96,7 @@ export function designSection(data) {
   if (objective.name) facts.push([`Least ${objective.name}`, `${withUnit(objective.value, objective.unit, 6)}${objective.global ? ", proved to be the best there is" : ""}`]);
   return h("section", {class: "card", id: "design"}, h("h2", {}, "Design"),
     h("p", {class: `verdict ${design.status}`}, h("strong", {}, verdicts[design.status] ?? design.status), ` — ${design.reason}.`.replace("..", ".")),
-    design.proof ? h("p", {class: "note"}, design.proof.sentence) : null,
+    design.proof && !design.reason.includes(design.proof.sentence) ? h("p", {class: "note"}, design.proof.sentence) : null,
     h("dl", {class: "facts"}, facts.map(([n, t]) => [h("dt", {}, n), h("dd", {}, t)]).flat()),
     h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Free numbers"),
       h("thead", {}, h("tr", {}, ["Number", "Before", "Designed", "From", "", "To", ""].map((t, i) =>
