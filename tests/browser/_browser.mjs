@@ -14,6 +14,7 @@ export const launch = () => chromium.launch({executablePath: process.env.CHROMIU
 /** Opens a file; the page must not ask for anything else. */
 export async function open(browser, file, options = {}) {
   const context = await browser.newContext({viewport: {width: 1400, height: 900}, ...options});
+  context.setDefaultTimeout(120_000); // a busy machine is slow, not wrong
   const page = await context.newPage();
   const complaints = [];
   const asked = [];
