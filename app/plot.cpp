@@ -1,5 +1,6 @@
 #include "command.hpp"
 #include "console.hpp"
+#include "failure.hpp"
 #include "plot_options.hpp"
 #include "signals.hpp"
 
@@ -45,7 +46,11 @@ ExitCode run(const PlotOptions& options) {
   std::vector<RunFile> files;
   for (const std::string& name : options.results) files.push_back(read_result_file(name));
   const Picture picture = choose_picture(options, files);
-  page = sized_for(picture, page);
+  try {
+    page = sized_for(picture, page);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--size: ") + error.what());
+  }
   if (options.script) {
     print(gnuplot_script(picture, page));
     return ExitCode::done;

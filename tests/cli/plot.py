@@ -161,6 +161,7 @@ class Mistakes(Case):
             ([CYCLOID, "-o", svg, "--path", "--quantity", "torque"], "--path"),
             ([CYCLOID, "-o", svg, "--size", "12"], "--size '12': expected WIDTHxHEIGHT"),
             ([CYCLOID, "-o", svg, "--size", "1x1"], "from 30 to 1000"),
+            ([CYCLOID, "-o", svg, "--size", "30x30"], "too small for these panels", "it takes "),
             ([CYCLOID, "-o", svg, "--font", "a'; system 'x'"], "--font"),
             ([CYCLOID, "-o", svg, "--font", "Times,1000"], "--font"),
             ([CYCLOID, "-o", svg, "--label", "a", "--label", "b"], "--label is given 2 times for 1 results"),

@@ -33,7 +33,7 @@ class CaseRun {
 
   void run() {
     if (!spec_.trouble.empty()) throw SystemError(wanted_.place_of("spec") + ": " + spec_.trouble);
-    const Study study = wanted_.design ? balance() : read().start;
+    const Study study = wanted_.design ? balance() : read(read_spec);
     record_.title = study.mechanism.name;
     record_.warnings = study.warnings;
     const Trajectory trajectory = choose_trajectory(study);
@@ -60,9 +60,10 @@ class CaseRun {
   void note_file(const std::string& file) { record_.files.push_back({file, sha256_of_file(path_of(file))}); }
 
   /// A mistake in an override is the suite's, not the spec's.
-  DesignSpace read() const {
+  template <class Spec>
+  Spec read(Spec (*reader)(const std::string&, const std::string&, const ReadOptions&)) const {
     try {
-      return read_design_space(spec_.text, spec_.path, {.set = wanted_.set});
+      return reader(spec_.text, spec_.path, {.set = wanted_.set});
     } catch (const SpecError& error) {
       const std::string message = error.what();
       for (const auto& [name, value] : wanted_.set) {
@@ -135,7 +136,7 @@ class CaseRun {
   }
 
   Study balance() {
-    const DesignSpace space = read();
+    const DesignSpace space = read(read_design_space);
     const DesignStudyOptions options = design_options(space.start);
     DesignReport report;
     try {

@@ -1,17 +1,20 @@
 #include "balance/report/plot_layout.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <stdexcept>
 
 namespace balance {
 namespace {
 
 constexpr double mm_per_point = 25.4 / 72;
-constexpr double panel_height = 42;  // of a quantity's frame, unless the page says otherwise
-constexpr double least_frame = 4;    // mm; a page too small for its text still has a frame
+constexpr double panel_height = 42;                   // of a quantity's frame, unless the page says otherwise
+constexpr double least_width = 15, least_height = 5;  // mm of a frame that still shows something
 // of a legend, in font sizes
 constexpr double sample = 2.4, text_gap = 0.6, entry_gap = 1.8;
 
@@ -121,6 +124,16 @@ double usual_height(const Picture& picture, const PageOptions& page) {
   return other + frame_width(page) * std::clamp(ratio, 0.4, 1.2);
 }
 
+void check_room(const Picture& picture, const PageOptions& page) {
+  const double width = page.width - frame_width(page) + least_width;
+  const double height = other_height(picture, page) + least_height * static_cast<double>(picture.panels.size());
+  if (page.width < width || page.height < height)
+    throw std::invalid_argument(
+        fmt::format("{:g}x{:g} mm is too small for {} with a font of {:g} pt: it takes {:.0f}x{:.0f}", page.width,
+                    page.height, picture.panels.size() > 1 ? "these panels" : "this panel", page.font_size,
+                    std::ceil(std::max(width, page.width)), std::ceil(std::max(height, page.height))));
+}
+
 PageLayout lay_out(const Picture& picture, const PageOptions& page) {
   const Sizes sizes = sizes_of(page);
   PageLayout layout{.width = page.width, .height = page.height};
@@ -132,10 +145,10 @@ PageLayout lay_out(const Picture& picture, const PageOptions& page) {
     PanelPlace place;
     place.legend = place_legend(picture.panels[i], page);
     place.left = sizes.left();
-    place.right = std::max(page.width - sizes.right(), place.left + least_frame);
+    place.right = page.width - sizes.right();
     place.top = y + legend_height(place.legend, sizes);
     for (LegendPlace& entry : place.legend) entry.y += y;
-    place.bottom = place.top + std::max(frames, least_frame);
+    place.bottom = place.top + frames;
     y = place.bottom + sizes.between();
     layout.panels.push_back(place);
   }

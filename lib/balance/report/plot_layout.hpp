@@ -33,6 +33,9 @@ PageLayout lay_out(const Picture& picture, const PageOptions& page);
 /// The height that leaves each panel its usual height (paths: as much as they need).
 double usual_height(const Picture& picture, const PageOptions& page);
 
+/// @throws std::invalid_argument if texts and legends leave too little for the panels
+void check_room(const Picture& picture, const PageOptions& page);
+
 struct AxisRange {
   double low = 0, high = 1;
 };

@@ -209,6 +209,7 @@ std::string gnuplot_quoted(std::string_view text) {
 PageOptions sized_for(const Picture& picture, PageOptions page) {
   if (page.width <= 0) page.width = 120;
   if (page.height <= 0) page.height = std::round(usual_height(picture, page));
+  check_room(picture, page);
   return page;
 }
 

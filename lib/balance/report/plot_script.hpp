@@ -18,6 +18,7 @@ struct PageOptions {
 };
 
 /// The page with its size decided.
+/// @throws std::invalid_argument if texts and legends would leave too little for the panels; the message says how much it takes
 PageOptions sized_for(const Picture& picture, PageOptions page);
 
 /// A script without any file name: it prints the picture to standard output. The same picture gives the same text.
