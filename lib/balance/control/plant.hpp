@@ -1,0 +1,85 @@
+#pragma once
+/// The mechanism as it moves under given efforts: forward dynamics integrated over time with error control.
+
+#include "balance/control/forward_dynamics.hpp"
+
+namespace balance {
+
+struct PlantOptions {
+  double relative_tolerance = 1e-9;   ///< of every coordinate and rate per step, in (0, 1e-2]
+  double absolute_tolerance = 1e-11;  ///< the same in rad, characteristic lengths, and these per second; positive
+  double longest_step = 0.05;         ///< [s], positive
+  long most_steps = 5'000'000;        ///< of one advance(), rejected ones included; positive
+  ForwardOptions dynamics;
+
+  /// @throws std::invalid_argument
+  void validate() const;
+};
+
+/// Everything that is known of the plant at one moment: what a row of a Result holds. World axes; moments about `about`. Planar
+/// mechanisms: vectors have z = 0, moments lie along z.
+struct PlantSample {
+  double time = 0;
+  VectorX position, velocity, acceleration;  ///< per mechanism coordinate; angles run on past ±π
+  VectorX effort, power;                     ///< per actuator
+  Vector3 com = Vector3::Zero(), com_velocity = Vector3::Zero(), com_acceleration = Vector3::Zero();
+  Vector3 tool_position = Vector3::Zero();  ///< zero without a tool
+  Matrix3 tool_rotation = Matrix3::Identity();
+  double tool_angle = 0;                                                      ///< planar, runs on past ±π
+  Vector3 shaking_force = Vector3::Zero(), shaking_moment = Vector3::Zero();  ///< rates of momentum
+  Vector3 ground_force = Vector3::Zero(), ground_moment = Vector3::Zero();    ///< what the frame feels, weight included
+  std::vector<Vector3> joint_force, joint_moment;  ///< on the second body, about the joint's point on it
+  double kinetic_energy = 0, potential_energy = 0;
+  double friction_power = 0;  ///< taken out by friction, not negative [W]
+  double closure = 0;         ///< largest scaled residual of the loop closures
+  double mobility = 0;        ///< smallest singular value of the scaled closures with the independent coordinates held
+  int newton_iterations = 0;  ///< of the last evaluation
+};
+
+/// What the integration has cost so far.
+struct PlantCost {
+  long steps = 0, rejected = 0, evaluations = 0, choices = 0;  ///< choices: of independent coordinates
+};
+
+class Plant {
+ public:
+  /// @param mechanism must outlive the plant
+  /// @param about world point that moments are about
+  /// @throws std::invalid_argument for options out of range
+  explicit Plant(const Mechanism& mechanism, const PlantOptions& options = {}, const Vector3& about = Vector3::Zero());
+  ~Plant();
+  Plant(Plant&&) noexcept;
+  Plant& operator=(Plant&&) noexcept;
+
+  /// Starts at joint coordinates and rates. Coordinates that do not fit the closures are moved until they do: the actuated ones
+  /// are kept where they determine the rest, else the ones that determine it best. Rates follow from the same ones.
+  /// @param position, velocity per mechanism coordinate (those of cut joints do not matter)
+  MotionOutcome start(double time, const VectorX& position, const VectorX& velocity);
+
+  /// On to a later time, the efforts held constant (zero-order hold).
+  /// @param efforts one per actuator [N m or N]
+  /// @return done, or why it stopped: constraint_singularity, or unreachable where the integration cannot go on. The state is then
+  ///         the last good one, at time().
+  MotionOutcome advance(double time, const VectorX& efforts);
+
+  int freedoms() const;
+  const std::vector<int>& independent() const;  ///< as ForwardDynamics::independent(); may change in advance()
+  double time() const;
+  const VectorX& position() const;  ///< per mechanism coordinate; angles run on past ±π
+  const VectorX& velocity() const;
+
+  /// At the present state:
+  VectorX acceleration(const VectorX& efforts);  ///< per mechanism coordinate
+  EquationOfMotion equation();
+  const PlantSample& observe(const VectorX& efforts);
+
+  const PlantCost& cost() const;
+  /// What a user should know: minimum-norm reactions, held spins.
+  const std::vector<std::string>& notes() const;
+
+ private:
+  class Engine;
+  std::unique_ptr<Engine> engine_;
+};
+
+}  // namespace balance
