@@ -5,6 +5,7 @@
 
 #include "balance/base/error.hpp"
 #include "balance/study/simulate.hpp"
+#include "balance/study/simulate_natural.hpp"
 #include "balance/write/json.hpp"
 #include "balance/write/result_csv.hpp"
 #include "balance/write/result_hdf5.hpp"
@@ -15,9 +16,10 @@
 namespace balance::app {
 namespace {
 
-Result simulate_or_throw(const Study& study, const Trajectory& trajectory) {
+Result simulate_or_throw(const Study& study, const Trajectory& trajectory, const std::string& formulation) {
   try {
-    Result result = simulate(study.mechanism, trajectory);
+    Result result = formulation == "natural" ? simulate_natural(study.mechanism, trajectory)
+                                             : simulate(study.mechanism, trajectory);
     if (result.outcome.status != MotionStatus::done) throw MotionFailure(result.outcome);
     return result;
   } catch (const std::invalid_argument& error) {
@@ -49,6 +51,7 @@ std::vector<std::string> write_files(const SimulateOptions& options, const Resul
 ExitCode run(const SimulateOptions& options) {
   const Study study = read_study(options.spec);
   const Trajectory trajectory = choose_trajectory(options, study);
+  check_formulation(options, study);
   check_outputs(options);
   const auto note = [&](const std::string& text) {
     if (!options.quiet) tell(text);
@@ -57,7 +60,7 @@ ExitCode run(const SimulateOptions& options) {
   if (options.trajectory.empty() && study.trajectories.size() > 1) {
     note("note: no --trajectory given: '" + trajectory.name + "' is the first in the spec");
   }
-  const Result result = simulate_or_throw(study, trajectory);
+  const Result result = simulate_or_throw(study, trajectory, options.formulation);
   for (const std::string& text : result.outcome.notes) note("note: " + text);
   const FileDescription description = describe(options, study, trajectory);
   const std::vector<std::string> files = write_files(options, result, description);

@@ -1,6 +1,7 @@
 #include "simulate_options.hpp"
 
 #include "failure.hpp"
+#include "suggestion.hpp"
 
 #include "balance/base/error.hpp"
 #include "balance/read/nearest.hpp"
@@ -9,6 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -44,6 +46,8 @@ Vector3 parse_about(const std::string& text, SpaceKind space) {
   return about;
 }
 
+std::vector<std::string> formulations() { return {"tree", "natural"}; }
+
 void change_duration(Trajectory& trajectory, double duration) {
   if (!(duration > 0) || !std::isfinite(duration)) throw UsageError("--duration needs a positive number of seconds");
   if (std::holds_alternative<TablePath>(trajectory.path)) {
@@ -68,7 +72,22 @@ void add_simulate_options(CLI::App& parser, SimulateOptions& o) {
       ->check(CLI::Range(2L, most_samples));
   parser.add_option("--duration", o.duration, "duration in seconds")->type_name("T");
   parser.add_option("--about", o.about, "point that moments are about, in metres")->type_name("X,Y[,Z]");
+  suggest_words(parser.add_option("--formulation", o.formulation, "tree, or natural: the second, independent one")
+                    ->type_name("NAME")
+                    ->capture_default_str(),
+                formulations());
   parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+}
+
+void check_formulation(const SimulateOptions& options, const Study& study) {
+  const std::vector<std::string> known = formulations();
+  if (std::find(known.begin(), known.end(), options.formulation) == known.end()) {
+    throw UsageError(fmt::format("--formulation needs {}, not {}{}", fmt::join(known, " or "),
+                                 read::in_quotes(options.formulation), read::nearest_hint(options.formulation, known)));
+  }
+  if (options.formulation == "natural" && study.mechanism.space == SpaceKind::spatial) {
+    throw UsageError(study.spec_file + " is spatial: --formulation natural is for planar mechanisms");
+  }
 }
 
 Trajectory choose_trajectory(const SimulateOptions& options, const Study& study) {
@@ -111,7 +130,8 @@ FileDescription describe(const SimulateOptions& options, const Study& study, con
                               .duration = options.duration,
                               .about = options.about,
                               .set = options.spec.set,
-                              .compress = options.compress});
+                              .compress = options.compress,
+                              .formulation = options.formulation});
 }
 
 }  // namespace balance::app

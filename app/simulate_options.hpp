@@ -17,6 +17,7 @@ struct SimulateOptions {
   std::string about;        ///< "x,y" or "x,y,z" [m]; empty: as in the spec
   std::optional<long> samples;
   std::optional<double> duration;  ///< [s]
+  std::string formulation = "tree";
   bool force = false;
   bool compress = false;
   bool quiet = false;
@@ -27,6 +28,9 @@ void add_simulate_options(CLI::App& parser, SimulateOptions& options);
 /// The trajectory that the options name, with their changes.
 /// @throws UsageError if there is none of that name or a change makes no sense; SpecError if the spec has no motion
 Trajectory choose_trajectory(const SimulateOptions& options, const Study& study);
+
+/// @throws UsageError if there is no such formulation, or not for this mechanism
+void check_formulation(const SimulateOptions& options, const Study& study);
 
 /// Refuses at once what would fail after the computation. @throws UsageError, SystemError
 void check_outputs(const SimulateOptions& options);

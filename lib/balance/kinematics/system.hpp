@@ -4,7 +4,7 @@
 /// Private to kinematics, motion and dynamics.
 
 #include "balance/kinematics/drive.hpp"
-#include "balance/kinematics/drive_sample.hpp"
+#include "balance/model/drive_sample.hpp"
 
 namespace balance {
 

@@ -2,19 +2,15 @@
 /// Which equations a trajectory's drive means on a mechanism with a given number of freedoms. Private to motion and dynamics.
 
 #include "balance/kinematics/drive.hpp"
-#include "balance/motion/trajectory.hpp"
-
-#include <string>
+#include "balance/motion/drive_quantities.hpp"
 
 namespace balance {
 
-/// A drive with what its linear quantities stand for.
+/// What is driven, and the equations that do it.
 template <class S>
 struct DriveChoice {
   Drive<S> drive;
-  bool tool_angle = false;       ///< the first linear quantity is the planar tool's angle
-  std::vector<int> coordinates;  ///< the joint coordinates among the linear quantities, in order
-  std::string mismatch;          ///< why no drive fits; empty if one does
+  DriveQuantities quantities;
 };
 
 template <class S>

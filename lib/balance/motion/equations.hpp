@@ -6,7 +6,7 @@
 #include "balance/base/block_triangular.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/kinematics/drive.hpp"
-#include "balance/kinematics/drive_sample.hpp"
+#include "balance/model/drive_sample.hpp"
 
 #include <vector>
 

@@ -9,18 +9,6 @@
 
 namespace balance {
 
-std::vector<int> prescribed_coordinates(const Trajectory& trajectory) {
-  std::vector<int> coordinates = trajectory.remaining;
-  const auto add = [&](const PoseTarget& pose) {
-    for (const CoordinateValue& joint : pose.joints) coordinates.push_back(joint.coordinate);
-  };
-  add(trajectory.from);
-  add(trajectory.to);
-  if (const auto* way = std::get_if<WaypointPath>(&trajectory.path))
-    for (const PoseTarget& point : way->points) add(point);
-  return coordinates;
-}
-
 namespace {
 
 std::string number(double value) {
@@ -50,43 +38,6 @@ MotionOutcome explain_missing_start(const Mechanism& mechanism, const Tree<S>& t
   return failed(MotionStatus::unreachable,
                 "the start pose cannot be reached: the nearest configuration found misses it by " +
                     number(attempt.residual * tree.length) + " (m or, times the length, rad)");
-}
-
-/// Prescribed values that a pose states for a drive; whatever it leaves out is taken from `base`.
-template <class S>
-DriveValue stated_values(const DriveChoice<S>& choice, const PoseTarget& pose, const DriveValue& base) {
-  DriveValue out = base;
-  int k = 0;
-  for (const int component : choice.drive.point) {
-    if (pose.tool) out.value[k] = (*pose.tool)[component];
-    ++k;
-  }
-  for (const int component : choice.drive.com) {
-    if (pose.com) out.value[k] = (*pose.com)[component];
-    ++k;
-  }
-  if (choice.tool_angle) {
-    if (pose.angle) out.value[k] = *pose.angle;
-    ++k;
-  }
-  for (const int coordinate : choice.coordinates) {
-    for (const CoordinateValue& joint : pose.joints)
-      if (joint.coordinate == coordinate) out.value[k] = joint.value;
-    ++k;
-  }
-  if (pose.orientation) out.rotation = *pose.orientation;
-  return out;
-}
-
-/// The pose says everything that the drive prescribes, so that no configuration has to be found for it.
-template <class S>
-bool states_all(const DriveChoice<S>& choice, const PoseTarget& pose) {
-  return (choice.drive.point.empty() || pose.tool) && (choice.drive.com.empty() || pose.com) &&
-         (!choice.tool_angle || pose.angle) && (choice.drive.rotation.empty() || pose.orientation) &&
-         std::all_of(choice.coordinates.begin(), choice.coordinates.end(), [&](int coordinate) {
-           return std::any_of(pose.joints.begin(), pose.joints.end(),
-                              [&](const CoordinateValue& joint) { return joint.coordinate == coordinate; });
-         });
 }
 
 template <class S>
@@ -124,7 +75,8 @@ class Planner {
 
   bool pick_drive() {
     choice_ = choose_drive(mechanism_, tree_, trajectory_, plan_.freedoms);
-    if (!choice_.mismatch.empty()) return fail(failed(MotionStatus::mismatch, choice_.mismatch));
+    const std::string& mismatch = choice_.quantities.mismatch;
+    if (!mismatch.empty()) return fail(failed(MotionStatus::mismatch, mismatch));
     plan_.drive = choice_.drive;
     return true;
   }
@@ -141,12 +93,10 @@ class Planner {
   }
 
   bool end_values() {
-    request_.from = stated_values(choice_, trajectory_.from, measured(plan_.start));
+    request_.from = stated_values(choice_.quantities, trajectory_.from, measured(plan_.start));
     request_.to = request_.from;
-    const bool ends_itself =
-        std::holds_alternative<TablePath>(trajectory_.path) || std::holds_alternative<CirclePath>(trajectory_.path);
-    if (ends_itself || states_all(choice_, trajectory_.to) || same_quantities()) {
-      request_.to = stated_values(choice_, trajectory_.to, request_.from);
+    if (end_is_stated(choice_.quantities, trajectory_)) {
+      request_.to = stated_values(choice_.quantities, trajectory_.to, request_.from);
       return true;
     }
     // `to` is stated in other quantities than the drive's: go there and look
@@ -165,17 +115,6 @@ class Planner {
     return true;
   }
 
-  /// `to` speaks of the drive's own quantities, if not of all of them: the others stay.
-  bool same_quantities() const {
-    const PoseTarget& to = trajectory_.to;
-    switch (trajectory_.drive) {
-      case DriveKind::joints: return !to.joints.empty();
-      case DriveKind::tool: return (to.tool || choice_.drive.point.empty()) && trajectory_.remaining.empty();
-      case DriveKind::com: return to.com && !to.tool && to.joints.empty();
-    }
-    return false;
-  }
-
   bool make_schedule() {
     request_.law = trajectory_.law;
     request_.path = trajectory_.path;
@@ -186,7 +125,7 @@ class Planner {
     if (const auto* way = std::get_if<WaypointPath>(&trajectory_.path))
       for (const PoseTarget& point : way->points)
         request_.via.push_back(
-            stated_values(choice_, point, request_.via.empty() ? request_.from : request_.via.back()));
+            stated_values(choice_.quantities, point, request_.via.empty() ? request_.from : request_.via.back()));
     plan_.schedule.emplace(request_);
     DriveSample first;
     plan_.schedule->at(0, Side::after, first);

@@ -3,6 +3,7 @@
 /// configuration, and the prescribed values over time. Private to motion and dynamics.
 
 #include "balance/kinematics/assembly.hpp"
+#include "balance/motion/drive_quantities.hpp"
 #include "balance/motion/motion.hpp"
 #include "balance/motion/schedule.hpp"
 #include "balance/motion/trajectory.hpp"
@@ -10,9 +11,6 @@
 #include <optional>
 
 namespace balance {
-
-/// Coordinates that the trajectory prescribes and the spanning tree must therefore contain.
-std::vector<int> prescribed_coordinates(const Trajectory& trajectory);
 
 template <class S>
 struct Plan {

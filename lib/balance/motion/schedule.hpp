@@ -2,7 +2,7 @@
 /// The prescribed quantities as functions of time: a path in the drive's components, run through by a law.
 
 #include "balance/base/types.hpp"
-#include "balance/kinematics/drive_sample.hpp"
+#include "balance/model/drive_sample.hpp"
 #include "balance/motion/trajectory.hpp"
 
 #include <memory>

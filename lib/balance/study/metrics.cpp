@@ -120,7 +120,7 @@ void add_metrics(Result& result, const Jumps& jumps) {
   add("com_velocity", "m/s", &Result::com_velocity, 0, axes);
   add("com_acceleration", "m/s^2", &Result::com_acceleration, 0, axes);
   add("kinetic_energy", "J", &Result::kinetic_energy, 0, 1);
-  for (std::size_t j = 0; j < result.joint_names.size(); ++j) {
+  for (std::size_t j = 0; j < result.joint_names.size() && result.joint_force.size() > 0; ++j) {
     const int k = static_cast<int>(j);
     add(("joint_force[" + result.joint_names[j] + "]").c_str(), "N", &Result::joint_force, k * axes, axes);
     add(("joint_moment[" + result.joint_names[j] + "]").c_str(), "N m", &Result::joint_moment, k * turns, turns);

@@ -4,6 +4,7 @@
 #include "balance/dynamics/observer.hpp"
 #include "balance/study/hold.hpp"
 #include "balance/study/metrics.hpp"
+#include "balance/study/result_columns.hpp"
 #include "balance/study/walk.hpp"
 
 #include <stdexcept>
@@ -11,42 +12,6 @@
 namespace balance {
 
 namespace {
-
-void name_columns(const Mechanism& mechanism, Result& result) {
-  const bool planar = mechanism.space == SpaceKind::planar;
-  result.axes = planar ? 2 : 3;
-  result.moment_axes = planar ? 1 : 3;
-  for (const Coordinate& coordinate : mechanism.coordinates) {
-    result.coordinate_names.push_back(coordinate.name);
-    result.coordinate_units.push_back(coordinate.kind == CoordinateKind::angle ? "rad" : "m");
-  }
-  for (const Joint& joint : mechanism.joints) result.joint_names.push_back(joint.name);
-  for (const int actuator : mechanism.actuators) {
-    result.actuator_names.push_back(mechanism.coordinates[actuator].name);
-    result.actuator_units.push_back(mechanism.coordinates[actuator].kind == CoordinateKind::angle ? "N m" : "N");
-  }
-}
-
-void size_arrays(const Mechanism& mechanism, long rows, Result& result) {
-  const auto C = static_cast<Eigen::Index>(result.coordinate_names.size());
-  const auto A = static_cast<Eigen::Index>(result.actuator_names.size());
-  const auto J = static_cast<Eigen::Index>(result.joint_names.size());
-  result.time.resize(rows);
-  for (auto* array : {&result.joint_position, &result.joint_velocity, &result.joint_acceleration})
-    array->resize(rows, C);
-  for (auto* array : {&result.torque, &result.power}) array->resize(rows, A);
-  for (auto* array : {&result.com_position, &result.com_velocity, &result.com_acceleration, &result.shaking_force,
-                      &result.ground_force})
-    array->resize(rows, result.axes);
-  for (auto* array : {&result.shaking_moment, &result.ground_moment}) array->resize(rows, result.moment_axes);
-  result.joint_force.resize(rows, J * result.axes);
-  result.joint_moment.resize(rows, J * result.moment_axes);
-  for (auto* array : {&result.kinetic_energy, &result.potential_energy, &result.mobility}) array->resize(rows, 1);
-  result.newton_iterations.resize(rows);
-  if (!mechanism.tool) return;
-  result.tool_position.resize(rows, result.axes);
-  result.tool_orientation.resize(rows, mechanism.space == SpaceKind::planar ? 1 : 4);
-}
 
 template <int N>
 void put(Samples& array, long row, int column, const Eigen::Matrix<double, N, 1>& v) {
@@ -87,8 +52,8 @@ class Run {
     result.about = trajectory_.about;
     Jumps jumps;
     name_columns(mechanism_, jumps.sides);
-    size_arrays(mechanism_, trajectory_.samples, result);
-    size_arrays(mechanism_, 2 * static_cast<long>(plan_.schedule->jumps().size()), jumps.sides);
+    size_arrays(mechanism_, trajectory_.samples, Contents::everything, result);
+    size_arrays(mechanism_, 2 * static_cast<long>(plan_.schedule->jumps().size()), Contents::everything, jumps.sides);
     if (!follow(stepper, observer, result, jumps)) {
       Result stopped;
       stopped.outcome = lost_;

@@ -1,7 +1,7 @@
 #pragma once
 /// The way through a trajectory: every sample and both sides of every jump, in the order of time.
 
-#include "balance/motion/stepper.hpp"
+#include "balance/motion/schedule.hpp"
 
 #include <cmath>
 #include <vector>
@@ -17,11 +17,12 @@ struct Stop {
   bool on_sample = false;  ///< a jump that happens at that very sample, which holds its after side
 };
 
-/// Leads the stepper from stop to stop.
+/// Leads a stepper of either formulation from stop to stop.
+/// @param stepper begin(), advance(time), accelerate(side), time()
 /// @param see called with each Stop; false ends the walk
 /// @return false if the stepper got stuck (its outcome says why) or `see` ended the walk
-template <class S, class See>
-bool walk(Stepper<S>& stepper, const Schedule& schedule, long samples, See&& see) {
+template <class Stepper, class See>
+bool walk(Stepper& stepper, const Schedule& schedule, long samples, See&& see) {
   bool started = false;
   const auto move = [&](double time) {
     if (started && stepper.time() == time) return true;

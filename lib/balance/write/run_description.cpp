@@ -25,6 +25,7 @@ std::string simulate_command(const SimulateCall& call) {
   if (call.duration) words.insert(words.end(), {"--duration", fmt::format("{}", *call.duration)});
   if (!call.about.empty()) words.push_back("--about=" + call.about);
   for (const std::string& set : call.set) words.insert(words.end(), {"--set", set});
+  if (call.formulation != "tree") words.insert(words.end(), {"--formulation", call.formulation});
   if (call.compress) words.push_back("--compress");
   for (std::string& word : words) word = shell_word(word);
   return fmt::format("{}", fmt::join(words, " "));
@@ -39,6 +40,7 @@ FileDescription describe_simulation(const Study& study, const Trajectory& trajec
   description.trajectory = trajectory.name;
   description.law = std::holds_alternative<TablePath>(trajectory.path) ? "table" : name_of(trajectory.law.kind);
   description.drive = name_of(trajectory.drive);
+  description.formulation = call.formulation;
   return description;
 }
 

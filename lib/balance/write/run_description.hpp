@@ -22,6 +22,7 @@ struct SimulateCall {
   std::string about;               ///< "x,y" or "x,y,z"; empty: as in the spec
   std::vector<std::string> set;    ///< `name=value`
   bool compress = false;
+  std::string formulation = "tree";  ///< or "natural"
 };
 
 /// What computes the same file again. Options that do not change its content are left out, and so is the spec's folder: the same

@@ -1,0 +1,198 @@
+#include "balance/motion/drive_quantities.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+
+namespace balance {
+
+std::vector<int> prescribed_coordinates(const Trajectory& trajectory) {
+  std::vector<int> coordinates = trajectory.remaining;
+  const auto add = [&](const PoseTarget& pose) {
+    for (const CoordinateValue& joint : pose.joints) coordinates.push_back(joint.coordinate);
+  };
+  add(trajectory.from);
+  add(trajectory.to);
+  if (const auto* way = std::get_if<WaypointPath>(&trajectory.path))
+    for (const PoseTarget& point : way->points) add(point);
+  return coordinates;
+}
+
+namespace {
+
+std::string count(int n, const char* one, const char* many) { return std::to_string(n) + " " + (n == 1 ? one : many); }
+
+int dimension(const Mechanism& mechanism) { return mechanism.space == SpaceKind::planar ? 2 : 3; }
+
+/// Position components by how much they change from the start to the end, largest first (stable).
+std::vector<int> most_moving(const Trajectory& trajectory, int dimension) {
+  std::vector<int> order(dimension);
+  std::iota(order.begin(), order.end(), 0);
+  if (trajectory.from.tool && trajectory.to.tool) {
+    const Vector3 way = (*trajectory.to.tool - *trajectory.from.tool).cwiseAbs();
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return way[a] > way[b]; });
+  }
+  return order;
+}
+
+/// The tool's components that as many freedoms can follow, positions first.
+std::vector<Component> default_components(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
+  using enum Component;
+  const bool planar = mechanism.space == SpaceKind::planar;
+  const std::vector<Component> all =
+      planar ? std::vector<Component>{x, y, rz} : std::vector<Component>{x, y, z, rx, ry, rz};
+  if (freedoms == 4 && !planar) return {x, y, z, rz};
+  if (freedoms >= dimension(mechanism))
+    return {all.begin(), all.begin() + std::min<std::ptrdiff_t>(freedoms, static_cast<std::ptrdiff_t>(all.size()))};
+  if (!trajectory.from.tool && trajectory.from.angle && freedoms == 1) return {rz};
+  std::vector<int> moving = most_moving(trajectory, dimension(mechanism));
+  moving.resize(freedoms);
+  std::sort(moving.begin(), moving.end());
+  std::vector<Component> chosen;
+  for (const int k : moving) chosen.push_back(all[k]);
+  return chosen;
+}
+
+void add_components(const std::vector<Component>& components, const Mechanism& mechanism, std::vector<int>& place,
+                    DriveQuantities& chosen) {
+  const bool planar = mechanism.space == SpaceKind::planar;
+  for (const Component component : components) {
+    const int k = static_cast<int>(component);
+    if (k < 3) {
+      if (k >= dimension(mechanism)) throw std::invalid_argument("a planar mechanism has no component z");
+      place.push_back(k);
+    } else if (planar) {
+      if (component != Component::rz) throw std::invalid_argument("a planar tool turns about z only");
+      chosen.tool_angle = true;
+    } else {
+      chosen.rotation.push_back(k - 3);
+    }
+  }
+}
+
+std::vector<int> named_joints(const Trajectory& trajectory) {
+  std::vector<int> coordinates;
+  for (const CoordinateValue& value : trajectory.from.joints) coordinates.push_back(value.coordinate);
+  return coordinates;
+}
+
+/// Drive `joints`: what `from` names, or the actuators.
+std::vector<int> driven_joints(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
+  std::vector<int> coordinates = named_joints(trajectory);
+  const bool all_actuators = std::all_of(mechanism.actuators.begin(), mechanism.actuators.end(), [&](int actuator) {
+    return std::find(coordinates.begin(), coordinates.end(), actuator) != coordinates.end();
+  });
+  // a start pose may name more joints than move independently: then the motors' count
+  if (coordinates.empty() || (static_cast<int>(coordinates.size()) > freedoms && all_actuators &&
+                              static_cast<int>(mechanism.actuators.size()) == freedoms))
+    coordinates = mechanism.actuators;
+  return coordinates;
+}
+
+/// Drive `com`: what is left beside the centre of mass.
+void add_remaining(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms, DriveQuantities& chosen) {
+  chosen.coordinates = trajectory.remaining;
+  if (!trajectory.remaining.empty()) return;
+  const auto left = [&] { return freedoms - chosen.rows(); };
+  if (mechanism.tool && left() > 0) {
+    if (mechanism.space == SpaceKind::planar)
+      chosen.tool_angle = true;
+    else if (left() >= 3)
+      chosen.rotation = {0, 1, 2};
+  }
+  const int missing = std::clamp(left(), 0, static_cast<int>(mechanism.actuators.size()));
+  chosen.coordinates.assign(mechanism.actuators.end() - missing, mechanism.actuators.end());
+}
+
+/// The pose says everything that is prescribed.
+bool states_all(const DriveQuantities& quantities, const PoseTarget& pose) {
+  return (quantities.point.empty() || pose.tool) && (quantities.com.empty() || pose.com) &&
+         (!quantities.tool_angle || pose.angle) && (quantities.rotation.empty() || pose.orientation) &&
+         std::all_of(quantities.coordinates.begin(), quantities.coordinates.end(), [&](int coordinate) {
+           return std::any_of(pose.joints.begin(), pose.joints.end(),
+                              [&](const CoordinateValue& joint) { return joint.coordinate == coordinate; });
+         });
+}
+
+}  // namespace
+
+DriveQuantities choose_quantities(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
+  DriveQuantities chosen;
+  const int own = freedoms - static_cast<int>(trajectory.remaining.size());
+  switch (trajectory.drive) {
+    case DriveKind::joints: chosen.coordinates = driven_joints(mechanism, trajectory, freedoms); break;
+    case DriveKind::tool:
+      if (!mechanism.tool) throw std::invalid_argument("drive: tool needs a `tool:` in the spec");
+      add_components(
+          trajectory.components.empty() ? default_components(mechanism, trajectory, own) : trajectory.components,
+          mechanism, chosen.point, chosen);
+      chosen.coordinates = trajectory.remaining;
+      break;
+    case DriveKind::com: {
+      std::vector<Component> components = trajectory.components;
+      for (int k = 0; trajectory.components.empty() && k < std::min(own, dimension(mechanism)); ++k)
+        components.push_back(static_cast<Component>(k));
+      add_components(components, mechanism, chosen.com, chosen);
+      add_remaining(mechanism, trajectory, freedoms, chosen);
+      break;
+    }
+  }
+  if (chosen.rows() != freedoms)
+    chosen.mismatch = "the drive prescribes " + count(chosen.rows(), "quantity", "quantities") +
+                      ", the mechanism has " + count(freedoms, "degree", "degrees") + " of freedom";
+  return chosen;
+}
+
+DriveQuantities stated_quantities(const Mechanism& mechanism, const PoseTarget& pose) {
+  if ((pose.tool || pose.angle || pose.orientation) && !mechanism.tool)
+    throw std::invalid_argument("the pose names a tool, but the mechanism has none");
+  DriveQuantities stated;
+  for (int k = 0; k < dimension(mechanism); ++k) {
+    if (pose.tool) stated.point.push_back(k);
+    if (pose.com) stated.com.push_back(k);
+  }
+  stated.tool_angle = pose.angle.has_value() && mechanism.space == SpaceKind::planar;
+  if (pose.orientation && mechanism.space == SpaceKind::spatial) stated.rotation = {0, 1, 2};
+  for (const CoordinateValue& joint : pose.joints) stated.coordinates.push_back(joint.coordinate);
+  return stated;
+}
+
+DriveValue stated_values(const DriveQuantities& quantities, const PoseTarget& pose, const DriveValue& base) {
+  DriveValue out = base;
+  int k = 0;
+  for (const int component : quantities.point) {
+    if (pose.tool) out.value[k] = (*pose.tool)[component];
+    ++k;
+  }
+  for (const int component : quantities.com) {
+    if (pose.com) out.value[k] = (*pose.com)[component];
+    ++k;
+  }
+  if (quantities.tool_angle) {
+    if (pose.angle) out.value[k] = *pose.angle;
+    ++k;
+  }
+  for (const int coordinate : quantities.coordinates) {
+    for (const CoordinateValue& joint : pose.joints)
+      if (joint.coordinate == coordinate) out.value[k] = joint.value;
+    ++k;
+  }
+  if (pose.orientation) out.rotation = *pose.orientation;
+  return out;
+}
+
+bool end_is_stated(const DriveQuantities& quantities, const Trajectory& trajectory) {
+  if (std::holds_alternative<TablePath>(trajectory.path) || std::holds_alternative<CirclePath>(trajectory.path) ||
+      states_all(quantities, trajectory.to))
+    return true;
+  // `to` speaks of the drive's own quantities, if not of all of them: the others stay.
+  const PoseTarget& to = trajectory.to;
+  switch (trajectory.drive) {
+    case DriveKind::joints: return !to.joints.empty();
+    case DriveKind::tool: return (to.tool || quantities.point.empty()) && trajectory.remaining.empty();
+    case DriveKind::com: return to.com && !to.tool && to.joints.empty();
+  }
+  return false;
+}
+
+}  // namespace balance

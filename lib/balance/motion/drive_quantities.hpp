@@ -1,0 +1,43 @@
+#pragma once
+/// What a trajectory prescribes, read off the spec alone: plain values that every formulation turns into equations of its own.
+
+#include "balance/model/drive_sample.hpp"
+#include "balance/motion/trajectory.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// Coordinates that the trajectory prescribes or states anywhere.
+std::vector<int> prescribed_coordinates(const Trajectory& trajectory);
+
+/// The prescribed scalars in the order of DriveValue::value: point, com, the planar tool's angle, coordinates; and the
+/// components of a spatial tool's rotation.
+struct DriveQuantities {
+  std::vector<int> point;     ///< world components of the tool point
+  std::vector<int> com;       ///< world components of the centre of mass
+  bool tool_angle = false;    ///< planar: angle of the tool's body
+  std::vector<int> rotation;  ///< spatial: world components of the tool's rotation
+  std::vector<int> coordinates;
+  std::string mismatch;  ///< why they do not fit the freedoms; empty if they do
+
+  int values() const { return static_cast<int>(point.size() + com.size() + coordinates.size()) + (tool_angle ? 1 : 0); }
+  int rows() const { return values() + static_cast<int>(rotation.size()); }
+};
+
+/// As many quantities as the mechanism has freedoms: those that the trajectory names, or the defaults of the spec language.
+/// @throws std::invalid_argument if the trajectory asks for something that does not exist
+DriveQuantities choose_quantities(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms);
+
+/// The quantities that a pose states, all of them.
+/// @throws std::invalid_argument if it names a tool that the mechanism lacks
+DriveQuantities stated_quantities(const Mechanism& mechanism, const PoseTarget& pose);
+
+/// Prescribed values that a pose states; whatever it leaves out is taken from `base`.
+DriveValue stated_values(const DriveQuantities& quantities, const PoseTarget& pose, const DriveValue& base);
+
+/// The pose `to` says enough of the driven quantities that no configuration has to be found for it: what it leaves out stays.
+bool end_is_stated(const DriveQuantities& quantities, const Trajectory& trajectory);
+
+}  // namespace balance

@@ -1,0 +1,100 @@
+#include "balance/natural/forces.hpp"
+
+#include "balance/natural/drive.hpp"
+
+#include <algorithm>
+
+namespace balance::natural {
+
+namespace {
+
+/// Linear between its rows, held beyond them.
+void load_at(const Load& load, double time, Vector3& force, Vector3& moment) {
+  if (load.time.empty()) {
+    force = load.force.front();
+    moment = load.moment.front();
+    return;
+  }
+  const double t = std::clamp(time, load.time.front(), load.time.back());
+  std::size_t k = 1;
+  while (k + 1 < load.time.size() && load.time[k] < t) ++k;
+  if (load.time.size() == 1) {
+    force = load.force.front();
+    moment = load.moment.front();
+    return;
+  }
+  const double part = (t - load.time[k - 1]) / (load.time[k] - load.time[k - 1]);
+  force = load.force[k - 1] + part * (load.force[k] - load.force[k - 1]);
+  moment = load.moment[k - 1] + part * (load.moment[k] - load.moment[k - 1]);
+}
+
+/// A force on a place that is a form: virtual power shares it among the points.
+void share(const Form& place, Complex force, std::vector<Complex>& forces) {
+  for (const Term& term : place.terms) forces[static_cast<std::size_t>(term.point)] += std::conj(term.weight) * force;
+}
+
+}  // namespace
+
+AppliedForces::AppliedForces(const Mechanism& mechanism, const Model& model)
+    : model_(model), gravity_(planar(mechanism.gravity, model.length())) {
+  const auto place = [&](int body, const Vector3& point) {
+    return model.bodies[static_cast<std::size_t>(body)].place(planar(point, model.length()));
+  };
+  for (const Load& load : mechanism.loads)
+    loads_.push_back(
+        {&load, place(load.body, load.point), model.bodies[static_cast<std::size_t>(load.body)].direction});
+  for (const Spring& spring : mechanism.springs)
+    springs_.push_back({place(spring.second, spring.point_second) - place(spring.first, spring.point_first),
+                        spring.stiffness, spring.free_length / model.length()});
+}
+
+Wrench AppliedForces::add(const Coordinates& position, double time, std::vector<Complex>& forces) const {
+  const std::vector<Complex> weights = mass_times(model_, std::vector<Complex>(forces.size(), gravity_));
+  for (std::size_t k = 0; k < forces.size(); ++k) forces[k] += weights[k];
+  Wrench total;
+  const double L = model_.length();
+  for (const PlacedLoad& placed : loads_) {
+    Vector3 given, moment;
+    load_at(*placed.load, time, given, moment);
+    const Complex e = placed.direction.at(position);
+    const Complex force = planar(given, L) * (placed.load->frame == Frame::body ? e : Complex(1));
+    const double turning = moment.z() / (L * L);
+    share(placed.place, force, forces);
+    share(placed.direction, imaginary * turning * e, forces);  // power turning · ω, with ė = i ω e
+    total.force += force;
+    total.moment += turning + cross(placed.place.at(position), force);
+  }
+  for (const PlacedSpring& spring : springs_) {
+    const Complex way = spring.way.at(position);
+    const double length = std::abs(way);
+    // a spring without free length pulls with k d even at zero length
+    const double pull = spring.free_length == 0 ? spring.stiffness
+                        : length > 0            ? spring.stiffness * (1 - spring.free_length / length)
+                                                : 0;
+    share(spring.way, -pull * way, forces);
+  }
+  return total;
+}
+
+double AppliedForces::energy(const Coordinates& position) const {
+  double sum = 0;
+  for (const PlacedSpring& spring : springs_) {
+    const double stretch = std::abs(spring.way.at(position)) - spring.free_length;
+    sum += 0.5 * spring.stiffness * stretch * stretch;
+  }
+  return sum - model_.total_mass * dot(gravity_, com_form(model_).at(position));
+}
+
+Wrench AppliedForces::weight(const Coordinates& position) const {
+  const Complex weight = model_.total_mass * gravity_;
+  return {weight, cross(com_form(model_).at(position), weight)};
+}
+
+std::vector<Complex> mass_times(const Model& model, const std::vector<Complex>& rates) {
+  std::vector<Complex> out(rates.size());
+  for (const MassEntry& entry : model.mass)
+    out[static_cast<std::size_t>(entry.row)] += entry.value * rates[static_cast<std::size_t>(entry.column)];
+  return out;
+}
+
+}  // namespace balance::natural

@@ -1,0 +1,45 @@
+#pragma once
+/// Generalised forces of weight, loads and springs on the unknowns. Private to natural.
+
+#include "balance/natural/model.hpp"
+
+namespace balance::natural {
+
+/// A force with its moment about the world's origin, internal units.
+struct Wrench {
+  Complex force;
+  double moment = 0;
+};
+
+class AppliedForces {
+ public:
+  AppliedForces(const Mechanism& mechanism, const Model& model);
+
+  /// Adds to one complex force per point: power Σ Re(conj(force) ż).
+  /// @return what the loads do in all
+  Wrench add(const Coordinates& position, double time, std::vector<Complex>& forces) const;
+  /// Of weight and springs [kg length²/s²], zero where the weight's centre is at the world's origin.
+  double energy(const Coordinates& position) const;
+  /// Weight in all, at the centre of mass.
+  Wrench weight(const Coordinates& position) const;
+
+ private:
+  struct PlacedLoad {
+    const Load* load;
+    Form place, direction;
+  };
+  struct PlacedSpring {
+    Form way;  ///< from its first to its second end
+    double stiffness, free_length;
+  };
+
+  const Model& model_;
+  Complex gravity_;
+  std::vector<PlacedLoad> loads_;
+  std::vector<PlacedSpring> springs_;
+};
+
+/// M applied to rates or accelerations of the points: a momentum or a force per point, P3 eq. 22–23 before the sum.
+std::vector<Complex> mass_times(const Model& model, const std::vector<Complex>& rates);
+
+}  // namespace balance::natural

@@ -1,0 +1,239 @@
+#include "balance/natural/model.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <queue>
+#include <stdexcept>
+
+namespace balance::natural {
+
+double ScalarForm::at(const std::vector<double>& scalars) const { return constant + rate(scalars); }
+
+double ScalarForm::rate(const std::vector<double>& rates) const {
+  double sum = 0;
+  for (const ScalarTerm& term : terms) sum += term.coefficient * rates[static_cast<std::size_t>(term.scalar)];
+  return sum;
+}
+
+int first_coordinate(const Mechanism& mechanism, int joint) {
+  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
+    if (mechanism.coordinates[c].joint == joint) return static_cast<int>(c);
+  return -1;
+}
+
+double rest_angle(const Joint& joint) { return std::atan2(joint.rotation(1, 0), joint.rotation(0, 0)); }
+
+std::vector<BodyPlace> place_bodies(const Mechanism& mechanism, const std::vector<double>& coordinates, double length) {
+  std::vector<BodyPlace> places(mechanism.bodies.size());
+  std::vector<bool> placed(mechanism.bodies.size(), false);
+  std::queue<int> open({ground});
+  placed[ground] = true;
+  while (!open.empty()) {
+    const int body = open.front();
+    open.pop();
+    for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
+      const Joint& joint = mechanism.joints[j];
+      if (joint.first != body && joint.second != body) continue;
+      const int other = joint.first == body ? joint.second : joint.first;
+      if (placed[static_cast<std::size_t>(other)]) continue;
+      double turn = rest_angle(joint), slide = 0;
+      for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
+        const Coordinate& coordinate = mechanism.coordinates[c];
+        if (coordinate.joint != static_cast<int>(j)) continue;
+        (coordinate.kind == CoordinateKind::angle ? turn : slide) += coordinates[c];
+      }
+      const Complex P = planar(joint.point_first, length), Q = planar(joint.point_second, length);
+      const Complex way = P + slide / length * planar(joint.axis, 1);
+      const BodyPlace& here = places[static_cast<std::size_t>(body)];
+      BodyPlace& there = places[static_cast<std::size_t>(other)];
+      if (joint.first == body) {
+        there.angle = here.angle + turn;
+        there.origin = here.origin + std::polar(1.0, here.angle) * way - std::polar(1.0, there.angle) * Q;
+      } else {
+        there.angle = here.angle - turn;
+        there.origin = here.origin + std::polar(1.0, here.angle) * Q - std::polar(1.0, there.angle) * way;
+      }
+      placed[static_cast<std::size_t>(other)] = true;
+      open.push(other);
+    }
+  }
+  return places;
+}
+
+namespace {
+
+constexpr double turn = 2 * std::numbers::pi;
+
+double whole_turns(double angle) { return turn * std::round(angle / turn); }
+
+class Builder {
+ public:
+  Builder(const Mechanism& mechanism, const Start& start) : mechanism_(mechanism), start_(start) {
+    if (start.coordinates.size() != mechanism.coordinates.size())
+      throw std::invalid_argument("the start needs a value for every joint coordinate");
+    m_.basic = choose_points(mechanism);
+  }
+
+  Model build(const std::vector<int>& needed, bool tool_angle) {
+    place_points();
+    for (std::size_t b = 0; b < mechanism_.bodies.size(); ++b) add_body(b);
+    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) add_coordinate(static_cast<int>(c));
+    for (const int c : needed) count(c);
+    for (const int c : mechanism_.actuators) count(c);
+    for (const Coupling& coupling : mechanism_.couplings) count(coupling.follower), count(coupling.leader);
+    for (const Friction& friction : mechanism_.friction) count(friction.coordinate);
+    for (const Disc& disc : mechanism_.discs) count(disc.follows), body_angle(disc.body);
+    if (mechanism_.tool) {
+      const int body = mechanism_.tool->body;
+      if (tool_angle) body_angle(body);
+      m_.tool_turns = whole_turns(m_.body_angles[static_cast<std::size_t>(body)] - start_.tool_angle);
+    }
+    for (const Joint& joint : mechanism_.joints) add_joint(joint);
+    for (const Coupling& coupling : mechanism_.couplings) add_coupling(coupling);
+    add_masses(mechanism_, m_);
+    return std::move(m_);
+  }
+
+ private:
+  void place_points() {
+    places_ = place_bodies(mechanism_, start_.coordinates, m_.length());
+    for (const BodyPlace& place : places_) m_.body_angles.push_back(place.angle);
+    m_.start.points.resize(static_cast<std::size_t>(m_.basic.count()));
+    for (std::size_t b = mechanism_.bodies.size(); b-- > 1;)
+      for (const BodyPoint& p : m_.basic.bodies[b].points)
+        m_.start.points[static_cast<std::size_t>(p.point)] =
+            places_[b].origin + std::polar(1.0, places_[b].angle) * p.place;
+    for (std::size_t k = 0; k < m_.basic.fixed.size(); ++k)
+      m_.start.points[static_cast<std::size_t>(m_.basic.moving) + k] = m_.basic.fixed[k];
+  }
+
+  void add_distance(const BodyPoint& p, const BodyPoint& q) {
+    const Form way = Complex(1 / std::abs(q.place - p.place)) * (point(q) - point(p));
+    m_.constraints.push_back({.left = way, .right = way, .constant = 1});
+  }
+
+  static Form point(const BodyPoint& p) { return {{}, {{p.point, 1}}}; }
+
+  void add_body(std::size_t b) {
+    BodyModel body;
+    if (b == ground) {
+      body.direction = constant_form(1);
+      m_.bodies.push_back(body);
+      return;
+    }
+    const BodyPoints& own = m_.basic.bodies[b];
+    const BodyPoint &A = own.points[0], &B = own.points[1];
+    body.direction = 1.0 / (B.place - A.place) * (point(B) - point(A));
+    body.origin = point(A) - A.place * body.direction;
+    m_.bodies.push_back(body);
+    add_distance(A, B);
+    for (std::size_t k = 2; k < own.points.size(); ++k) {
+      const BodyPoint& C = own.points[k];
+      if (k == 2 && own.triangle) {
+        add_distance(A, C);
+        add_distance(B, C);
+        continue;
+      }
+      const Form gap = body.place(C.place) - point(C);
+      m_.constraints.push_back({.left = constant_form(1), .right = gap});
+      m_.constraints.push_back({.left = constant_form(imaginary), .right = gap});
+    }
+  }
+
+  int add_scalar(double value) {
+    m_.start.scalars.push_back(value);
+    return m_.scalars++;
+  }
+
+  int body_angle(int b) {
+    BodyModel& body = m_.bodies[static_cast<std::size_t>(b)];
+    if (body.angle < 0 && b != ground) {
+      body.angle = add_scalar(m_.body_angles[static_cast<std::size_t>(b)]);
+      m_.constraints.push_back({.right = body.direction, .angle = body.angle});
+    }
+    return body.angle;
+  }
+
+  /// A coordinate that nobody counts yet.
+  void add_coordinate(int c) {
+    const Joint& joint =
+        mechanism_.joints[static_cast<std::size_t>(mechanism_.coordinates[static_cast<std::size_t>(c)].joint)];
+    JointCoordinate coordinate;
+    coordinate.angle = mechanism_.coordinates[static_cast<std::size_t>(c)].kind == CoordinateKind::angle;
+    coordinate.first = joint.first;
+    coordinate.second = joint.second;
+    const double given = start_.coordinates[static_cast<std::size_t>(c)];
+    if (coordinate.angle) {
+      const double apart = m_.body_angles[static_cast<std::size_t>(joint.second)] -
+                           m_.body_angles[static_cast<std::size_t>(joint.first)] - rest_angle(joint);
+      coordinate.offset = rest_angle(joint) + whole_turns(apart - given);
+    } else {
+      coordinate.slide = {.left = axis(joint), .right = gap(joint)};
+    }
+    m_.coordinates.push_back(coordinate);
+  }
+
+  void count(int c) {
+    JointCoordinate& coordinate = m_.coordinates[static_cast<std::size_t>(c)];
+    if (coordinate.linear) return;
+    coordinate.linear = true;
+    if (coordinate.angle) {
+      const int first = body_angle(coordinate.first), second = body_angle(coordinate.second);
+      if (first >= 0) coordinate.form.terms.push_back({first, -1});
+      if (second >= 0) coordinate.form.terms.push_back({second, 1});
+      coordinate.form.constant = -coordinate.offset;
+      return;
+    }
+    const int scalar = add_scalar(start_.coordinates[static_cast<std::size_t>(c)] / m_.length());
+    Row row = coordinate.slide;
+    row.scalars.push_back({scalar, -1});
+    m_.constraints.push_back(row);
+    coordinate.form.terms.push_back({scalar, m_.length()});
+  }
+
+  Form axis(const Joint& joint) const {
+    return planar(joint.axis, 1) * m_.bodies[static_cast<std::size_t>(joint.first)].direction;
+  }
+
+  Form gap(const Joint& joint) const {
+    return m_.bodies[static_cast<std::size_t>(joint.second)].place(planar(joint.point_second, m_.length())) -
+           m_.bodies[static_cast<std::size_t>(joint.first)].place(planar(joint.point_first, m_.length()));
+  }
+
+  void add_joint(const Joint& joint) {
+    if (joint.type == JointType::prismatic || joint.type == JointType::pin_slot)  // nothing across the slide
+      m_.constraints.push_back({.left = imaginary * axis(joint), .right = gap(joint)});
+    if (joint.type == JointType::prismatic || joint.type == JointType::fixed)  // no rotation
+      m_.constraints.push_back({.left = imaginary * std::polar(1.0, rest_angle(joint)) *
+                                        m_.bodies[static_cast<std::size_t>(joint.first)].direction,
+                                .right = m_.bodies[static_cast<std::size_t>(joint.second)].direction});
+  }
+
+  void add_coupling(const Coupling& coupling) {
+    const JointCoordinate& follower = m_.coordinates[static_cast<std::size_t>(coupling.follower)];
+    const JointCoordinate& leader = m_.coordinates[static_cast<std::size_t>(coupling.leader)];
+    const double unit = follower.angle ? 1 : m_.length();
+    Row row;
+    const auto add = [&](const ScalarForm& form, double factor) {
+      for (const ScalarTerm& term : form.terms) row.scalars.push_back({term.scalar, factor * term.coefficient / unit});
+      row.constant -= factor * form.constant / unit;
+    };
+    add(follower.form, 1);
+    add(leader.form, -coupling.ratio);
+    row.constant += coupling.offset / unit;
+    m_.constraints.push_back(row);
+  }
+
+  const Mechanism& mechanism_;
+  const Start& start_;
+  Model m_;
+  std::vector<BodyPlace> places_;
+};
+
+}  // namespace
+
+Model build_model(const Mechanism& mechanism, const std::vector<int>& needed, bool tool_angle, const Start& start) {
+  return Builder(mechanism, start).build(needed, tool_angle);
+}
+
+}  // namespace balance::natural

@@ -1,0 +1,153 @@
+#include "balance/natural/observer.hpp"
+
+#include <cmath>
+
+namespace balance::natural {
+
+Observer::Observer(const Mechanism& mechanism, const Model& model, int freedoms, const Vector3& about)
+    : mechanism_(mechanism),
+      model_(model),
+      applied_(mechanism, model),
+      freedoms_(freedoms),
+      about_(planar(about, model.length())),
+      com_(com_form(model)) {
+  if (mechanism.tool) tool_ = tool_form(mechanism, model);
+  const int motors = static_cast<int>(mechanism.actuators.size());
+  if (motors < freedoms)
+    mismatch_ = "under-actuated: " + std::to_string(motors) + " actuators for " + std::to_string(freedoms) +
+                " degrees of freedom; name as many coordinates in `actuators`";
+  if (motors > freedoms)
+    notes_.push_back("over-actuated: " + std::to_string(motors) + " actuators for " + std::to_string(freedoms) +
+                     " degrees of freedom; the efforts are those of least norm");
+  for (auto* values : {&seen_.position, &seen_.velocity, &seen_.acceleration})
+    values->assign(mechanism.coordinates.size(), 0);
+  seen_.effort.assign(mechanism.actuators.size(), 0);
+  seen_.power.assign(mechanism.actuators.size(), 0);
+}
+
+bool Observer::observe(const Stepper& stepper) {
+  const State& state = stepper.state();
+  read_coordinates(stepper);
+  read_momentum(state);
+  const bool held = find_efforts(stepper);
+  const double L = model_.length();
+  const Wrench weight = applied_.weight(state.position);
+  const Complex shaking = seen_.shaking_force / L;
+  const Complex force = weight.force + loads_.force - shaking;
+  seen_.ground_force = L * force;
+  seen_.ground_moment =
+      L * L * (weight.moment + loads_.moment - cross(about_, weight.force + loads_.force)) - seen_.shaking_moment;
+  seen_.potential_energy = L * L * applied_.energy(state.position);
+  if (!mechanism_.tool) return held;
+  seen_.tool = L * tool_.at(state.position);
+  seen_.tool_angle = stepper.angles()[static_cast<std::size_t>(mechanism_.tool->body)] - model_.tool_turns;
+  return held;
+}
+
+void Observer::read_coordinates(const Stepper& stepper) {
+  const State& state = stepper.state();
+  const double L = model_.length();
+  for (std::size_t c = 0; c < model_.coordinates.size(); ++c) {
+    const JointCoordinate& coordinate = model_.coordinates[c];
+    if (coordinate.linear) {
+      seen_.position[c] = coordinate.form.at(state.position.scalars);
+      seen_.velocity[c] = coordinate.form.rate(state.velocity.scalars);
+      seen_.acceleration[c] = coordinate.form.rate(state.acceleration.scalars);
+    } else if (coordinate.angle) {
+      const auto first = static_cast<std::size_t>(coordinate.first),
+                 second = static_cast<std::size_t>(coordinate.second);
+      seen_.position[c] = stepper.angles()[second] - stepper.angles()[first] - coordinate.offset;
+      seen_.velocity[c] = stepper.spin(coordinate.second) - stepper.spin(coordinate.first);
+      seen_.acceleration[c] = stepper.spin_rate(coordinate.second) - stepper.spin_rate(coordinate.first);
+    } else {
+      seen_.position[c] = L * coordinate.slide.value(state.position);
+      seen_.velocity[c] = L * coordinate.slide.rate(state.position, state.velocity);
+      seen_.acceleration[c] = L * coordinate.slide.second_rate(state);
+    }
+  }
+}
+
+void Observer::read_momentum(const State& state) {
+  const double L = model_.length();
+  inertia_ = mass_times(model_, state.acceleration.points);
+  const std::vector<Complex> momentum = mass_times(model_, state.velocity.points);
+  Complex force;
+  double moment = 0, energy = 0, sizes = 0;
+  // The second term of P3 eq. 27, (dq̃/dt) M q̇, is zero: ż ᴴ M ż is real because M is Hermitian.
+  for (std::size_t k = 0; k < inertia_.size(); ++k) {
+    force += inertia_[k];
+    moment += cross(state.position.points[k] - about_, inertia_[k]);
+    energy += 0.5 * dot(state.velocity.points[k], momentum[k]);
+    sizes += std::abs(inertia_[k]);
+  }
+  for (const Rotor& rotor : model_.rotors) {
+    const double rate = rotor.turn.rate(state.velocity.scalars);
+    moment += rotor.inertia * rotor.turn.rate(state.acceleration.scalars);
+    energy += 0.5 * rotor.inertia * rate * rate;
+  }
+  seen_.com = L * com_.at(state.position);
+  seen_.com_velocity = L * com_.rate(state.velocity);
+  seen_.com_acceleration = L * com_.rate(state.acceleration);
+  seen_.shaking_force = L * force;
+  seen_.shaking_moment = L * L * moment;
+  seen_.kinetic_energy = L * L * energy;
+  seen_.force_scale = L * sizes + model_.total_mass * mechanism_.gravity.norm();
+}
+
+/// M q̈ less weight, loads, springs and friction, on the unknowns: what constraints and actuators must supply.
+VectorX Observer::needed_forces(const Stepper& stepper) {
+  const State& state = stepper.state();
+  const double L = model_.length();
+  const int moving = model_.basic.moving;
+  std::vector<Complex> applied(state.position.points.size());
+  loads_ = applied_.add(state.position, state.time, applied);
+  VectorX needed = VectorX::Zero(model_.unknowns());
+  for (int k = 0; k < moving; ++k) {
+    const Complex force = inertia_[static_cast<std::size_t>(k)] - applied[static_cast<std::size_t>(k)];
+    needed[2 * k] = force.real();
+    needed[2 * k + 1] = force.imag();
+  }
+  for (const Rotor& rotor : model_.rotors)
+    for (const ScalarTerm& term : rotor.turn.terms)
+      needed[2 * moving + term.scalar] +=
+          term.coefficient * rotor.inertia * rotor.turn.rate(state.acceleration.scalars);
+  for (const Friction& friction : mechanism_.friction) {
+    const auto c = static_cast<std::size_t>(friction.coordinate);
+    const double rate = seen_.velocity[c];
+    const double resistance = friction.viscous * rate + friction.coulomb * static_cast<double>((rate > 0) - (rate < 0));
+    for (const ScalarTerm& term : model_.coordinates[c].form.terms)
+      needed[2 * moving + term.scalar] += term.coefficient * resistance / (L * L);
+  }
+  return needed;
+}
+
+/// Φᵀ λ + Sᵀ u = needed; along the motions N that the constraints allow Φ N = 0, so that Nᵀ Sᵀ u = Nᵀ needed.
+bool Observer::find_efforts(const Stepper& stepper) {
+  const double L = model_.length();
+  const auto motors = static_cast<Eigen::Index>(mechanism_.actuators.size());
+  const VectorX needed = needed_forces(stepper);
+  const MatrixX motions = stepper.equations().motions();
+  MatrixX grip = MatrixX::Zero(motors, motions.cols());  // rates of the actuated coordinates [SI]
+  for (Eigen::Index a = 0; a < motors; ++a) {
+    const auto c = static_cast<std::size_t>(mechanism_.actuators[static_cast<std::size_t>(a)]);
+    for (const ScalarTerm& term : model_.coordinates[c].form.terms)
+      grip.row(a) += term.coefficient * motions.row(2 * model_.basic.moving + term.scalar);
+  }
+  // columns of equal size: what drives the mechanism must not decide what holds it
+  const VectorX size = motions.colwise().norm().transpose().cwiseMax(1e-300).cwiseInverse();
+  grip = grip * size.asDiagonal();
+  const VectorX right = L * L * size.cwiseProduct(motions.transpose() * needed);
+  Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
+  qr.setThreshold(1e-10);
+  qr.compute(grip.transpose());
+  actuation_sign_ = motors == freedoms_ && motors > 0 ? (grip.determinant() > 0 ? 1 : -1) : 0;
+  const VectorX efforts = qr.solve(right);
+  for (Eigen::Index a = 0; a < motors; ++a) {
+    const auto i = static_cast<std::size_t>(a);
+    seen_.effort[i] = efforts[a];
+    seen_.power[i] = efforts[a] * seen_.velocity[static_cast<std::size_t>(mechanism_.actuators[i])];
+  }
+  return qr.rank() == freedoms_;
+}
+
+}  // namespace balance::natural

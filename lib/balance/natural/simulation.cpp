@@ -1,0 +1,81 @@
+#include "balance/natural/simulation.hpp"
+
+#include <cstdio>
+#include <stdexcept>
+
+namespace balance::natural {
+
+struct Simulation::Parts {
+  Mechanism mechanism;
+  Model model;
+  Plan plan;
+  std::optional<Stepper> stepper;
+  std::optional<Observer> observer;
+  int actuation_sign = 0;
+};
+
+Simulation::Simulation(const Mechanism& mechanism, const Trajectory& trajectory, const Start& start)
+    : parts_(std::make_unique<Parts>()) {
+  if (mechanism.space != SpaceKind::planar)
+    throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
+  Parts& p = *parts_;
+  p.mechanism = mechanism;
+  p.model =
+      build_model(p.mechanism, prescribed_coordinates(trajectory), speaks_of_tool_angle(mechanism, trajectory), start);
+  p.plan = make_plan(p.mechanism, p.model, trajectory);
+  outcome_ = p.plan.outcome;
+  if (outcome_.status != MotionStatus::done) return;
+  p.observer.emplace(p.mechanism, p.model, p.plan.freedoms, trajectory.about);
+  if (!p.observer->mismatch().empty()) {
+    outcome_ = {MotionStatus::mismatch, 0, p.observer->mismatch(), {}};
+    return;
+  }
+  p.stepper.emplace(p.model, drive_rows(p.mechanism, p.model, p.plan.quantities), *p.plan.schedule, p.plan.freedoms);
+}
+
+Simulation::~Simulation() = default;
+
+const Schedule& Simulation::schedule() const { return parts_->plan.schedule.value(); }
+
+int Simulation::freedoms() const { return parts_->plan.freedoms; }
+
+const std::vector<std::string>& Simulation::notes() const { return parts_->observer.value().notes(); }
+
+bool Simulation::begin() {
+  if (parts_->stepper.value().begin(parts_->plan.start)) return true;
+  outcome_ = parts_->stepper->outcome();
+  return false;
+}
+
+bool Simulation::advance(double time) {
+  if (parts_->stepper.value().advance(time)) return true;
+  outcome_ = parts_->stepper->outcome();
+  return false;
+}
+
+double Simulation::time() const { return parts_->stepper.value().time(); }
+
+void Simulation::accelerate(Side side) { parts_->stepper.value().accelerate(side); }
+
+bool Simulation::observe() {
+  Parts& p = *parts_;
+  const bool held = p.observer.value().observe(p.stepper.value());
+  const int sign = p.observer->actuation_sign();
+  if (held && (p.actuation_sign == 0 || sign == p.actuation_sign)) {
+    p.actuation_sign = sign;
+    return true;
+  }
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "at t = %.9g s: actuation singularity: the actuators do not hold the mechanism in a configuration "
+                "reached there",
+                time());
+  outcome_ = {MotionStatus::actuation_singularity, time(), text, {}};
+  return false;
+}
+
+const Observation& Simulation::last() const { return parts_->observer.value().last(); }
+
+int Simulation::iterations() const { return parts_->stepper.value().iterations(); }
+
+}  // namespace balance::natural

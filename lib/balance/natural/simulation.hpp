@@ -1,0 +1,50 @@
+#pragma once
+/// The second formulation: a planar mechanism in natural coordinates (fully Cartesian coordinates), moved along a trajectory.
+/// It shares with the first nothing below the Mechanism and the trajectory's values: basic points instead of a tree, a constant
+/// mass matrix and quadratic constraints instead of recursions.
+/// Source: P3 sections 2 and 3, with its mass matrices re-derived; docs/theory.md section 8.
+
+#include "balance/motion/schedule.hpp"
+#include "balance/motion/trajectory.hpp"
+#include "balance/natural/observer.hpp"
+#include "balance/natural/plan.hpp"
+
+#include <memory>
+
+namespace balance::natural {
+
+class Simulation {
+ public:
+  /// @param start a configuration near which the trajectory starts; only its assembly mode and whole turns matter
+  /// @throws std::invalid_argument if the mechanism is spatial, the start has the wrong size, or trajectory and mechanism do
+  ///         not fit (a drive on the tool without a tool, …)
+  Simulation(const Mechanism& mechanism, const Trajectory& trajectory, const Start& start);
+  ~Simulation();
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  /// done: it can be followed; else why not, or why the last step failed.
+  const MotionOutcome& outcome() const { return outcome_; }
+  /// Of the plan; only if it is done.
+  const Schedule& schedule() const;
+  int freedoms() const;
+  const std::vector<std::string>& notes() const;
+
+  /// To time 0, and on. On false outcome() says why.
+  bool begin();
+  bool advance(double time);
+  double time() const;
+  /// Accelerations on one side of the present time (begin and advance leave those after it).
+  void accelerate(Side side);
+  /// The present moment. On false the actuators do not hold the mechanism, or did not somewhere since the last look.
+  bool observe();
+  const Observation& last() const;
+  int iterations() const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+  MotionOutcome outcome_;
+};
+
+}  // namespace balance::natural

@@ -1,0 +1,53 @@
+#pragma once
+/// Follows prescribed values through time: Taylor's prediction, Newton on all equations, then velocities and accelerations.
+/// Private to natural.
+
+#include "balance/motion/motion.hpp"
+#include "balance/motion/schedule.hpp"
+#include "balance/natural/equations.hpp"
+
+namespace balance::natural {
+
+class Stepper {
+ public:
+  /// @param model, schedule must outlive the stepper
+  Stepper(const Model& model, DriveRows drive, const Schedule& schedule, int freedoms);
+
+  /// Time 0, from a configuration near it. Also true of advance: on false outcome() says why, and the last good state stays.
+  bool begin(const Coordinates& near);
+  /// On to a later time, in as many steps as it takes to stay on the same assembly mode.
+  bool advance(double time);
+  /// Accelerations on one side of the present time (advance() leaves those of the side `after`).
+  void accelerate(Side side);
+
+  double time() const { return now_.time; }
+  const State& state() const { return now_; }
+  /// Angle of every body, running on past ±π [rad], with its rates; from the scalars or read off the directions.
+  const std::vector<double>& angles() const { return angles_; }
+  double spin(int body) const;
+  double spin_rate(int body) const;
+  int iterations() const { return iterations_; }
+  const Equations& equations() const { return equations_; }
+  const MotionOutcome& outcome() const { return outcome_; }
+
+ private:
+  enum class Attempt { done, no_convergence, far, flipped };
+
+  Attempt step(double time);
+  bool far_from(const Coordinates& predicted, const Coordinates& found) const;
+  void read_angles(const std::vector<double>& expected);
+  void stop(Attempt attempt);
+
+  const Model& model_;
+  const Schedule& schedule_;
+  int freedoms_;
+  Equations equations_;
+  State now_;
+  std::vector<double> angles_;
+  DriveSample sample_;
+  int iterations_ = 0;
+  int sign_ = 0;
+  MotionOutcome outcome_;
+};
+
+}  // namespace balance::natural

@@ -1,0 +1,115 @@
+#include "balance/study/simulate_natural.hpp"
+
+#include "balance/dynamics/observer.hpp"
+#include "balance/natural/simulation.hpp"
+#include "balance/study/metrics.hpp"
+#include "balance/study/result_columns.hpp"
+#include "balance/study/walk.hpp"
+
+#include <stdexcept>
+
+namespace balance {
+
+NaturalStart find_start(const Mechanism& mechanism, const Trajectory& trajectory) {
+  Tree<Planar> tree = compile<Planar>(mechanism, prescribed_coordinates(trajectory));
+  const Plan<Planar> plan = make_plan(mechanism, tree, trajectory);
+  NaturalStart found{plan.outcome, {}};
+  if (plan.outcome.status != MotionStatus::done) return found;
+  Observer<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
+  Stepper<Planar> stepper(mechanism, tree, plan);
+  if (!stepper.begin()) {
+    found.outcome = stepper.outcome();
+    return found;
+  }
+  observer.observe(stepper, Detail::forces);
+  found.start = {observer.last().position, observer.last().tool_angle};
+  return found;
+}
+
+namespace {
+
+Vector2 vector(natural::Complex z) { return {z.real(), z.imag()}; }
+
+class Run {
+ public:
+  Run(const Mechanism& mechanism, const Trajectory& trajectory, const natural::Start& start)
+      : mechanism_(mechanism), trajectory_(trajectory), simulation_(mechanism, trajectory, start) {}
+
+  Result run() {
+    Result result;
+    result.outcome = simulation_.outcome();
+    if (result.outcome.status != MotionStatus::done) return result;
+    name_columns(mechanism_, result);
+    result.about = trajectory_.about;
+    Jumps jumps;
+    name_columns(mechanism_, jumps.sides);
+    const Schedule& schedule = simulation_.schedule();
+    size_arrays(mechanism_, trajectory_.samples, Contents::without_reactions, result);
+    size_arrays(mechanism_, 2 * static_cast<long>(schedule.jumps().size()), Contents::without_reactions, jumps.sides);
+    const bool done = walk(simulation_, schedule, trajectory_.samples, [&](const Stop& stop) {
+      if (stop.kind == Stop::Kind::sample) return record(result, stop.index);
+      if (stop.kind == Stop::Kind::after_jump) return record(jumps.sides, 2 * stop.index + 1);
+      jumps.next_sample.push_back(stop.next_sample);
+      jumps.on_sample.push_back(stop.on_sample);
+      return record(jumps.sides, 2 * stop.index);
+    });
+    if (!done) {
+      Result stopped;
+      stopped.outcome = simulation_.outcome();
+      return stopped;
+    }
+    add_metrics(result, jumps);
+    result.outcome = {MotionStatus::done, schedule.duration(), "", simulation_.notes()};
+    return result;
+  }
+
+ private:
+  bool record(Result& result, long row) {
+    if (!simulation_.observe()) return false;
+    const natural::Observation& seen = simulation_.last();
+    result.time[row] = simulation_.time();
+    const auto put = [row](Samples& array, const std::vector<double>& values) {
+      for (std::size_t k = 0; k < values.size(); ++k) array(row, static_cast<Eigen::Index>(k)) = values[k];
+    };
+    put(result.joint_position, seen.position);
+    put(result.joint_velocity, seen.velocity);
+    put(result.joint_acceleration, seen.acceleration);
+    put(result.torque, seen.effort);
+    put(result.power, seen.power);
+    result.com_position.row(row) = vector(seen.com);
+    result.com_velocity.row(row) = vector(seen.com_velocity);
+    result.com_acceleration.row(row) = vector(seen.com_acceleration);
+    result.shaking_force.row(row) = vector(seen.shaking_force);
+    result.shaking_moment(row, 0) = seen.shaking_moment;
+    result.ground_force.row(row) = vector(seen.ground_force);
+    result.ground_moment(row, 0) = seen.ground_moment;
+    result.kinetic_energy(row, 0) = seen.kinetic_energy;
+    result.potential_energy(row, 0) = seen.potential_energy;
+    result.newton_iterations[row] = simulation_.iterations();
+    if (!mechanism_.tool) return true;
+    result.tool_position.row(row) = vector(seen.tool);
+    result.tool_orientation(row, 0) = seen.tool_angle;
+    return true;
+  }
+
+  const Mechanism& mechanism_;
+  const Trajectory& trajectory_;
+  natural::Simulation simulation_;
+};
+
+}  // namespace
+
+Result simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory) {
+  if (mechanism.space != SpaceKind::planar)
+    throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
+  if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
+  const NaturalStart found = find_start(mechanism, trajectory);
+  if (found.outcome.status != MotionStatus::done) {
+    Result result;
+    result.outcome = found.outcome;
+    return result;
+  }
+  return Run(mechanism, trajectory, found.start).run();
+}
+
+}  // namespace balance
