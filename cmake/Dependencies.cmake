@@ -10,6 +10,7 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(nlopt REQUIRED IMPORTED_TARGET nlopt)
 pkg_check_modules(clp REQUIRED IMPORTED_TARGET clp)
 find_package(CLI11 2.1 REQUIRED)
+find_package(Boost 1.74 REQUIRED) # headers only: Odeint
 
 set(balance_private_libraries yaml-cpp muparser::muparser hdf5::hdf5 hdf5::hdf5_hl fmt::fmt
                               nlohmann_json::nlohmann_json OpenSSL::Crypto PkgConfig::nlopt PkgConfig::clp)

@@ -88,8 +88,7 @@ class ForwardDynamics {
   /// q̈ of all mechanism coordinates under these efforts (one per actuator).
   VectorX acceleration(const VectorX& efforts);
 
-  /// The private core, for the plant.
-  class Core;
+  class Core;  ///< the planar or the spatial one; of no use elsewhere
 
  private:
   std::unique_ptr<Core> core_;

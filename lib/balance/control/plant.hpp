@@ -77,8 +77,9 @@ class Plant {
   /// What a user should know: minimum-norm reactions, held spins.
   const std::vector<std::string>& notes() const;
 
+  class Engine;  ///< the planar or the spatial one; of no use elsewhere
+
  private:
-  class Engine;
   std::unique_ptr<Engine> engine_;
 };
 

@@ -2,6 +2,7 @@
 
 #include "balance/kinematics/joint_coordinates.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -63,41 +64,69 @@ void Observer<S>::sort_coordinates() {
 
 template <class S>
 bool Observer<S>::observe(Stepper<S>& stepper, Detail detail) {
-  set_state(stepper, detail);
-  for (auto& wrench : wrenches_) wrench = {};
-  external_total_ = external_loads_ = {};
-  if (!external_.none()) external_.subtract(*state_, stepper.time(), wrenches_, external_total_, external_loads_);
-  inverse_dynamics(tree_, *state_, wrenches_, tau_.data());
-  read_coordinates(stepper);
-  if (!mechanism_.friction.empty()) add_friction(stepper);
+  const Instant<S> now{stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.direct()};
+  set_state(now, detail);
+  balance_forces(now);
+  read_coordinates(now);
+  if (!mechanism_.friction.empty()) add_friction();
   const bool held = actuation_.solve(stepper.equations(), tau_.data());
-  for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
-    seen_.effort[a] = actuation_.efforts()[a];
+  std::copy(actuation_.efforts().begin(), actuation_.efforts().end(), seen_.effort.begin());
+  read_rest(now, detail, actuation_.multipliers());
+  return held;
+}
+
+template <class S>
+void Observer<S>::observe_under(const Instant<S>& now, const double* efforts, const std::vector<double>& multipliers) {
+  set_state(now, Detail::everything);
+  balance_forces(now);
+  read_coordinates(now);
+  std::copy_n(efforts, seen_.effort.size(), seen_.effort.begin());
+  read_rest(now, Detail::everything, multipliers);
+}
+
+template <class S>
+void Observer<S>::follow(const Instant<S>& now) {
+  set_state(now, Detail::forces);
+  read_coordinates(now);
+  first_ = false;
+  time_ = now.time;
+}
+
+template <class S>
+void Observer<S>::read_rest(const Instant<S>& now, Detail detail, const std::vector<double>& multipliers) {
+  for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a)
     seen_.power[a] = seen_.effort[a] * seen_.velocity[mechanism_.actuators[a]];
-  }
-  read_forces(stepper);
-  if (mechanism_.tool) read_tool(stepper);
+  read_forces();
+  if (mechanism_.tool) read_tool(now);
   if (detail == Detail::everything) {
     seen_.com_velocity = com_velocity(tree_, *state_);
     read_energies();
-    read_reactions(stepper);
+    read_reactions(now, multipliers);
   }
   first_ = false;
-  time_ = stepper.time();
-  return held;
+  time_ = now.time;
+}
+
+/// What the tree's joints and the ground would have to do without closures.
+template <class S>
+void Observer<S>::balance_forces(const Instant<S>& now) {
+  for (auto& wrench : wrenches_) wrench = {};
+  external_total_ = external_loads_ = {};
+  if (!external_.none()) external_.subtract(*state_, now.time, wrenches_, external_total_, external_loads_);
+  inverse_dynamics(tree_, *state_, wrenches_, tau_.data());
 }
 
 /// Poses, velocities and accelerations of all nodes, the ground accelerated by −g.
 template <class S>
-void Observer<S>::set_state(Stepper<S>& stepper, Detail detail) {
-  state_ = &stepper.state();
+void Observer<S>::set_state(const Instant<S>& now, Detail detail) {
+  state_ = &now.state;
   State<S>& state = *state_;
-  if (!stepper.direct()) {
-    if (detail == Detail::everything) origin_velocities(tree_, stepper.dy(), state);
-    accelerations<S>(tree_, stepper.dy(), stepper.ddy(), -gravity_, state);
+  if (!now.direct) {
+    if (detail == Detail::everything) origin_velocities(tree_, now.dy, state);
+    accelerations<S>(tree_, now.dy, now.ddy, -gravity_, state);
     return;
   }
-  const double *y = stepper.y(), *dy = stepper.dy(), *ddy = stepper.ddy();
+  const double *y = now.y, *dy = now.dy, *ddy = now.ddy;
   state[0].acceleration = -gravity_;
   for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
     const Node<S>& node = tree_.nodes[n];
@@ -113,19 +142,19 @@ void Observer<S>::set_state(Stepper<S>& stepper, Detail detail) {
 }
 
 template <class S>
-void Observer<S>::read_coordinates(const Stepper<S>& stepper) {
-  const double *y = stepper.y(), *dy = stepper.dy(), *ddy = stepper.ddy();
+void Observer<S>::read_coordinates(const Instant<S>& now) {
+  const double *y = now.y, *dy = now.dy, *ddy = now.ddy;
   for (const TreeCoordinate& own : own_) {
     seen_.position[own.coordinate] = own.source.ratio * y[own.source.column] + own.source.offset;
     seen_.velocity[own.coordinate] = own.source.ratio * dy[own.source.column];
     seen_.acceleration[own.coordinate] = own.source.ratio * ddy[own.source.column];
   }
-  if (!cut_.empty()) read_cut_coordinates(stepper);
+  if (!cut_.empty()) read_cut_coordinates(now);
 }
 
 template <class S>
-void Observer<S>::read_cut_coordinates(const Stepper<S>& stepper) {
-  const double *y = stepper.y(), *dy = stepper.dy(), *ddy = stepper.ddy();
+void Observer<S>::read_cut_coordinates(const Instant<S>& now) {
+  const double *y = now.y, *dy = now.dy, *ddy = now.ddy;
   for (CutCoordinate& cut : cut_) {
     if (!cut.linear) continue;
     if (first_) {  // whole turns are counted from the start
@@ -154,7 +183,7 @@ void Observer<S>::read_cut_coordinates(const Stepper<S>& stepper) {
       const double value = reading.position[coordinate.index];
       if (coordinate.kind == CoordinateKind::angle && !first_) {
         // how far it has turned since the last look, by the quadrature that rates at both ends allow
-        const double step = stepper.time() - time_;
+        const double step = now.time - time_;
         const double mean = (seen_.velocity[cut.coordinate] + reading.velocity[coordinate.index]) / 2;
         const double bend = (seen_.acceleration[cut.coordinate] - reading.acceleration[coordinate.index]) / 12;
         const double expected = position + step * (mean + step * bend);
@@ -169,7 +198,7 @@ void Observer<S>::read_cut_coordinates(const Stepper<S>& stepper) {
 }
 
 template <class S>
-void Observer<S>::add_friction(const Stepper<S>& /*stepper*/) {
+void Observer<S>::add_friction() {
   for (const Friction& friction : mechanism_.friction) {
     const CoordinateSource& source = tree_.sources[friction.coordinate];
     const double rate = seen_.velocity[friction.coordinate];
@@ -179,7 +208,7 @@ void Observer<S>::add_friction(const Stepper<S>& /*stepper*/) {
 }
 
 template <class S>
-void Observer<S>::read_forces(const Stepper<S>& /*stepper*/) {
+void Observer<S>::read_forces() {
   const State<S>& state = *state_;
   typename S::Vector moment = S::Vector::Zero();
   for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
@@ -199,66 +228,10 @@ void Observer<S>::read_forces(const Stepper<S>& /*stepper*/) {
 }
 
 template <class S>
-void Observer<S>::read_tool(const Stepper<S>& stepper) {
+void Observer<S>::read_tool(const Instant<S>& now) {
   seen_.tool_position = position(*state_, tool_);
   seen_.tool_rotation = orientation(*state_, tool_);
-  if constexpr (std::is_same_v<S, Planar>) seen_.tool_angle = tool_angle_.value(stepper.y());
-}
-
-template <class S>
-void Observer<S>::add_closure_wrenches() {
-  int r = 0;
-  for (const Closure<S>& closure : tree_.closures) {
-    const ClosurePose<S> pose = closure_pose(*state_, closure);
-    Wrench<S> on_b;  // world axes, about b's origin
-    for (const ClosureRow& row : closure.rows) {
-      const double multiplier = actuation_.multipliers()[r++];
-      const RowWrench<S> unit = closure_wrench(pose, row);
-      on_b.force += multiplier * unit.force;
-      on_b.moment += multiplier * unit.moment;
-    }
-    if (!closure.split) {
-      seen_.joint_force[closure.joint] = on_b.force;
-      seen_.joint_moment[closure.joint] = on_b.moment;
-    }
-    const auto push = [&](int n, double sign) {
-      if (n == 0) return;
-      const NodeState<S>& s = (*state_)[n];
-      const typename S::Vector force = sign * unrotate(s.R_WN, on_b.force);
-      wrenches_[n].force -= force;
-      wrenches_[n].moment -=
-          sign * unrotate(s.R_WN, on_b.moment) + cross(unrotate(s.R_WN, typename S::Vector(pose.p_B - s.p_WN)), force);
-    };
-    push(closure.b.node, 1);
-    push(closure.a.node, -1);
-  }
-}
-
-template <class S>
-void Observer<S>::read_reactions(Stepper<S>& stepper) {
-  State<S>& state = *state_;
-  if (!tree_.closures.empty()) {
-    for (auto& wrench : wrenches_) wrench = {};
-    Wrench<S> total, loads;
-    if (!external_.none()) external_.subtract(state, stepper.time(), wrenches_, total, loads);
-    add_closure_wrenches();
-    inverse_dynamics(tree_, state, wrenches_, tau_.data());
-  }
-  for (std::size_t j = 0; j < mechanism_.joints.size(); ++j) {
-    const int n = tree_.joint_nodes[j];
-    if (n < 0) continue;
-    const FixedFrame<S>& second = tree_.bodies[mechanism_.joints[j].second];
-    const typename S::Vector Q =
-        state[second.node].p_WN +
-        state[second.node].R_WN *
-            typename S::Vector(second.p_N + second.R_N * to_vector<S>(mechanism_.joints[j].point_second));
-    const typename S::Vector force = state[n].R_WN * wrenches_[n].force;
-    const typename S::Angular moment =
-        state[n].R_WN * wrenches_[n].moment + cross(typename S::Vector(state[n].p_WN - Q), force);
-    const double sign = tree_.joint_forward[j] ? 1 : -1;
-    seen_.joint_force[j] = sign * force;
-    seen_.joint_moment[j] = sign * moment;
-  }
+  if constexpr (std::is_same_v<S, Planar>) seen_.tool_angle = tool_angle_.value(now.y);
 }
 
 template <class S>

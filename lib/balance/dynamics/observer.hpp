@@ -16,7 +16,7 @@ struct Observation {
   std::vector<double> position, velocity, acceleration;  ///< per coordinate of the mechanism
   std::vector<double> effort, power;                     ///< per actuator
   typename S::Vector com, com_velocity, com_acceleration;
-  typename S::Vector tool_position;
+  typename S::Vector tool_position = S::Vector::Zero();
   typename S::Rotation tool_rotation;
   double tool_angle = 0;               ///< planar, runs on past ±π
   typename S::Vector shaking_force;    ///< rate of the linear momentum (P3 eq. 23)
@@ -26,6 +26,15 @@ struct Observation {
   std::vector<typename S::Vector> joint_force;    ///< on the second body
   std::vector<typename S::Angular> joint_moment;  ///< about the joint's point on the second body
   double kinetic_energy = 0, potential_energy = 0;
+};
+
+/// A tree in motion. The state holds poses and angular velocities, unless every coordinate is prescribed (`direct`).
+template <class S>
+struct Instant {
+  State<S>& state;
+  const double *y, *dy, *ddy;
+  double time;
+  bool direct;
 };
 
 /// How much to find out.
@@ -47,6 +56,16 @@ class Observer {
   /// @return false if the actuators do not hold the mechanism there
   bool observe(Stepper<S>& stepper, Detail detail);
 
+  /// Everything at a moment of a motion whose efforts are known.
+  /// @param efforts per actuator
+  /// @param multipliers per closure row, as Actuation::multipliers()
+  void observe_under(const Instant<S>& instant, const double* efforts, const std::vector<double>& multipliers);
+
+  /// Only the coordinates, so that the count of whole turns goes on.
+  void follow(const Instant<S>& instant);
+  /// The next observation is the first of another motion.
+  void restart() { first_ = true; }
+
  private:
   /// A coordinate that is none of y's: of a cut joint, linear in y where it is a planar angle, else read off the relative
   /// pose; of a floating spherical joint.
@@ -62,15 +81,17 @@ class Observer {
   };
 
   void sort_coordinates();
-  void set_state(Stepper<S>& stepper, Detail detail);
-  void read_coordinates(const Stepper<S>& stepper);
-  void read_cut_coordinates(const Stepper<S>& stepper);
-  void add_friction(const Stepper<S>& stepper);
-  void read_forces(const Stepper<S>& stepper);
-  void read_tool(const Stepper<S>& stepper);
-  void read_reactions(Stepper<S>& stepper);
+  void set_state(const Instant<S>& now, Detail detail);
+  void read_coordinates(const Instant<S>& now);
+  void read_cut_coordinates(const Instant<S>& now);
+  void balance_forces(const Instant<S>& now);
+  void add_friction();
+  void read_rest(const Instant<S>& now, Detail detail, const std::vector<double>& multipliers);
+  void read_forces();
+  void read_tool(const Instant<S>& now);
+  void read_reactions(const Instant<S>& now, const std::vector<double>& multipliers);
   void read_energies();
-  void add_closure_wrenches();
+  void add_closure_wrenches(const std::vector<double>& multipliers);
 
   const Mechanism& mechanism_;
   const Tree<S>& tree_;

@@ -1,5 +1,6 @@
 #include "balance/motion/equations.hpp"
 
+#include <algorithm>
 #include <set>
 
 namespace balance {
@@ -187,7 +188,10 @@ void Equations<S>::fill_rotation(const State<S>& state, const DriveSample& targe
 template <class S>
 bool Equations<S>::factorise() {
   constexpr double smallest = 1e-10;  // of entries scaled to the order of one
-  if (!redundant_) return sparse_.factorise() > smallest;
+  if (!redundant_) {
+    regularity_ = sparse_.factorise();
+    return regularity_ > smallest;
+  }
   qr_.setThreshold(smallest);
   qr_.compute(dense_);
   return qr_.rank() == columns();
@@ -212,6 +216,13 @@ void Equations<S>::solve_pair(double* x, double* z) {
   }
   sparse_.solve_pair(x, z);
   for (int c = 0; c < columns(); ++c) x[c] *= column_scale_[c], z[c] *= column_scale_[c];
+}
+
+template <class S>
+void Equations<S>::solve_transposed(double* x) {
+  for (int c = 0; c < columns(); ++c) x[c] *= column_scale_[c];
+  sparse_.solve_transposed(x);
+  for (int r = 0; r < rows(); ++r) x[r] *= row_scale_[r];
 }
 
 template <class S>
@@ -252,6 +263,16 @@ void Equations<S>::acceleration_rows(const State<S>& state, const DriveSample& t
                    rate.col(component).dot(target.angular_velocity) - gap_matrix_.row(component).dot(alpha) -
                    rate.row(component).dot(w);
   }
+}
+
+double ground_extent(const Mechanism& mechanism) {
+  double largest = 1;
+  const double length = characteristic_length(mechanism);
+  for (const Joint& joint : mechanism.joints)
+    for (const int side : {joint.first, joint.second})
+      if (side == ground)
+        largest = std::max(largest, (side == joint.first ? joint.point_first : joint.point_second).norm() / length);
+  return largest;
 }
 
 template class Equations<Planar>;

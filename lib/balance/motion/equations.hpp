@@ -29,10 +29,15 @@ class Equations {
   void fill(const State<S>& state, const double* y, const DriveSample& target, double* residual);
   /// @return false if the matrix is singular
   bool factorise();
+  /// Smallest pivot of the matrix last factorised, a measure of regularity; only where the constraints are independent.
+  double regularity() const { return regularity_; }
   /// Turns `rows()` right-hand sides into `columns()` unknowns, in place, unscaled on return. Array length: max of both.
   void solve(double* x);
   /// Two right-hand sides at little more than the cost of one.
   void solve_pair(double* x, double* z);
+  /// `columns()` right-hand sides into `rows()` unknowns of the transposed system, in place: generalised forces into multipliers.
+  /// Only where the constraints are independent.
+  void solve_transposed(double* x);
   int determinant_sign() const { return redundant_ ? 0 : sparse_.determinant_sign(); }
 
   /// Right-hand sides for rates and accelerations. State: for the latter velocities and velocity-caused accelerations.
@@ -64,6 +69,7 @@ class Equations {
   const Drive<S>& drive_;
   bool redundant_;
   bool structurally_singular_ = false;
+  double regularity_ = 0;
   std::vector<double> row_scale_, column_scale_;
   std::vector<double> node_scale_;                   ///< per node: scale of the column that it moves
   std::vector<std::vector<Entry>> closure_entries_;  ///< per closure: path × rows
@@ -77,6 +83,10 @@ class Equations {
   Samples dense_;
   Eigen::ColPivHouseholderQR<MatrixX> qr_;
 };
+
+/// Largest distance of a joint's place on the ground from the world's origin, in characteristic lengths, at least 1: what the
+/// round-off of closures is proportional to.
+double ground_extent(const Mechanism& mechanism);
 
 extern template class Equations<Planar>;
 extern template class Equations<Spatial>;

@@ -17,17 +17,6 @@ constexpr double longest_correction = 0.1;  // of a prediction, in radians or ch
 constexpr int newton_steps = 8;
 constexpr int halvings = 24;
 
-/// Largest coordinate of a place fixed to the ground, in characteristic lengths: what round-off is proportional to.
-double extent(const Mechanism& mechanism) {
-  double largest = 1;
-  const double length = characteristic_length(mechanism);
-  for (const Joint& joint : mechanism.joints)
-    for (const int side : {joint.first, joint.second})
-      if (side == ground)
-        largest = std::max(largest, (side == joint.first ? joint.point_first : joint.point_second).norm() / length);
-  return largest;
-}
-
 }  // namespace
 
 template <class S>
@@ -36,7 +25,7 @@ Stepper<S>::Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& pl
       tree_(tree),
       plan_(plan),
       equations_(tree, plan.drive, plan.redundant),
-      round_off_(solved * extent(mechanism)),
+      round_off_(solved * ground_extent(mechanism)),
       state_(tree.nodes.size()) {
   const int n = tree.columns;
   for (Moment* moment : {&now_, &before_, &older_}) moment->y.setZero(n), moment->dy.setZero(n), moment->ddy.setZero(n);

@@ -1,0 +1,38 @@
+#pragma once
+/// One step after another of an ordinary differential equation, with error control: the seam to Boost.Odeint.
+/// Private to control.
+
+#include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
+#include <boost/numeric/odeint/stepper/generation/make_controlled.hpp>
+#include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
+
+#include <vector>
+
+namespace balance {
+
+/// Dormand–Prince 5(4) (J. Comput. Appl. Math. 6, 1980): the derivative at a step's end is the next step's first.
+class Integrator {
+ public:
+  using State = std::vector<double>;
+
+  Integrator(double absolute, double relative) : stepper_(Checker(absolute, relative)) {}
+
+  /// The right-hand side has changed: the last derivative is of no use.
+  void restart() { stepper_.reset(); }
+
+  /// @param derivative void(const State& x, State& dxdt, double t); may throw to refuse a state: then x and time are as before
+  /// @param step its length, on return what to try next
+  /// @return false if the error was too large: x and time are as before
+  template <class Derivative>
+  bool try_step(Derivative&& derivative, State& x, double& time, double& step) {
+    return stepper_.try_step(derivative, x, time, step) == boost::numeric::odeint::success;
+  }
+
+ private:
+  using Method = boost::numeric::odeint::runge_kutta_dopri5<State>;
+  using Checker = boost::numeric::odeint::default_error_checker<double, boost::numeric::odeint::range_algebra,
+                                                                boost::numeric::odeint::default_operations>;
+  boost::numeric::odeint::controlled_runge_kutta<Method, Checker> stepper_;
+};
+
+}  // namespace balance

@@ -1,0 +1,235 @@
+/// Which coordinates are independent, and the way there from a guess.
+
+#include "balance/base/factorizations.hpp"
+#include "balance/control/loop_dynamics.hpp"
+#include "balance/control/tree_state.hpp"
+#include "balance/kinematics/assembly.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace balance {
+
+namespace {
+
+constexpr double regular = 1e-5;    // smallest relative pivot of closures that have their full rank
+constexpr double usable = 1e-5;     // the same that preferred coordinates must leave
+constexpr double ball_weight = 10;  // coordinates of balls are made dependent ones where that is possible
+
+MotionOutcome stopped(MotionStatus status, double time, std::string reason) {
+  return {status, time, std::move(reason), {}};
+}
+
+double smallest_to_largest(const MatrixX& matrix) {
+  if (matrix.size() == 0) return 1;
+  const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
+  return values[0] > 0 ? values[values.size() - 1] / values[0] : 0;
+}
+
+MatrixX picked(const MatrixX& matrix, const std::vector<int>& columns) {
+  MatrixX out(matrix.rows(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t k = 0; k < columns.size(); ++k) out.col(static_cast<Eigen::Index>(k)) = matrix.col(columns[k]);
+  return out;
+}
+
+std::vector<int> others(const std::vector<int>& some, int n) {
+  std::vector<int> out;
+  for (int c = 0; c < n; ++c)
+    if (std::find(some.begin(), some.end(), c) == some.end()) out.push_back(c);
+  return out;
+}
+
+/// The first `count` pivots of a QR decomposition with column pivoting.
+std::vector<int> pivots(const MatrixX& matrix, int count, double& last) {
+  const Eigen::ColPivHouseholderQR<MatrixX> qr(matrix);
+  std::vector<int> out;
+  last = 1;
+  for (int k = 0; k < count; ++k) {
+    out.push_back(qr.colsPermutation().indices()[k]);
+    last = std::abs(qr.matrixQR()(k, k) / qr.matrixQR()(0, 0));
+  }
+  if (!(last == last)) last = 0;
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+}  // namespace
+
+template <class S>
+std::vector<int> LoopDynamics<S>::preferred_columns() const {
+  std::vector<int> out;
+  for (const int coordinate : options_.preferred) {
+    const int column = full_.sources[coordinate].column;
+    if (std::find(out.begin(), out.end(), column) != out.end()) return {};
+    out.push_back(column);
+  }
+  if (static_cast<int>(out.size()) != freedoms_) return {};
+  return out;
+}
+
+template <class S>
+bool LoopDynamics<S>::choose(const double* y, bool prefer) {
+  ++choices_;
+  const int n = columns(), d = freedoms_, rank = n - d;
+  std::vector<int> wanted;
+  if (prefer) wanted = preferred_columns();
+  std::vector<int> rows(full_.closure_rows);
+  std::iota(rows.begin(), rows.end(), 0);
+  if (open_tree()) {
+    columns_ = static_cast<int>(wanted.size()) == n ? wanted : others({}, n);
+  } else {
+    // one row of a point's closure lies along the joint's axes, both together may lie along the world's
+    Tree<S> by_axes = full_;
+    for (Closure<S>& closure : by_axes.closures) closure.pinned = closure.pinned && !redundant();
+    System<S> closures(by_axes, Drive<S>{});
+    VectorX residual;
+    MatrixX jacobian;
+    closures.evaluate(Eigen::Map<const VectorX>(y, n), {}, residual, jacobian);
+    MatrixX weighted = jacobian;
+    for (const int ball : full_.balls)
+      for (int k = ball; k < ball + 3; ++k)
+        if (full_.nodes[k].column >= 0) weighted.col(full_.nodes[k].column) *= ball_weight;
+    double last;
+    std::vector<int> dependent = pivots(weighted, rank, closure_regularity_);
+    if (closure_regularity_ < regular) return false;
+    if (!wanted.empty() && smallest_to_largest(picked(jacobian, others(wanted, n))) > usable)
+      dependent = others(wanted, n);
+    else
+      wanted = others(dependent, n);
+    columns_ = wanted;
+    if (redundant()) rows = pivots(picked(jacobian, dependent).transpose(), rank, last);
+  }
+  take_rows(rows);
+  drive_ = {};
+  for (const int column : columns_)
+    drive_.linear.push_back({{{column, 1.0}}, 0, full_.column_kind_length[column] != 0});
+  sample_.value.setZero(d);
+  sample_.rate.setZero(d);
+  sample_.acceleration.setZero(d);
+  C_.assign(n * d, 0), HC_.assign(n * d, 0);
+  M_.setZero(d, d), bias_.setZero(d), right_.setZero(d);
+  factors_ = Eigen::LLT<MatrixX>(d);
+  if (open_tree()) return true;
+  equations_.emplace(tree_, drive_, false);
+  if (equations_->structurally_singular()) return false;
+  VectorX here = Eigen::Map<const VectorX>(y, n);
+  for (int k = 0; k < d; ++k) sample_.value[k] = here[columns_[k]];
+  poses(tree_, here.data(), state_);
+  equations_->fill(state_, here.data(), sample_, x_.data());
+  const bool good = equations_->factorise();
+  regularity_at_choice_ = equations_->regularity();
+  return good;
+}
+
+/// Leaves these rows of the closures in the tree that the equations are made of.
+template <class S>
+void LoopDynamics<S>::take_rows(const std::vector<int>& rows) {
+  tree_.closures = full_.closures;
+  tree_.closure_rows = static_cast<int>(rows.size());
+  tree_.slides = full_.slides;
+  if (tree_.closure_rows == full_.closure_rows) return;
+  tree_.slides = false;
+  int row = 0;
+  for (Closure<S>& closure : tree_.closures) {
+    std::vector<ClosureRow> kept;
+    int along = 0;
+    for (const ClosureRow& one : closure.rows) {
+      if (!std::binary_search(rows.begin(), rows.end(), row++)) continue;
+      kept.push_back(one);
+      along += one.kind == ClosureRow::Kind::along;
+    }
+    closure.rows = kept;
+    closure.pinned = along == S::dimension;
+    tree_.slides = tree_.slides || !closure.pinned;
+  }
+}
+
+template <class S>
+MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, VectorX& y, VectorX& dy) {
+  for (std::size_t b = 0; b < full_.balls.size(); ++b)
+    full_.nodes[full_.balls[b]].R_PF = tree_.nodes[full_.balls[b]].R_PF = reference_[b];
+  to_tree(mechanism_, full_, q, dq, y, dy);
+  turn_balls_back(0.5, y.data(), dy.data());
+  System<S> closures(full_, Drive<S>{});
+  const Solution nearest = solve(closures, y, {});
+  if (!nearest.found)
+    return stopped(MotionStatus::not_assembled, 0, "the loops do not close near the joint coordinates given");
+  if (freedoms_ < 0) freedoms_ = columns() - generic_closure_rank(full_, nearest.y).rank;
+  const auto singular = [&] {
+    return stopped(
+        MotionStatus::constraint_singularity, 0,
+        "constraint singularity: the loop closures lose rank, the mechanism gains a freedom; configuration: " +
+            configuration_text(mechanism_, q));
+  };
+  if (!choose(nearest.y.data(), true)) return singular();
+  // the independent ones as given, where the others can follow
+  System<S> held(full_, drive_);
+  DriveSample target;
+  target.value.resize(freedoms_);
+  for (int k = 0; k < freedoms_; ++k) target.value[k] = y[columns_[k]];
+  const Solution exact = solve(held, nearest.y, target);
+  if (!exact.found)
+    return stopped(MotionStatus::not_assembled, 0,
+                   "the loops do not close with the independent joint coordinates as given");
+  y = exact.y;
+  turn_balls_back(1, y.data(), dy.data());
+  if (!choose(y.data(), true) || !close(y.data(), dy.data())) return singular();
+  return {MotionStatus::done, 0, "", {}};
+}
+
+template <class S>
+double LoopDynamics<S>::mobility() const {
+  if (open_tree()) return 1;
+  const int rows = equations_->rows();
+  MatrixX matrix(rows, columns());
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < columns(); ++c) matrix(r, c) = equations_->entry(r, c);
+  const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
+  return values[values.size() - 1];
+}
+
+/// τ = Sᵀu + Jᵀλ with τ what the tree's motion takes.
+template <class S>
+void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, const double* y, std::vector<double>& out) {
+  const int n = columns();
+  out.assign(full_.closure_rows, 0);
+  if (open_tree()) return;
+  for (int i = 0; i < n; ++i) {
+    x_[i] = tau_[i];
+    for (int j = 0; j < n; ++j) x_[i] += mass_[i * n + j] * ddy[j];
+  }
+  for (std::size_t a = 0; a < driven_.size(); ++a) x_[driven_[a].column] -= driven_[a].ratio * efforts[a];
+  if (!redundant()) {
+    equations_->solve_transposed(x_.data());
+    std::copy_n(x_.data(), full_.closure_rows, out.data());
+    return;
+  }
+  System<S> closures(full_, Drive<S>{});
+  VectorX residual, needed(n);
+  MatrixX jacobian;
+  closures.evaluate(Eigen::Map<const VectorX>(y, n), {}, residual, jacobian);
+  for (int c = 0; c < n; ++c) needed[c] = scale_[c] * x_[c];
+  Eigen::CompleteOrthogonalDecomposition<MatrixX> decomposition;
+  decomposition.setThreshold(1e-8);
+  decomposition.compute(jacobian.transpose());
+  const VectorX scaled = decomposition.solve(needed);
+  int r = 0;
+  for (const Closure<S>& closure : full_.closures)
+    for (const ClosureRow& row : closure.rows) {
+      out[r] = scaled[r] * (row.kind == ClosureRow::Kind::along ? 1 / full_.length : 1);
+      ++r;
+    }
+}
+
+#define BALANCE_INSTANTIATE(S)                                                                          \
+  template std::vector<int> LoopDynamics<S>::preferred_columns() const;                                 \
+  template bool LoopDynamics<S>::choose(const double*, bool);                                           \
+  template void LoopDynamics<S>::take_rows(const std::vector<int>&);                                    \
+  template MotionOutcome LoopDynamics<S>::assemble(const VectorX&, const VectorX&, VectorX&, VectorX&); \
+  template double LoopDynamics<S>::mobility() const;                                                    \
+  template void LoopDynamics<S>::multipliers(const double*, const double*, const double*, std::vector<double>&);
+BALANCE_INSTANTIATE(Planar)
+BALANCE_INSTANTIATE(Spatial)
+#undef BALANCE_INSTANTIATE
+
+}  // namespace balance

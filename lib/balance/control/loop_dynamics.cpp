@@ -1,0 +1,253 @@
+#include "balance/control/loop_dynamics.hpp"
+
+#include "balance/control/tree_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace balance {
+
+namespace {
+
+constexpr double solved = 1e-12;            // scaled residual after which one correction is the last
+constexpr double longest_correction = 0.2;  // of a warm start, in radians or characteristic lengths
+constexpr int newton_steps = 8;
+
+}  // namespace
+
+template <class S>
+LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& options)
+    : mechanism_(mechanism),
+      options_(options),
+      full_(compile<S>(mechanism, options.preferred)),
+      tree_(full_),
+      external_(mechanism, full_),
+      composite_(full_),
+      gravity_(to_vector<S>(mechanism.gravity)),
+      round_off_(solved * ground_extent(mechanism)),
+      state_(full_.nodes.size()),
+      wrenches_(full_.nodes.size()) {
+  options.validate();
+  const int n = columns();
+  for (const int ball : full_.balls) reference_.push_back(full_.nodes[ball].R_PF);
+  for (int c = 0; c < n; ++c) scale_.push_back(full_.column_kind_length[c] ? full_.length : 1);
+  for (const int coordinate : mechanism.actuators)
+    driven_.push_back({full_.sources[coordinate].column, full_.sources[coordinate].ratio});
+  for (const Friction& friction : mechanism.friction) {
+    const CoordinateSource& source = full_.sources[friction.coordinate];
+    const bool slides = mechanism.coordinates[friction.coordinate].kind == CoordinateKind::length;
+    rubbing_.push_back({source.column, source.ratio, friction.viscous, friction.coulomb,
+                        options.friction_width * (slides ? full_.length : 1)});
+  }
+  const std::size_t most = static_cast<std::size_t>(n + full_.closure_rows);
+  x_.assign(most, 0), rates_.assign(most, 0);
+  mass_.assign(n * n, 0), tau_.assign(n, 0), ddy0_.assign(n, 0);
+}
+
+template <class S>
+bool LoopDynamics<S>::close(double* y, double* dy) {
+  iterations_ = 0;
+  if (open_tree()) {
+    poses(tree_, y, state_);
+    return true;
+  }
+  const int d = freedoms_, n = columns(), rows = tree_.closure_rows;
+  for (int k = 0; k < d; ++k) {
+    sample_.value[k] = y[columns_[k]];
+    sample_.rate[k] = dy[columns_[k]];
+  }
+  double last = INFINITY, moved = 0;
+  for (; iterations_ <= newton_steps; ++iterations_) {
+    poses(tree_, y, state_);
+    equations_->fill(state_, y, sample_, x_.data());
+    double worst = 0;
+    for (int r = 0; r < rows; ++r) worst = std::max(worst, std::abs(x_[r]));
+    if (!std::isfinite(worst) || !equations_->factorise()) return false;
+    // either small, or as small as round-off allows: the last correction is too small to show in the poses
+    const bool last_one = worst <= round_off_ || (worst <= 10 * round_off_ && worst >= last);
+    if (last_one) {
+      equations_->rate_rows(sample_, rates_.data());
+      equations_->solve_pair(x_.data(), rates_.data());
+    } else {
+      equations_->solve(x_.data());
+    }
+    for (int c = 0; c < n; ++c) {
+      y[c] -= x_[c];
+      moved = std::max(moved, std::abs(x_[c]) / scale_[c]);
+    }
+    for (int k = 0; k < d; ++k) y[columns_[k]] = sample_.value[k];
+    if (moved > longest_correction) return false;
+    if (last_one) {
+      for (int c = 0; c < n; ++c) dy[c] = rates_[c];
+      for (int k = 0; k < d; ++k) dy[columns_[k]] = sample_.rate[k];
+      return true;
+    }
+    last = worst;
+  }
+  return false;
+}
+
+template <class S>
+void LoopDynamics<S>::prepare(double time, const double* dy) {
+  angular_velocities(tree_, dy, state_);
+  if (tree_.slides) origin_velocities(tree_, dy, state_);
+  // The ground accelerated by −g carries the weight into the inertia forces; in the closures' differences it cancels.
+  accelerations<S>(tree_, dy, nullptr, -gravity_, state_);
+  if (open_tree()) {
+    std::fill(ddy0_.begin(), ddy0_.end(), 0);
+  } else {
+    equations_->acceleration_rows(state_, sample_, x_.data());
+    equations_->solve(x_.data());
+    std::copy_n(x_.data(), columns(), ddy0_.data());
+  }
+  for (auto& wrench : wrenches_) wrench = {};
+  Wrench<S> total, loads;
+  if (!external_.none()) external_.subtract(state_, time, wrenches_, total, loads);
+  inverse_dynamics(tree_, state_, wrenches_, tau_.data());
+  if (!rubbing_.empty()) add_friction(dy);
+  composite_.fill(tree_, state_, mass_.data());
+}
+
+namespace {
+
+/// sign(v), smooth over |v| < width.
+double smooth_sign(double speed, double width) {
+  const double x = speed / width;
+  return x >= 1 ? 1 : x <= -1 ? -1 : x * (3 - x * x) / 2;
+}
+
+}  // namespace
+
+template <class S>
+void LoopDynamics<S>::add_friction(const double* dy) {
+  for (const Rubbing& rub : rubbing_) {
+    const double rate = rub.ratio * dy[rub.column];
+    tau_[rub.column] += rub.ratio * (rub.viscous * rate + rub.coulomb * smooth_sign(rate, rub.width));
+  }
+}
+
+template <class S>
+double LoopDynamics<S>::friction_power(const double* dy) const {
+  double sum = 0;
+  for (const Rubbing& rub : rubbing_) {
+    const double rate = rub.ratio * dy[rub.column];
+    sum += rate * (rub.viscous * rate + rub.coulomb * smooth_sign(rate, rub.width));
+  }
+  return sum;
+}
+
+template <class S>
+void LoopDynamics<S>::transform() {
+  const int n = columns(), d = freedoms_;
+  if (open_tree()) {
+    for (int c = 0; c < n; ++c)
+      for (int k = 0; k < d; ++k) C_[c * d + k] = columns_[k] == c;
+    for (int a = 0; a < d; ++a) {
+      bias_[a] = tau_[columns_[a]];
+      for (int b = 0; b < d; ++b) M_(a, b) = mass_[columns_[a] * n + columns_[b]];
+    }
+    return;
+  }
+  const int rows = tree_.closure_rows;
+  for (int k = 0; k < d; k += 2) {
+    const bool pair = k + 1 < d;
+    std::fill_n(x_.data(), rows + d, 0.0);
+    std::fill_n(rates_.data(), rows + d, 0.0);
+    x_[rows + k] = equations_->row_scale()[rows + k];
+    if (pair) {
+      rates_[rows + k + 1] = equations_->row_scale()[rows + k + 1];
+      equations_->solve_pair(x_.data(), rates_.data());
+    } else {
+      equations_->solve(x_.data());
+    }
+    for (int c = 0; c < n; ++c) {
+      C_[c * d + k] = x_[c];
+      if (pair) C_[c * d + k + 1] = rates_[c];
+    }
+  }
+  double* HC = HC_.data();
+  for (int i = 0; i < n; ++i) {
+    double* row = HC + i * d;
+    for (int k = 0; k < d; ++k) row[k] = 0;
+    double sum = tau_[i];
+    for (int j = 0; j < n; ++j) {
+      const double h = mass_[i * n + j];
+      if (h == 0) continue;
+      sum += h * ddy0_[j];
+      for (int k = 0; k < d; ++k) row[k] += h * C_[j * d + k];
+    }
+    x_[i] = sum;
+  }
+  for (int a = 0; a < d; ++a) {
+    bias_[a] = 0;
+    for (int b = 0; b <= a; ++b) M_(a, b) = 0;
+  }
+  for (int i = 0; i < n; ++i)
+    for (int a = 0; a < d; ++a) {
+      const double c = C_[i * d + a];
+      if (c == 0) continue;
+      bias_[a] += c * x_[i];
+      for (int b = 0; b <= a; ++b) M_(a, b) += c * HC[i * d + b];
+    }
+  for (int a = 0; a < d; ++a)
+    for (int b = 0; b < a; ++b) M_(b, a) = M_(a, b);
+}
+
+template <class S>
+bool LoopDynamics<S>::accelerate(double time, const double* dy, const double* efforts, double* ddy) {
+  prepare(time, dy);
+  transform();
+  const int n = columns(), d = freedoms_;
+  right_ = -bias_;
+  for (std::size_t a = 0; a < driven_.size(); ++a) {
+    const double force = driven_[a].ratio * efforts[a];
+    if (force == 0) continue;
+    for (int k = 0; k < d; ++k) right_[k] += C_[driven_[a].column * d + k] * force;
+  }
+  factors_.compute(M_);
+  if (factors_.info() != Eigen::Success) return false;
+  factors_.solveInPlace(right_);
+  bool finite = true;
+  for (int c = 0; c < n; ++c) {
+    double sum = ddy0_[c];
+    for (int k = 0; k < d; ++k) sum += C_[c * d + k] * right_[k];
+    ddy[c] = sum;
+    finite = finite && std::isfinite(sum);
+  }
+  return finite;
+}
+
+template <class S>
+double LoopDynamics<S>::residual() const {
+  double worst = 0;
+  for (const Closure<S>& closure : full_.closures) {
+    const ClosurePose<S> pose = closure_pose(state_, closure);
+    for (const ClosureRow& row : closure.rows) {
+      const double miss = closure_residual(pose, row);
+      worst = std::max(worst, std::abs(row.kind == ClosureRow::Kind::along ? miss / full_.length : miss));
+    }
+  }
+  return worst;
+}
+
+template <class S>
+bool LoopDynamics<S>::turn_balls_back(double limit, double* y, double* dy) {
+  bool any = false;
+  for (const int ball : full_.balls) {
+    const double middle = std::remainder(y[full_.nodes[ball + 1].column], 2 * std::numbers::pi);
+    if (std::abs(middle) < limit) continue;
+    const Tree<S> before = full_;
+    const VectorX y_before = Eigen::Map<const VectorX>(y, columns());
+    rereference(full_, ball, y);
+    tree_.nodes[ball].R_PF = full_.nodes[ball].R_PF;
+    carry_ball_rates(before, y_before.data(), full_, y, ball, dy);
+    any = true;
+  }
+  return any;
+}
+
+template class LoopDynamics<Planar>;
+template class LoopDynamics<Spatial>;
+
+}  // namespace balance

@@ -1,0 +1,120 @@
+#pragma once
+/// Forward dynamics in tree coordinates with the loops solved for: what ForwardDynamics and Plant are made of.
+/// Private to control.
+
+#include "balance/control/forward_dynamics.hpp"
+#include "balance/control/tree_mass.hpp"
+#include "balance/dynamics/external.hpp"
+#include "balance/motion/equations.hpp"
+
+#include <optional>
+
+namespace balance {
+
+template <class S>
+class LoopDynamics {
+ public:
+  LoopDynamics(const Mechanism& mechanism, const ForwardOptions& options);
+
+  /// With all closures. Only its balls' reference orientations ever change.
+  const Tree<S>& tree() const { return full_; }
+  int columns() const { return full_.columns; }
+  int freedoms() const { return freedoms_; }                        ///< −1 before assemble()
+  const std::vector<int>& independent() const { return columns_; }  ///< tree columns
+  const std::vector<double>& scale() const { return scale_; }       ///< per tree column: 1 or the characteristic length
+  bool redundant() const { return full_.closure_rows > columns() - freedoms_; }
+
+  /// From joint coordinates to tree coordinates that close the loops. Chooses independent columns; the preferred ones (else
+  /// those chosen) keep the values that q and dq give them.
+  MotionOutcome assemble(const VectorX& q, const VectorX& dq, VectorX& y, VectorX& dy);
+
+  /// Chooses independent columns at a closed configuration. Then close() must follow.
+  /// @param prefer take the preferred ones if they determine the others
+  /// @return false at a singularity of the closures
+  bool choose(const double* y, bool prefer);
+  int choices() const { return choices_; }
+  /// Smallest pivot of the closures against the largest, where the last choice was made. 1 without loops.
+  double closure_regularity() const { return closure_regularity_; }
+
+  /// Newton on the dependent entries of y, then the dependent rates. Poses are known afterwards.
+  /// @return false if there is no solution near by
+  bool close(double* y, double* dy);
+
+  /// Accelerations at the state last closed.
+  /// @return false if they are no numbers
+  bool accelerate(double time, const double* dy, const double* efforts, double* ddy);
+
+  // The parts of it, for the state last closed, after prepare():
+  void prepare(double time, const double* dy);
+  const std::vector<double>& mass() const { return mass_; }                 ///< n×n
+  const std::vector<double>& bias() const { return tau_; }                  ///< n, in tree coordinates with ÿ = 0
+  const std::vector<double>& transformation() const { return C_; }          ///< n×d, row by row
+  const std::vector<double>& transformation_bias() const { return ddy0_; }  ///< n
+  /// M (d×d) and Cᵀ(H c + bias), which need transform() first.
+  void transform();
+  const MatrixX& reduced_mass() const { return M_; }
+  const VectorX& reduced_bias() const { return bias_; }
+
+  /// Multipliers per row of all closures, least norm where they are not unique.
+  /// @param ddy as accelerate() found it
+  void multipliers(const double* efforts, const double* ddy, const double* y, std::vector<double>& out);
+
+  State<S>& state() { return state_; }
+  const Equations<S>& equations() const { return *equations_; }
+  bool open_tree() const { return full_.closures.empty(); }
+  int iterations() const { return iterations_; }
+  /// Smallest pivot where the independent columns were chosen, and now; sign of the determinant. 1 without loops.
+  double regularity() const { return open_tree() ? 1 : equations_->regularity(); }
+  double regularity_at_choice() const { return regularity_at_choice_; }
+  int determinant_sign() const { return open_tree() ? 1 : equations_->determinant_sign(); }
+  /// Largest scaled residual of all closures at the poses of state().
+  double residual() const;
+  double mobility() const;
+  double friction_power(const double* dy) const;
+
+  /// Rereferences every ball whose middle angle is beyond the limit [rad]. Then close() must follow.
+  bool turn_balls_back(double limit, double* y, double* dy);
+
+ private:
+  struct Driven {
+    int column;
+    double ratio;
+  };
+  struct Rubbing {
+    int column;
+    double ratio, viscous, coulomb, width;
+  };
+
+  void add_friction(const double* dy);
+  void take_rows(const std::vector<int>& rows);
+  std::vector<int> preferred_columns() const;
+
+  const Mechanism& mechanism_;
+  ForwardOptions options_;
+  Tree<S> full_, tree_;                          ///< tree_: with as many independent closure rows as the rank
+  std::vector<typename S::Rotation> reference_;  ///< of every ball, as compiled
+  std::vector<double> scale_;
+  Drive<S> drive_;  ///< holds the independent columns
+  std::optional<Equations<S>> equations_;
+  ExternalForces<S> external_;
+  TreeMass<S> composite_;
+  typename S::Vector gravity_;
+  double round_off_;
+  int freedoms_ = -1, iterations_ = 0, choices_ = 0;
+  double regularity_at_choice_ = 1, closure_regularity_ = 1;
+  std::vector<int> columns_;
+  std::vector<Driven> driven_;
+  std::vector<Rubbing> rubbing_;
+  State<S> state_;
+  DriveSample sample_;
+  std::vector<Wrench<S>> wrenches_;
+  std::vector<double> x_, rates_, mass_, tau_, C_, ddy0_, HC_;
+  MatrixX M_;
+  VectorX bias_, right_;
+  Eigen::LLT<MatrixX> factors_;
+};
+
+extern template class LoopDynamics<Planar>;
+extern template class LoopDynamics<Spatial>;
+
+}  // namespace balance

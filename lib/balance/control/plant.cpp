@@ -1,0 +1,47 @@
+#include "balance/control/plant.hpp"
+
+#include "balance/control/plant_engine.hpp"
+
+#include <stdexcept>
+
+namespace balance {
+
+void PlantOptions::validate() const {
+  const auto require = [](bool good, const char* what) {
+    if (!good) throw std::invalid_argument(what);
+  };
+  require(relative_tolerance > 0 && relative_tolerance <= 1e-2, "relative_tolerance must lie in (0, 0.01]");
+  require(absolute_tolerance > 0, "absolute_tolerance must be positive");
+  require(longest_step > 0, "longest_step must be positive");
+  require(most_steps > 0, "most_steps must be positive");
+  dynamics.validate();
+}
+
+Plant::Plant(const Mechanism& mechanism, const PlantOptions& options, const Vector3& about) {
+  options.validate();
+  if (mechanism.space == SpaceKind::planar)
+    engine_ = make_engine<Planar>(mechanism, options, about);
+  else
+    engine_ = make_engine<Spatial>(mechanism, options, about);
+}
+
+Plant::~Plant() = default;
+Plant::Plant(Plant&&) noexcept = default;
+Plant& Plant::operator=(Plant&&) noexcept = default;
+
+MotionOutcome Plant::start(double time, const VectorX& position, const VectorX& velocity) {
+  return engine_->start(time, position, velocity);
+}
+MotionOutcome Plant::advance(double time, const VectorX& efforts) { return engine_->advance(time, efforts); }
+int Plant::freedoms() const { return engine_->freedoms(); }
+const std::vector<int>& Plant::independent() const { return engine_->independent(); }
+double Plant::time() const { return engine_->time(); }
+const VectorX& Plant::position() const { return engine_->position(); }
+const VectorX& Plant::velocity() const { return engine_->velocity(); }
+VectorX Plant::acceleration(const VectorX& efforts) { return engine_->acceleration(efforts); }
+EquationOfMotion Plant::equation() { return engine_->equation(); }
+const PlantSample& Plant::observe(const VectorX& efforts) { return engine_->observe(efforts); }
+const PlantCost& Plant::cost() const { return engine_->cost(); }
+const std::vector<std::string>& Plant::notes() const { return engine_->notes(); }
+
+}  // namespace balance

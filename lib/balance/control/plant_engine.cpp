@@ -1,0 +1,158 @@
+#include "balance/control/plant_engine.hpp"
+
+#include "balance/control/plant_sample.hpp"
+#include "balance/control/tree_state.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+/// A start keeps the actuated coordinates unless something else is preferred.
+ForwardOptions with_actuated(const Mechanism& mechanism, ForwardOptions options) {
+  if (options.preferred.empty()) options.preferred = mechanism.actuators;
+  return options;
+}
+
+}  // namespace
+
+template <class S>
+EngineOf<S>::EngineOf(const Mechanism& mechanism, const PlantOptions& options, const Vector3& about)
+    : mechanism_(mechanism),
+      options_(options),
+      about_(to_vector<S>(about)),
+      loops_(mechanism, with_actuated(mechanism, options.dynamics)),
+      leaders_(leaders(loops_.tree())),
+      integrator_(options.absolute_tolerance, options.relative_tolerance),
+      step_(std::min(1e-3, options.longest_step)) {
+  const int n = loops_.columns();
+  x_.assign(2 * n, 0), last_x_ = x_;
+  y_.setZero(n), dy_.setZero(n), ddy_.setZero(n);
+  efforts_.setZero(static_cast<Eigen::Index>(mechanism.actuators.size()));
+  for (const Load& load : mechanism.loads) kinks_.insert(kinks_.end(), load.time.begin(), load.time.end());
+  std::sort(kinks_.begin(), kinks_.end());
+  // coordinates that are read off poses must not turn by half a turn between two looks
+  reads_each_step_ = !loops_.tree().balls.empty() || (S::dimension == 3 && !loops_.open_tree());
+}
+
+template <class S>
+MotionOutcome EngineOf<S>::start(double time, const VectorX& q, const VectorX& dq) {
+  const auto count = static_cast<Eigen::Index>(mechanism_.coordinates.size());
+  if (q.size() != count || dq.size() != count)
+    throw std::invalid_argument("a start needs a value for each of the mechanism's coordinates");
+  started_ = false;
+  MotionOutcome outcome = loops_.assemble(q, dq, y_, dy_);
+  outcome.time = time;
+  if (outcome.status != MotionStatus::done) return outcome;
+  time_ = time;
+  observer_.emplace(mechanism_, loops_.tree(), loops_.freedoms(), about_);
+  ddy_.setZero();
+  store();
+  last_x_ = x_;
+  if (!choose_anew()) return stop(MotionStatus::constraint_singularity);
+  store();
+  integrator_.restart();
+  started_ = true;
+  follow();
+  make_notes();
+  return outcome;
+}
+
+template <class S>
+MotionOutcome EngineOf<S>::advance(double time, const VectorX& efforts) {
+  require_started(efforts);
+  if (efforts != efforts_) efforts_ = efforts, integrator_.restart();
+  while (time_ < time) {
+    const auto kink = std::upper_bound(kinks_.begin(), kinks_.end(), time_);
+    const double end = kink != kinks_.end() && *kink < time ? *kink : time;
+    const MotionOutcome outcome = go(end);
+    if (outcome.status != MotionStatus::done) return outcome;
+    if (end != time) integrator_.restart();
+  }
+  follow();
+  return {MotionStatus::done, time_, "", {}};
+}
+
+template <class S>
+const std::vector<int>& EngineOf<S>::independent() {
+  independent_.clear();
+  for (const int column : loops_.independent()) independent_.push_back(leaders_[column]);
+  return independent_;
+}
+
+template <class S>
+void EngineOf<S>::require_started(const VectorX& efforts) const {
+  if (!started_) throw std::invalid_argument("the plant has not been started");
+  if (efforts.size() != efforts_.size()) throw std::invalid_argument("one effort per actuator is needed");
+}
+
+/// Accelerations at the present state.
+template <class S>
+void EngineOf<S>::evaluate(const VectorX& efforts) {
+  require_started(efforts);
+  loops_.close(y_.data(), dy_.data());
+  loops_.accelerate(time_, dy_.data(), efforts.data(), ddy_.data());
+  ++cost_.evaluations;
+}
+
+template <class S>
+VectorX EngineOf<S>::acceleration(const VectorX& efforts) {
+  evaluate(efforts);
+  observer_->follow(instant());
+  return Eigen::Map<const VectorX>(observer_->last().acceleration.data(), position_.size());
+}
+
+template <class S>
+EquationOfMotion EngineOf<S>::equation() {
+  evaluate(efforts_);
+  const int d = loops_.freedoms();
+  EquationOfMotion out{loops_.reduced_mass(), loops_.reduced_bias(), MatrixX::Zero(d, efforts_.size())};
+  for (Eigen::Index a = 0; a < efforts_.size(); ++a) {
+    const CoordinateSource& source = loops_.tree().sources[mechanism_.actuators[a]];
+    for (int k = 0; k < d; ++k) out.input(k, a) = source.ratio * loops_.transformation()[source.column * d + k];
+  }
+  return out;
+}
+
+template <class S>
+const PlantSample& EngineOf<S>::observe(const VectorX& efforts) {
+  evaluate(efforts);
+  loops_.multipliers(efforts.data(), ddy_.data(), y_.data(), multipliers_);
+  observer_->observe_under(instant(), efforts.data(), multipliers_);
+  copy_observation(observer_->last(), sample_);
+  sample_.time = time_;
+  sample_.friction_power = loops_.friction_power(dy_.data());
+  sample_.closure = loops_.residual();
+  sample_.mobility = loops_.mobility();
+  sample_.newton_iterations = loops_.iterations();
+  return sample_;
+}
+
+/// Reads the joint coordinates at the present state.
+template <class S>
+void EngineOf<S>::follow() {
+  loops_.close(y_.data(), dy_.data());
+  angular_velocities(loops_.tree(), dy_.data(), loops_.state());
+  observer_->follow(instant());
+  const Observation<S>& seen = observer_->last();
+  const auto count = static_cast<Eigen::Index>(seen.position.size());
+  position_ = Eigen::Map<const VectorX>(seen.position.data(), count);
+  velocity_ = Eigen::Map<const VectorX>(seen.velocity.data(), count);
+}
+
+template <class S>
+void EngineOf<S>::make_notes() {
+  notes_.clear();
+  if (loops_.redundant())
+    notes_.push_back("the loops are over-constrained: reactions are those of least norm, not the only possible ones");
+  for (const IdleSpin& spin : loops_.tree().held_spins)
+    notes_.push_back(mechanism_.bodies[spin.body].name +
+                     ": the spin between its two spherical joints is held as if one of them were universal");
+}
+
+template class EngineOf<Planar>;
+template class EngineOf<Spatial>;
+
+}  // namespace balance

@@ -1,0 +1,93 @@
+#pragma once
+/// What a Plant is made of. Private to control.
+
+#include "balance/control/integrator.hpp"
+#include "balance/control/loop_dynamics.hpp"
+#include "balance/control/plant.hpp"
+#include "balance/dynamics/observer.hpp"
+
+namespace balance {
+
+class Plant::Engine {
+ public:
+  virtual ~Engine() = default;
+  virtual MotionOutcome start(double time, const VectorX& position, const VectorX& velocity) = 0;
+  virtual MotionOutcome advance(double time, const VectorX& efforts) = 0;
+  virtual int freedoms() const = 0;
+  virtual const std::vector<int>& independent() = 0;
+  virtual double time() const = 0;
+  virtual const VectorX& position() const = 0;
+  virtual const VectorX& velocity() const = 0;
+  virtual VectorX acceleration(const VectorX& efforts) = 0;
+  virtual EquationOfMotion equation() = 0;
+  virtual const PlantSample& observe(const VectorX& efforts) = 0;
+  virtual const PlantCost& cost() const = 0;
+  virtual const std::vector<std::string>& notes() const = 0;
+};
+
+template <class S>
+class EngineOf : public Plant::Engine {
+ public:
+  EngineOf(const Mechanism& mechanism, const PlantOptions& options, const Vector3& about);
+
+  MotionOutcome start(double time, const VectorX& q, const VectorX& dq) override;
+  MotionOutcome advance(double time, const VectorX& efforts) override;
+  int freedoms() const override { return loops_.freedoms(); }
+  const std::vector<int>& independent() override;
+  double time() const override { return time_; }
+  const VectorX& position() const override { return position_; }
+  const VectorX& velocity() const override { return velocity_; }
+  VectorX acceleration(const VectorX& efforts) override;
+  EquationOfMotion equation() override;
+  const PlantSample& observe(const VectorX& efforts) override;
+  const PlantCost& cost() const override { return cost_; }
+  const std::vector<std::string>& notes() const override { return notes_; }
+
+ private:
+  /// The state cannot be continued to: another branch, a singularity, or no numbers.
+  struct Refused {};
+
+  Instant<S> instant() { return {loops_.state(), y_.data(), dy_.data(), ddy_.data(), time_, false}; }
+  void require_started(const VectorX& efforts) const;
+  void evaluate(const VectorX& efforts);
+  void follow();
+  void make_notes();
+
+  // the integration: plant_steps.cpp
+  MotionOutcome go(double end);
+  bool try_step(double& time, double& step, bool& refused, bool& fresh);
+  void derivative(const std::vector<double>& x, std::vector<double>& dxdt, double time);
+  bool settle(bool& fresh);
+  bool choose_anew();
+  void load(const std::vector<double>& x);
+  void store();
+  MotionOutcome stop(MotionStatus status);
+
+  const Mechanism& mechanism_;
+  PlantOptions options_;
+  typename S::Vector about_;
+  LoopDynamics<S> loops_;
+  std::vector<int> leaders_, independent_;
+  std::optional<Observer<S>> observer_;
+  Integrator integrator_;
+  double time_ = 0, step_;
+  int sign_ = 0;  ///< of the determinant: it changes where a singularity is passed
+  bool started_ = false, reads_each_step_ = false;
+  std::vector<double> x_, last_x_;  ///< tree coordinates, then their rates, lengths in characteristic lengths
+  std::vector<double> kinks_, multipliers_;
+  VectorX y_, dy_, ddy_, efforts_, position_, velocity_;
+  PlantSample sample_;
+  PlantCost cost_;
+  std::vector<std::string> notes_;
+};
+
+template <class S>
+std::unique_ptr<Plant::Engine> make_engine(const Mechanism& mechanism, const PlantOptions& options,
+                                           const Vector3& about) {
+  return std::make_unique<EngineOf<S>>(mechanism, options, about);
+}
+
+extern template class EngineOf<Planar>;
+extern template class EngineOf<Spatial>;
+
+}  // namespace balance

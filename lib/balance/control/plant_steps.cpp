@@ -1,0 +1,166 @@
+/// The plant's integration: one step after another, each ending on the closures.
+
+#include "balance/control/plant_engine.hpp"
+#include "balance/control/tree_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace balance {
+
+namespace {
+
+constexpr double worn = 0.3;            // part of its first regularity below which a choice of coordinates is made anew
+constexpr double smallest_step = 1e-9;  // of the longest one
+constexpr double singular = 1e-3;       // regularity of the closures that explains steps too short to go on
+constexpr double open = 1e-9;           // residual of redundant rows that says that they are not redundant here
+
+}  // namespace
+
+template <class S>
+void EngineOf<S>::store() {
+  const int n = loops_.columns();
+  for (int c = 0; c < n; ++c) {
+    x_[c] = y_[c] / loops_.scale()[c];
+    x_[n + c] = dy_[c] / loops_.scale()[c];
+  }
+}
+
+template <class S>
+void EngineOf<S>::load(const std::vector<double>& x) {
+  const int n = loops_.columns();
+  for (int c = 0; c < n; ++c) {
+    y_[c] = x[c] * loops_.scale()[c];
+    dy_[c] = x[n + c] * loops_.scale()[c];
+  }
+}
+
+/// All tree coordinates and rates are integrated, the dependent ones replaced by what the closures say at every evaluation: so
+/// the error control watches them too, and Newton starts next to its solution.
+template <class S>
+void EngineOf<S>::derivative(const std::vector<double>& x, std::vector<double>& dxdt, double time) {
+  load(x);
+  ++cost_.evaluations;
+  if (!loops_.close(y_.data(), dy_.data())) throw Refused{};
+  if (!loops_.accelerate(time, dy_.data(), efforts_.data(), ddy_.data())) throw Refused{};
+  const int n = loops_.columns();
+  for (int c = 0; c < n; ++c) {
+    dxdt[c] = dy_[c] / loops_.scale()[c];
+    dxdt[n + c] = ddy_[c] / loops_.scale()[c];
+  }
+}
+
+/// @param step as tried, on return what to try next
+/// @param refused the step leads over a singularity or to no state at all
+/// @return false if nothing has changed
+template <class S>
+bool EngineOf<S>::try_step(double& time, double& step, bool& refused, bool& fresh) {
+  const double tried = step;
+  last_x_ = x_;
+  refused = false;
+  try {
+    const auto slope = [this](const std::vector<double>& x, std::vector<double>& dxdt, double t) {
+      derivative(x, dxdt, t);
+    };
+    if (!integrator_.try_step(slope, x_, time, step)) return false;
+    if (settle(fresh)) return true;
+    x_ = last_x_;
+    integrator_.restart();
+  } catch (const Refused&) {
+  }
+  refused = true;
+  step = tried / 4;
+  return false;
+}
+
+/// Steps to the end of a smooth piece.
+template <class S>
+MotionOutcome EngineOf<S>::go(double end) {
+  bool fresh = false;  // the independent coordinates have just been chosen, at the state that the step starts from
+  for (long tries = 0; time_ < end; ++tries) {
+    if (tries >= options_.most_steps) return stop(MotionStatus::unreachable);
+    const double whole = std::min(step_, options_.longest_step), left = end - time_;
+    const bool last = left <= whole * (1 + 1e-9);
+    const double tried = last ? left : left >= 2 * whole ? whole : left / 2;  // no tiny step at the end
+    double step = tried, time = time_;
+    bool refused;
+    if (try_step(time, step, refused, fresh)) {
+      ++cost_.steps;
+      time_ = last ? end : time;
+      step_ = tried < whole ? std::max(step_, step) : step;
+      if (loops_.turn_balls_back(1, y_.data(), dy_.data())) {  // other coordinates, other rates
+        fresh = choose_anew();
+        store();
+        last_x_ = x_;
+        integrator_.restart();
+        if (!fresh) return stop(MotionStatus::constraint_singularity);
+      }
+      if (reads_each_step_) follow();
+      continue;
+    }
+    ++cost_.rejected;
+    step_ = step;
+    load(last_x_);
+    if (refused && !fresh) {
+      if (!choose_anew()) return stop(MotionStatus::constraint_singularity);
+      integrator_.restart();
+      fresh = true;
+      step_ = tried;
+    } else if (step_ < std::max(smallest_step * options_.longest_step, 1e-14 * std::abs(time_))) {
+      return stop(refused ? MotionStatus::constraint_singularity : MotionStatus::unreachable);
+    }
+  }
+  return {MotionStatus::done, time_, "", {}};
+}
+
+/// After a step: the dependent coordinates as the closures have them; new independent ones where the present ones wear out.
+template <class S>
+bool EngineOf<S>::settle(bool& fresh) {
+  load(x_);
+  if (!loops_.close(y_.data(), dy_.data()) || loops_.determinant_sign() != sign_) return false;
+  if (loops_.redundant() && loops_.residual() > open) return false;
+  fresh = loops_.regularity() < worn * loops_.regularity_at_choice();
+  if (fresh && !choose_anew()) return false;
+  store();
+  return true;
+}
+
+template <class S>
+bool EngineOf<S>::choose_anew() {
+  const bool good = loops_.choose(y_.data(), false) && loops_.close(y_.data(), dy_.data());
+  sign_ = loops_.determinant_sign();
+  cost_.choices = loops_.choices();
+  return good;
+}
+
+template <class S>
+MotionOutcome EngineOf<S>::stop(MotionStatus status) {
+  load(last_x_);
+  follow();
+  if (status != MotionStatus::constraint_singularity &&
+      (!loops_.choose(y_.data(), false) || loops_.closure_regularity() < singular))
+    status = MotionStatus::constraint_singularity;
+  char text[80];
+  std::snprintf(text, sizeof text, "at t = %.9g s: ", time_);
+  const char* what = status == MotionStatus::constraint_singularity
+                         ? "constraint singularity: the loop closures lose rank, the mechanism gains a freedom"
+                         : "the integration needs steps that are too short or too many to go on";
+  return {
+      status, time_, text + std::string(what) + "; configuration: " + configuration_text(mechanism_, position_), {}};
+}
+
+#define BALANCE_INSTANTIATE(S)                                                                     \
+  template void EngineOf<S>::store();                                                              \
+  template void EngineOf<S>::load(const std::vector<double>&);                                     \
+  template void EngineOf<S>::derivative(const std::vector<double>&, std::vector<double>&, double); \
+  template bool EngineOf<S>::try_step(double&, double&, bool&, bool&);                             \
+  template MotionOutcome EngineOf<S>::go(double);                                                  \
+  template bool EngineOf<S>::settle(bool&);                                                        \
+  template bool EngineOf<S>::choose_anew();                                                        \
+  template MotionOutcome EngineOf<S>::stop(MotionStatus);
+BALANCE_INSTANTIATE(Planar)
+BALANCE_INSTANTIATE(Spatial)
+#undef BALANCE_INSTANTIATE
+
+}  // namespace balance

@@ -1,0 +1,148 @@
+#include "balance/control/tree_state.hpp"
+
+#include "balance/base/factorizations.hpp"
+#include "balance/base/rotation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace balance {
+
+namespace {
+
+/// Angular velocity of what a ball carries against its parent, per unit rate of each of its nodes: parent's axes.
+template <class S>
+Matrix3 ball_axes(const Tree<S>& tree, const double* y, int ball) {
+  Matrix3 axes = Matrix3::Zero(), R = Matrix3::Identity();
+  for (int n = ball; n < ball + 3; ++n) {
+    const Node<S>& node = tree.nodes[n];
+    const bool turns = node.motion == NodeMotion::turn;
+    const double x = turns ? node.ratio * y[node.column] + node.offset : 0;
+    R *= to_matrix(turned(node.R_PF, std::cos(x), std::sin(x)));
+    if (turns) axes.col(n - ball) = node.ratio * R.col(2);
+  }
+  return axes;
+}
+
+/// A held spin's two turns from the joint's three: they must bring the line where the joint brings it.
+void hold_line(const Mechanism& mechanism, const Tree<Spatial>& tree, const IdleSpin& spin, const VectorX& q,
+               const VectorX& dq, VectorX& y, VectorX& dy) {
+  for (const int j : spin.joints) {
+    if (tree.joint_nodes[j] < 0 || tree.joint_nodes[j] != tree.bodies[spin.body].node) continue;
+    const Joint& joint = mechanism.joints[j];
+    std::size_t c = 0;
+    while (mechanism.coordinates[c].joint != j) ++c;
+    const auto k = static_cast<Eigen::Index>(c);
+    const Vector3 x = Vector3::UnitX();
+    const Matrix3 Ra = rotation_about(x, q[k]), Rab = Ra * rotation_about(Vector3::UnitY(), q[k + 1]);
+    const Matrix3 R = Rab * rotation_about(Vector3::UnitZ(), q[k + 2]) * joint.rotation;
+    const Vector3 w = dq[k] * x + dq[k + 1] * Ra.col(1) + dq[k + 2] * Rab.col(2);
+    const bool forward = tree.joint_forward[j];
+    const Matrix3 R_child = forward ? R : Matrix3(R.transpose());
+    const Vector3 w_child = forward ? w : Vector3(-(R.transpose() * w));
+    const Matrix3 axes =
+        frame_with_z_along((forward ? joint.rotation : Matrix3(joint.rotation.transpose())) * spin.line);
+    const Vector3 line = R_child * spin.line;
+    const Vector3 s = axes.transpose() * line, ds = axes.transpose() * w_child.cross(line);
+    const int first = tree.sources[c].column, second = tree.sources[c + 1].column;
+    const double across = std::max(1e-12, s.y() * s.y() + s.z() * s.z());
+    y[first] = std::atan2(-s.y(), s.z());
+    y[second] = std::asin(std::clamp(s.x(), -1.0, 1.0));
+    dy[first] = (s.y() * ds.z() - ds.y() * s.z()) / across;
+    dy[second] = ds.x() / std::sqrt(across);
+  }
+}
+
+}  // namespace
+
+template <class S>
+void to_tree(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& q, const VectorX& dq, VectorX& y,
+             VectorX& dy) {
+  y.setZero(tree.columns);
+  dy.setZero(tree.columns);
+  const auto take = [&](bool leaders) {
+    for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
+      const CoordinateSource& source = tree.sources[c];
+      const bool leads = source.ratio == 1 && source.offset == 0;
+      if (source.column < 0 || leads != leaders || source.ratio == 0) continue;
+      const auto k = static_cast<Eigen::Index>(c);
+      y[source.column] = (q[k] - source.offset) / source.ratio;
+      dy[source.column] = dq[k] / source.ratio;
+    }
+  };
+  take(false);
+  take(true);  // whose word counts where several coordinates move together
+  if constexpr (std::is_same_v<S, Spatial>)
+    for (const IdleSpin& spin : tree.held_spins) hold_line(mechanism, tree, spin, q, dq, y, dy);
+  for (int c = 0; c < tree.columns; ++c) {
+    if (!std::isfinite(y[c])) y[c] = 0;
+    if (!std::isfinite(dy[c])) dy[c] = 0;
+  }
+}
+
+template <class S>
+void from_tree(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& state, const double* y,
+               const double* dy, const double* ddy, VectorX& q, VectorX& dq, VectorX& ddq) {
+  const auto count = static_cast<Eigen::Index>(mechanism.coordinates.size());
+  q.resize(count), dq.resize(count), ddq.resize(count);
+  int read = -1;
+  JointReading reading;
+  for (Eigen::Index c = 0; c < count; ++c) {
+    const Coordinate& coordinate = mechanism.coordinates[c];
+    const CoordinateSource& source = tree.sources[c];
+    if (source.column >= 0 && !tree.joint_floats[coordinate.joint]) {
+      q[c] = source.ratio * y[source.column] + source.offset;
+      dq[c] = source.ratio * dy[source.column];
+      ddq[c] = source.ratio * ddy[source.column];
+      continue;
+    }
+    if (read != coordinate.joint) {
+      const Joint& joint = mechanism.joints[coordinate.joint];
+      reading = read_joint(joint, relative_motion(tree, state, joint));
+      read = coordinate.joint;
+    }
+    q[c] = reading.position[coordinate.index];
+    dq[c] = reading.velocity[coordinate.index];
+    ddq[c] = reading.acceleration[coordinate.index];
+  }
+}
+
+template <class S>
+void carry_ball_rates(const Tree<S>& before, const double* y, const Tree<S>& after, const double* y_after, int ball,
+                      double* dy) {
+  const Matrix3 old_axes = ball_axes(before, y, ball), new_axes = ball_axes(after, y_after, ball);
+  Vector3 w = Vector3::Zero();
+  for (int k = 0; k < 3; ++k)
+    if (before.nodes[ball + k].motion == NodeMotion::turn) w += dy[before.nodes[ball + k].column] * old_axes.col(k);
+  Vector3 rates;
+  if (after.nodes[ball + 2].motion == NodeMotion::turn) {
+    rates = new_axes.inverse() * w;
+  } else {  // the part along the held line is not kept
+    rates = Vector3(new_axes.col(0).dot(w) / new_axes.col(0).squaredNorm(),
+                    new_axes.col(1).dot(w) / new_axes.col(1).squaredNorm(), 0);
+  }
+  for (int k = 0; k < 3; ++k)
+    if (after.nodes[ball + k].motion == NodeMotion::turn) dy[after.nodes[ball + k].column] = rates[k];
+}
+
+std::string configuration_text(const Mechanism& mechanism, const VectorX& q) {
+  std::string text;
+  char number[64];
+  for (Eigen::Index c = 0; c < std::min<Eigen::Index>(q.size(), 12); ++c) {
+    std::snprintf(number, sizeof number, " %.6g", q[c]);
+    text += (text.empty() ? "" : ", ") + mechanism.coordinates[c].name + number;
+  }
+  return text;
+}
+
+#define BALANCE_INSTANTIATE(S)                                                                                    \
+  template void to_tree<S>(const Mechanism&, const Tree<S>&, const VectorX&, const VectorX&, VectorX&, VectorX&); \
+  template void from_tree<S>(const Mechanism&, const Tree<S>&, const State<S>&, const double*, const double*,     \
+                             const double*, VectorX&, VectorX&, VectorX&);                                        \
+  template void carry_ball_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*, int, double*);
+BALANCE_INSTANTIATE(Planar)
+BALANCE_INSTANTIATE(Spatial)
+#undef BALANCE_INSTANTIATE
+
+}  // namespace balance

@@ -1,0 +1,54 @@
+#pragma once
+/// Between the mechanism's joint coordinates and the tree's. Private to control.
+
+#include "balance/kinematics/joint_coordinates.hpp"
+
+#include <string>
+
+namespace balance {
+
+/// Tree coordinates and rates that the joint coordinates mean. Rates that are no numbers count as zero.
+/// @param tree with the balls' reference orientations as compiled
+/// @param q, dq per mechanism coordinate; those of cut joints are left out
+template <class S>
+void to_tree(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& q, const VectorX& dq, VectorX& y,
+             VectorX& dy);
+
+/// All joint coordinates with their derivatives, angles of cut and floating joints in (−π, π].
+/// @param state poses, velocities, accelerations
+template <class S>
+void from_tree(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& state, const double* y,
+               const double* dy, const double* ddy, VectorX& q, VectorX& dq, VectorX& ddq);
+
+/// Per tree column the mechanism coordinate that it is, not a multiple of it.
+template <class S>
+std::vector<int> leaders(const Tree<S>& tree) {
+  std::vector<int> out(tree.columns, -1);
+  for (std::size_t c = tree.sources.size(); c-- > 0;) {
+    const CoordinateSource& source = tree.sources[c];
+    if (source.column < 0) continue;
+    if (out[source.column] < 0 || (source.ratio == 1 && source.offset == 0)) out[source.column] = static_cast<int>(c);
+  }
+  return out;
+}
+
+/// Takes a ball's rates over to another reference orientation: the relative angular velocity stays.
+/// @param before the tree and y before rereference(), `after` and y_after those after it
+template <class S>
+void carry_ball_rates(const Tree<S>& before, const double* y, const Tree<S>& after, const double* y_after, int ball,
+                      double* dy);
+
+/// "J1 0.3, J2 -1.2, …", the first dozen.
+std::string configuration_text(const Mechanism& mechanism, const VectorX& q);
+
+#define BALANCE_DECLARE(S)                                                                                           \
+  extern template void to_tree<S>(const Mechanism&, const Tree<S>&, const VectorX&, const VectorX&, VectorX&,        \
+                                  VectorX&);                                                                         \
+  extern template void from_tree<S>(const Mechanism&, const Tree<S>&, const State<S>&, const double*, const double*, \
+                                    const double*, VectorX&, VectorX&, VectorX&);                                    \
+  extern template void carry_ball_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*, int, double*);
+BALANCE_DECLARE(Planar)
+BALANCE_DECLARE(Spatial)
+#undef BALANCE_DECLARE
+
+}  // namespace balance
