@@ -1,5 +1,7 @@
 #include "specs.hpp"
 
+#include <ctime>
+
 using namespace balance;
 
 namespace {
@@ -35,6 +37,21 @@ TEST_CASE("aliases are values like others, but neither circles nor bombs") {
     bomb += name + ": &" + name + " [" + repeated("*" + before + ", ", 9) + "*" + before + "]\n";
   }
   CHECK(specs::complaint(bomb).find("expected at most 200000 values in a spec, aliases expanded") != std::string::npos);
+}
+
+TEST_CASE("brackets, expressions and free numbers by the ten thousand are read or refused within a second") {
+  const auto begin = std::clock();
+  CHECK(specs::complaint(repeated("[", 4'000'000)) ==
+        "s.yaml:1:1: expected a spec of at most 600000 brackets, braces and commas, found 4000000");
+  const auto table = [](const std::string& row, int rows) {
+    return specs::with(specs::planar, "[1, 3, 4]]", repeated(row, rows) + "[1, 3, 4]]");
+  };
+  CHECK(specs::complaint(table("[\"l + " + repeated("l+", 490) + "l\", 0, 0], ", 4000))
+            .find("expected at most 500000 characters in all expressions together") != std::string::npos);
+  std::string rows;  // on one line
+  for (int i = 1; i <= 20'000; ++i) rows += "[" + std::to_string(i) + ", {free: [0, 1]}, 0], ";
+  CHECK(specs::read(specs::with(specs::planar, "[1, 3, 4]]", rows + "[30000, 3, 4]]")).free_numbers.size() == 20'001);
+  CHECK(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC < 4);
 }
 
 TEST_CASE("what is no spec is refused with the place where that shows") {

@@ -80,7 +80,7 @@ TEST_CASE("a trajectory must give what its law, drive and path need") {
        "s.yaml:24:109: trajectories.via.path.times[0]: expected increasing times between 0 and the duration (1 s), "
        "found 1.4 s"},
       {"times: [0.4]", "times: [0.4, 0.5]",
-       "s.yaml:24:108: trajectories.via.path.times: expected 1 times, one for each waypoint, found 2"},
+       "s.yaml:24:108: trajectories.via.path.times: expected a list of 1, one time for each waypoint, found 2"},
       {"blend: spline", "blend: smooth",
        "s.yaml:24:93: trajectories.via.path.blend: expected how to pass the waypoints (rest or spline), found "
        "'smooth'; nearest is 'rest'"},

@@ -39,6 +39,8 @@ ExpressionNames names_in(const std::string& expression);
 
 /// Longer ones are refused, unread.
 inline constexpr std::size_t longest_expression = 1000;
+/// Of a whole spec; that many take about a second.
+inline constexpr std::size_t longest_expressions = 500'000;
 
 /// sqrt, sin, …
 const std::vector<std::string>& function_names();

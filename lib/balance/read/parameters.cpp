@@ -212,12 +212,18 @@ double Parameters::evaluate_expression(const Cursor& scalar, const std::string& 
     wrong(fmt::format("there is no {} {}{}", what, in_quotes(name), nearest_hint(name, known)));
   };
   if (given_ != nullptr) return calculate(text);  // it was right before
+  expressions_size_ += text.size();
+  if (expressions_size_ > longest_expressions)
+    scalar.fail(fmt::format("expected at most {} characters in all expressions together", longest_expressions));
   const auto& functions = function_names();
   const ExpressionNames used = names_in(text);
   for (const std::string& name : used.functions)
     if (std::find(functions.begin(), functions.end(), name) == functions.end()) unknown("function", name, functions);
-  for (const std::string& name : used.values)
+  for (const std::string& name : used.values) {
+    const bool function = std::find(functions.begin(), functions.end(), name) != functions.end();
+    if (function) wrong(fmt::format("the function {} needs parentheses: {}(…)", in_quotes(name), name));
     if (known_.count(name) == 0) unknown("parameter", name, names_);
+  }
   try {
     return calculate(text);
   } catch (const ExpressionError& error) {

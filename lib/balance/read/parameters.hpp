@@ -50,6 +50,7 @@ class Parameters {
   double calculate_anew(const std::string& expression);
   void override_values(const Overrides& overrides, std::vector<Member>& members, Problems& problems);
 
+  std::size_t expressions_size_ = 0;
   std::optional<Calculator> calculator_;  ///< once an expression needs it
   const FreeValues* given_ = nullptr;
   std::vector<std::string> names_;  ///< in the document's order, for messages

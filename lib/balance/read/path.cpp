@@ -87,7 +87,8 @@ ArcPath read_arc(const Cursor& at, Draft& draft, const Trajectory& trajectory) {
 void read_times(const Cursor& at, Draft& draft, const Trajectory& trajectory, WaypointPath& path) {
   const auto times = at.items("a list of times");
   if (times.size() != path.points.size())
-    at.fail(fmt::format("expected {} times, one for each waypoint, found {}", path.points.size(), times.size()));
+    at.fail(
+        fmt::format("expected a list of {}, one time for each waypoint, found {}", path.points.size(), times.size()));
   double before = 0;
   for (const Cursor& item : times) {
     const double time = read_number(item, draft, dimension::time);
@@ -131,10 +132,7 @@ bool needs_end(const Cursor* path) { return path == nullptr || !has_key(*path, "
 
 void read_path(const Cursor& at, Draft& draft, Trajectory& trajectory) {
   const std::string what = "a path: line, {circle: …}, {arc: …}, {waypoints: …}, {table: …} or {file: …}";
-  if (at.is_scalar()) {
-    at.choice("a path without a mapping", {"line"});
-    return;
-  }
+  if (at.is_scalar() && at.node().text == "line") return;
   if (!at.is_map()) at.expected(what);
   if (has_key(at, "waypoints")) {
     trajectory.path = read_waypoints(at, draft, trajectory);

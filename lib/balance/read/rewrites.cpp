@@ -170,10 +170,12 @@ void Rewriter::replace_nothing(const Node& key, Rewrite content) {
 
 /// What follows the number: the first comment if it stood behind something, then the others, each on a line of its own.
 std::string Rewriter::kept_comments(const Node& node) const {
+  const auto comments = source_.comments(node);
+  if (comments.empty()) return "";  // looking for line breaks takes time where a line is as long as the spec
   const std::size_t end = source_.span(node).end;
   const std::string new_line = source_.line_break() + source_.indentation(end);
   std::string kept;
-  for (const Span& comment : source_.comments(node)) {
+  for (const Span& comment : comments) {
     if (kept.empty() && !begins_line(comment.begin)) {
       std::size_t blanks = comment.begin;
       while (source_.is_space(blanks - 1)) --blanks;

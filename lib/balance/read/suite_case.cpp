@@ -59,7 +59,7 @@ std::optional<CaseDesign> read_case_design(const Cursor& at) {
   CaseDesign design;
   if (!at.is_map()) {
     const std::size_t choice =
-        at.choice("whether to design first, or {goal, strategy, minimize, seed}", {"true", "false"});
+        at.choice("whether to design first, or how {goal, strategy, minimize, seed}", {"true", "false"});
     return choice == 0 ? std::optional(design) : std::nullopt;
   }
   read_fields(at, "a design {goal, strategy, minimize, seed}",

@@ -162,6 +162,7 @@ void put_together(const Cursor& at, const TrajectoryText& text, const Timing& ow
     trajectory.law.kind = read_law(*text.law);
   else if (path == nullptr || !is_table(*path))
     at.missing("'law'");
+  if (text.ramp && text.ramps) text.ramps->fail("expected 'ramp' or 'ramps', found both");
   for (const auto& ramps : {text.ramp, text.ramps})
     if (ramps) read_ramps(*ramps, draft, trajectory.law);
   if (text.components) {

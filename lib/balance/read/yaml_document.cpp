@@ -10,6 +10,8 @@
 #include <yaml-cpp/mark.h>
 #include <yaml-cpp/parser.h>
 
+#include <algorithm>
+#include <cstring>
 #include <map>
 #include <set>
 #include <sstream>
@@ -143,6 +145,9 @@ class Builder : public YAML::EventHandler {
     } else if (!parent.key) {
       take_key(parent, std::move(node));
     } else {
+      // Where nothing stands behind a key, yaml-cpp tells the place of whatever comes next.
+      const bool nothing = node.kind == Node::Kind::null && node.alias == 0;
+      if (nothing && node.place.line != parent.key->place.line) node.place = parent.key->place;
       parent.node.keys.push_back(*std::exchange(parent.key, std::nullopt));
       parent.node.items.push_back(std::move(node));
     }
@@ -225,6 +230,12 @@ void check_text(const std::string& text, const DocumentLimits& limits) {
   }
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
     throw Problem({1, 1}, "", "expected a spec, found an empty file");
+  // yaml-cpp takes all of a bracket's tokens into its memory before it tells of the first.
+  const auto marks = std::count_if(text.begin(), text.end(), [](char c) { return std::strchr("[]{},", c) != nullptr; });
+  if (marks > 3 * limits.nodes)
+    throw Problem(
+        {1, 1}, "",
+        fmt::format("expected a spec of at most {} brackets, braces and commas, found {}", 3 * limits.nodes, marks));
 }
 
 }  // namespace

@@ -1,0 +1,20 @@
+# The fuzzers' corpus and every input that once was too much for a reader, as plain tests: no clang, no libFuzzer.
+set(fuzz_folder ${CMAKE_CURRENT_LIST_DIR})
+file(GLOB fuzz_sources CONFIGURE_DEPENDS ${fuzz_folder}/*.cpp)
+list(FILTER fuzz_sources EXCLUDE REGEX "/entry\\.cpp$")
+add_executable(test_fuzz ${fuzz_sources})
+target_link_libraries(test_fuzz PRIVATE balance::balance)
+target_compile_definitions(test_fuzz PRIVATE BALANCE_FUZZ_TABLES="${CMAKE_CURRENT_SOURCE_DIR}/read")
+balance_compile_options(test_fuzz)
+balance_optimise_little(test_fuzz)
+
+if(BALANCE_SANITIZE)
+  set(most_seconds 10)
+else()
+  set(most_seconds 1)
+endif()
+foreach(target csv hdf5 requirement spec suite)
+  add_test(NAME fuzz.${target} COMMAND test_fuzz ${target} ${most_seconds} ${fuzz_folder}/corpus/${target}
+                                       ${fuzz_folder}/regressions/${target})
+  set_tests_properties(fuzz.${target} PROPERTIES TIMEOUT 120 LABELS fuzz)
+endforeach()

@@ -1,0 +1,45 @@
+#include "balance/read/requirement.hpp"
+
+#include "targets.hpp"
+
+#include "balance/read/read_spec.hpp"
+
+namespace balance::fuzz {
+
+namespace {
+
+const Study& arm() {
+  static const Study study = read_spec(R"(space: planar
+ground: {points: {O: [0, 0]}}
+bodies: {link: {mass: {free: [1, 2]}, com: [0, 0], inertia: 1, points: {A: [1, 0]}}}
+joints: {J: {type: revolute, connects: [ground.O, link.origin]}}
+actuators: [J]
+tool: link.A
+motion: {duration: 1, from: {joints: {J: 0}}, to: {joints: {J: 1}}}
+)",
+                                       "arm.yaml");
+  return study;
+}
+
+MetricTable table(const char* name) {
+  return {name, {{"torque", "N m", 1, 2, 3, 4, 5}, {"shaking_force", "N", 0, 0, 0, 0, 0}}, 7};
+}
+
+}  // namespace
+
+void requirement(std::string_view bytes) {
+  const std::string text(bytes.substr(0, bytes.find('\n')));
+  const RunNames names{{"base", "other", "3"}, "base"};
+  try {
+    const Requirement read = read_requirement(text, names);
+    check_quantities(read, {"torque", "shaking_force"});
+    judge(read, {table("base"), table("other"), table("3")}, 1);
+  } catch (const RequirementError& wrong) {
+    demand(wrong.column >= 1 && wrong.column <= text.size() + 1, "a column outside of the requirement");
+  }
+  if (text.size() < bytes.size()) {
+    complains_well([&] { read_objective(std::string(bytes.substr(text.size() + 1)), arm()); });
+  }
+}
+
+}  // namespace balance::fuzz

@@ -1,0 +1,62 @@
+#include "targets.hpp"
+
+#include "balance/read/read_spec.hpp"
+#include "balance/read/symbols.hpp"
+#include "balance/write/balanced_spec.hpp"
+
+#include <cstdio>
+#include <sstream>
+
+namespace balance::fuzz {
+
+namespace {
+
+/// In the folder of the tables that specs may name.
+constexpr const char* file_name = BALANCE_FUZZ_TABLES "/s.yaml";
+
+ReadOptions overrides_in(const std::string& text) {
+  ReadOptions options;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const auto equals = line.find('=');
+    if (line.starts_with("#set ") && equals != std::string::npos)
+      options.set.emplace_back(line.substr(5, equals - 5), line.substr(equals + 1));
+  }
+  return options;
+}
+
+void use(const DesignSpace& space) {
+  const auto& numbers = space.start.free_numbers;
+  VectorX start(static_cast<Eigen::Index>(numbers.size())), lower = start, upper = start;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    start[at] = numbers[i].start;
+    lower[at] = numbers[i].lower;
+    upper[at] = numbers[i].upper;
+  }
+  for (const VectorX& x : {start, lower, upper}) complains_well([&] { space.at(x); });
+  const std::string balanced = balanced_spec(space.start, start);
+  const bool readable = complains_well([&] {
+    try {
+      demand(read_spec(balanced, file_name).free_numbers.empty(), "a balanced spec has free numbers");
+    } catch (const SpecError& error) {
+      std::fprintf(stderr, "%s\n", error.what());
+      throw;
+    }
+  });
+  demand(readable, "a balanced spec cannot be read:\n" + balanced);
+}
+
+}  // namespace
+
+void spec(std::string_view bytes) {
+  const std::string text(bytes);
+  const ReadOptions options = overrides_in(text);
+  complains_well([&] {
+    const DesignSpace space = read_design_space(text, file_name, options);
+    use(space);
+    if (text.size() < 4000) list_symbols(space.start, options);
+  });
+}
+
+}  // namespace balance::fuzz

@@ -1,0 +1,13 @@
+#include "balance/read/suite.hpp"
+
+#include "targets.hpp"
+
+namespace balance::fuzz {
+
+void suite(std::string_view bytes) {
+  const std::string text(bytes);
+  complains_well([&] { read_suite(text, "suite.yaml"); });
+  files_named_in(text);
+}
+
+}  // namespace balance::fuzz
