@@ -97,9 +97,8 @@ balance::Study load(const std::string& file) {
   return balance::read_spec_file(std::string(BALANCE_CONFIGS "/") + file);
 }
 
-Run run(const std::string& name, const Mechanism& mechanism, const balance::Trajectory& trajectory) {
+Run attempt(const std::string& name, const Mechanism& mechanism, const balance::Trajectory& trajectory) {
   Run out{name, mechanism, trajectory, balance::simulate(mechanism, trajectory), {}, {}};
-  CHECK_MESSAGE(out.result.outcome.status == balance::MotionStatus::done, name << ": " << out.result.outcome.reason);
   if (out.result.outcome.status != balance::MotionStatus::done) return out;
   const long N = out.samples();
   const double h = out.step(), T = out.result.time[N - 1];
@@ -110,6 +109,12 @@ Run run(const std::string& name, const Mechanism& mechanism, const balance::Traj
       smooth = smooth && std::abs(tau * T - out.result.time[k]) > 2.999999 * h;
     out.smooth.push_back(smooth);
   }
+  return out;
+}
+
+Run run(const std::string& name, const Mechanism& mechanism, const balance::Trajectory& trajectory) {
+  Run out = attempt(name, mechanism, trajectory);
+  CHECK_MESSAGE(out.result.outcome.status == balance::MotionStatus::done, name << ": " << out.result.outcome.reason);
   return out;
 }
 

@@ -49,6 +49,9 @@ struct Run {
 
 std::vector<std::string> config_names();
 balance::Study load(const std::string& file);
+/// Result::outcome may say why there are no samples.
+Run attempt(const std::string& name, const Mechanism& mechanism, const balance::Trajectory& trajectory);
+/// The same, and a run that does not end well is a failed check.
 Run run(const std::string& name, const Mechanism& mechanism, const balance::Trajectory& trajectory);
 
 /// Calls back with every config's every trajectory and with the random mechanisms, on `samples` samples. A run that does not end well is a failed check.

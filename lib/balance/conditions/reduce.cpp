@@ -1,6 +1,7 @@
 #include "balance/conditions/reduce.hpp"
 
 #include "balance/base/factorizations.hpp"
+#include "balance/base/right_singular.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,10 +14,11 @@ namespace balance {
 
 namespace {
 
-constexpr double clear_gap = 1e3;    ///< between the last singular value kept and the first dropped
-constexpr double noise = 1e-8;       ///< of the largest singular value: nothing above it is dropped
-constexpr double detail = 1e-9;      ///< nothing below it is kept
-constexpr double pivotal = 1e-6;     ///< of a unit row: an entry below it is no pivot
+constexpr double clear_gap = 1e3;  ///< between the last singular value kept and the first dropped
+constexpr double noise = 1e-8;     ///< of the largest singular value: nothing above it is dropped
+constexpr double detail = 1e-9;    ///< nothing below it is kept
+/// Of a unit row: an entry below it is no pivot. Where smaller ones are all there is, they must do.
+constexpr double pivotal[] = {1e-4, 1e-6, 0};
 constexpr double round_off = 1e-10;  ///< of a reduced row's largest entry: an entry below it is zero
 
 /// Joints between each body and the ground.
@@ -63,29 +65,36 @@ int rank_by_gap(const VectorX& values, double floor, Conditions& conditions) {
   return widest > clear_gap ? rank : -1;
 }
 
-/// Gauss–Jordan with the columns in the order of preference. Rows: orthonormal.
-void echelon(MatrixX& rows, const std::vector<int>& order, std::vector<int>& pivots) {
-  pivots.clear();
-  Eigen::Index row = 0;
-  for (const int column : order) {
-    if (row == rows.rows()) break;
-    Eigen::Index best;
-    const double size = rows.col(column).tail(rows.rows() - row).cwiseAbs().maxCoeff(&best);
-    if (size < pivotal) continue;
-    rows.row(row).swap(rows.row(row + best));
-    rows.row(row) /= rows(row, column);
-    for (Eigen::Index other = 0; other < rows.rows(); ++other)
-      if (other != row) rows.row(other) -= rows(other, column) * Eigen::RowVectorXd(rows.row(row));
-    rows.col(column).setZero();
-    rows(row, column) = 1;
-    pivots.push_back(column);
-    ++row;
-    // what is left keeps its size, so that small stays small: orthonormal again
-    if (row == rows.rows()) break;
-    const Eigen::HouseholderQR<MatrixX> qr(rows.bottomRows(rows.rows() - row).transpose());
-    rows.bottomRows(rows.rows() - row) =
-        (qr.householderQ() * MatrixX::Identity(rows.cols(), rows.rows() - row)).transpose();
-  }
+/// Columns that the rows can be solved for, in the order of preference. Rows: orthonormal.
+std::vector<int> choose_pivots(MatrixX rows, const std::vector<int>& order) {
+  std::vector<int> pivots;
+  std::vector<bool> taken(order.size(), false);
+  for (const double least : pivotal)
+    for (const int column : order) {
+      if (rows.rows() == 0) return pivots;
+      if (taken[static_cast<std::size_t>(column)]) continue;
+      Eigen::Index best;
+      if (!(rows.col(column).cwiseAbs().maxCoeff(&best) > least)) continue;
+      taken[static_cast<std::size_t>(column)] = true;
+      pivots.push_back(column);
+      rows.row(0).swap(rows.row(best));
+      const VectorX share = rows.col(column).tail(rows.rows() - 1) / rows(0, column);
+      const MatrixX left = rows.bottomRows(rows.rows() - 1) - share * rows.row(0);
+      // what is left keeps its size, so that small stays small: orthonormal again
+      if (left.rows() == 0) return pivots;
+      const Eigen::HouseholderQR<MatrixX> qr(left.transpose());
+      rows = (qr.householderQ() * MatrixX::Identity(left.cols(), left.rows())).transpose();
+      for (const int done : pivots) rows.col(done).setZero();
+    }
+  return pivots;
+}
+
+/// The rows solved for their pivots, at once from the orthonormal ones: errors do not grow from pivot to pivot.
+void echelon(MatrixX& rows, const std::vector<int>& pivots) {
+  const MatrixX solved = MatrixX(rows(Eigen::all, pivots)).fullPivLu().solve(rows);
+  rows = solved;
+  for (std::size_t r = 0; r < pivots.size(); ++r)
+    rows.col(pivots[r]) = VectorX::Unit(rows.rows(), static_cast<Eigen::Index>(r));
 }
 
 }  // namespace
@@ -119,12 +128,13 @@ bool reduce(const MatrixX& rows, const VectorX& units, double mass, const std::v
     const Eigen::HouseholderQR<MatrixX> qr(rows);
     compact = qr.matrixQR().topRows(P).template triangularView<Eigen::Upper>();
   }
-  const Eigen::BDCSVD<MatrixX> svd(compact, Eigen::ComputeThinV);
-  const int rank = rank_by_gap(svd.singularValues(), std::numeric_limits<double>::epsilon(), conditions);
+  const RightSingular svd = right_singular(compact);
+  const int rank = rank_by_gap(svd.values, std::numeric_limits<double>::epsilon(), conditions);
   if (rank < 0) return false;
 
-  MatrixX reduced = svd.matrixV().leftCols(rank).transpose();
-  echelon(reduced, order, conditions.pivots);
+  MatrixX reduced = svd.vectors.leftCols(rank).transpose();
+  conditions.pivots = choose_pivots(reduced, order);
+  echelon(reduced, conditions.pivots);
   conditions.rank = rank;
   conditions.matrix.resize(rank, P);
   conditions.scale.resize(rank);

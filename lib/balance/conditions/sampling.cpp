@@ -14,7 +14,10 @@ constexpr double longest_step = 0.2;  ///< in scaled coordinates
 constexpr double apart = 0.5;         ///< way between configurations that are used
 constexpr double caution = 0.5;  ///< step per smallest singular value: no step can leap over a singular configuration
 constexpr double too_close =
-    0.1;                     ///< to a singular configuration: smallest singular value against the largest such seen
+    0.1;  ///< to a singular configuration: smallest singular value against the largest such seen
+constexpr double short_step = 0.02;  ///< as long as steps get where loops are ill-conditioned everywhere
+constexpr double steady =
+    0.1;                     ///< change of the smallest singular value after which the next step may be twice as long
 constexpr double reach = 4;  ///< slides stay within so many characteristic lengths
 constexpr double ball_limit = 1.25;  ///< of a spherical joint's second angle [rad]: its coordinates degenerate at π/2
 
@@ -94,7 +97,8 @@ void Sampler<S>::look(const VectorX& y) {
 /// may begin. @return the way gone in scaled coordinates, 0 if there is none in this direction
 template <class S>
 double Sampler<S>::step() {
-  const double stride = std::min(longest_step, caution * room_);
+  const double careful = std::min(longest_step, caution * room_);
+  const double stride = std::max(careful, std::min(short_step, careful * pace_));
   const Solution moved = solve(closures_, y_ + stride * scale_.cwiseProduct(direction_), {}, 30);
   const VectorX went = (moved.y - y_).cwiseQuotient(scale_);
   bool good = moved.found && went.dot(direction_) > 0.7 * went.norm() && went.norm() > 0.3 * stride &&
@@ -103,6 +107,7 @@ double Sampler<S>::step() {
     look(moved.y);
     good = margin_ > too_close * widest_ || margin_ > room_;
   }
+  pace_ = good && std::abs(margin_ - room_) < steady * room_ ? 2 * pace_ : 1;
   if (!good) {
     turn(1);
     return 0;

@@ -60,6 +60,7 @@ class Sampler {
   double margin_ = 0;   ///< smallest singular value of the loops there
   double room_ = 0;     ///< at y
   double widest_ = 0;   ///< largest met so far
+  double pace_ = 1;     ///< steps longer than a small margin alone would allow: it has hardly changed for a while
 };
 
 extern template class Sampler<Planar>;

@@ -13,7 +13,8 @@ Actuation<S>::Actuation(const Mechanism& mechanism, const Tree<S>& tree, int fre
   std::set<int> distinct;
   for (const int coordinate : mechanism.actuators) {
     const CoordinateSource& source = tree.sources[coordinate];
-    actuated_.push_back({source.column, source.ratio});
+    const bool slides = mechanism.coordinates[coordinate].kind == CoordinateKind::length;
+    actuated_.push_back({source.column, source.ratio, slides ? tree.length : 1});
     distinct.insert(source.column);
   }
   const int motors = static_cast<int>(actuated_.size());
@@ -123,13 +124,14 @@ MatrixX Actuation<S>::closure_matrix(const Equations<S>& equations) const {
   return closures;
 }
 
-/// Scaled tree coordinates to actuated ones.
+/// Scaled tree coordinates to actuated ones, scaled too: the least norm of efforts then is the same in all units, forces
+/// counted as moments on the characteristic length.
 template <class S>
 MatrixX Actuation<S>::selection(const Equations<S>& equations) const {
   MatrixX selection = MatrixX::Zero(static_cast<Eigen::Index>(actuated_.size()), columns_);
   for (std::size_t a = 0; a < actuated_.size(); ++a)
     selection(static_cast<Eigen::Index>(a), actuated_[a].column) =
-        actuated_[a].ratio * equations.column_scale()[actuated_[a].column];
+        actuated_[a].ratio * equations.column_scale()[actuated_[a].column] / actuated_[a].unit;
   return selection;
 }
 
@@ -144,7 +146,7 @@ bool Actuation<S>::solve_general(const Equations<S>& equations, const double* ta
   if (!grip.firm) return false;
   const VectorX efforts = freedoms_ > 0 ? VectorX(grip.selection.solve(grip.null_space.transpose() * needed))
                                         : VectorX(VectorX::Zero(motors));
-  for (int a = 0; a < motors; ++a) efforts_[a] = efforts[a];
+  for (int a = 0; a < motors; ++a) efforts_[a] = efforts[a] / actuated_[a].unit;
   if (closures_ == 0) return true;
   // least-norm multipliers: only the kept singular directions
   const auto& svd = grip.closures;
@@ -185,6 +187,7 @@ bool Actuation<S>::project_general(const Equations<S>& equations, MatrixX& proje
   if (!grip.firm) return false;
   const Eigen::Map<const VectorX> columns(equations.column_scale().data(), columns_);
   if (freedoms_ > 0) projection = grip.selection.solve(grip.null_space.transpose() * columns.asDiagonal());
+  for (std::size_t a = 0; a < actuated_.size(); ++a) projection.row(static_cast<Eigen::Index>(a)) /= actuated_[a].unit;
   return true;
 }
 

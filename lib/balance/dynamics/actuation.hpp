@@ -41,6 +41,7 @@ class Actuation {
   struct Selected {
     int column;
     double ratio;  ///< of the actuated coordinate to the tree coordinate
+    double unit;   ///< of the actuated coordinate: the characteristic length where it is a length, else 1
   };
   struct Gathered {
     int row, column, index;

@@ -1,0 +1,30 @@
+#include "balance/base/right_singular.hpp"
+
+#include "balance/base/factorizations.hpp"
+
+namespace balance {
+
+namespace {
+
+/// Orthonormal vectors that the matrix stretches by the values, up to round-off.
+bool holds(const MatrixX& matrix, const RightSingular& found) {
+  if (!found.values.allFinite() || !found.vectors.allFinite()) return false;
+  const auto n = found.values.size();
+  const double allowed = 1e-14 * static_cast<double>(matrix.rows() + matrix.cols());
+  const MatrixX image = matrix * found.vectors;
+  const double largest = image.colwise().norm().maxCoeff();
+  return (found.vectors.transpose() * found.vectors - MatrixX::Identity(n, n)).cwiseAbs().maxCoeff() <= allowed &&
+         (image.colwise().norm().transpose() - found.values).cwiseAbs().maxCoeff() <= allowed * largest;
+}
+
+}  // namespace
+
+RightSingular right_singular(const MatrixX& matrix) {
+  const Eigen::BDCSVD<MatrixX> fast(matrix, Eigen::ComputeThinV);
+  RightSingular found{fast.singularValues(), fast.matrixV()};
+  if (fast.info() == Eigen::Success && holds(matrix, found)) return found;
+  const Eigen::JacobiSVD<MatrixX> sure(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  return {sure.singularValues(), sure.matrixV()};
+}
+
+}  // namespace balance
