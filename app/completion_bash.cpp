@@ -60,7 +60,7 @@ _balance() {
 complete -F _balance balance
 )";
 
-std::string offer(const Suggestion& suggestion) {
+std::string bash_offer(const Suggestion& suggestion) {
   const std::string items = fmt::format("{}", fmt::join(suggestion.items, " "));
   switch (suggestion.kind) {
     case Suggestion::Kind::words: return fmt::format("_balance_words '{}'", items);
@@ -94,7 +94,7 @@ std::string operand_cases(const CommandHelp& command) {
   for (std::size_t i = 0; i < command.operands.size(); ++i) {
     const OptionHelp& operand = command.operands[i];
     const std::string number = operand.repeats ? "*" : std::to_string(i);
-    cases += fmt::format("    {}:{}) {} ;;\n", command.name, number, offer(operand.suggestion));
+    cases += fmt::format("    {}:{}) {} ;;\n", command.name, number, bash_offer(operand.suggestion));
   }
   return cases;
 }
@@ -111,7 +111,7 @@ std::string bash_completion(const ProgramHelp& help) {
     for (const OptionHelp& option : command.options) {
       if (!option.takes_value()) continue;
       has_value += fmt::format("    {}) true ;;\n", pattern_of(command, option));
-      values += fmt::format("    {}) {} ;;\n", pattern_of(command, option), offer(option.suggestion));
+      values += fmt::format("    {}) {} ;;\n", pattern_of(command, option), bash_offer(option.suggestion));
     }
   }
   return head + fmt::format("\n_balance_commands='{}'\n", fmt::join(commands, " ")) +

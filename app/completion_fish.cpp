@@ -16,7 +16,7 @@ std::string quoted(const std::string& text) {
 }
 
 /// Flags of `complete` that offer the values; -x: one is needed, and no other file will do.
-std::string offer(const Suggestion& suggestion) {
+std::string fish_offer(const Suggestion& suggestion) {
   switch (suggestion.kind) {
     case Suggestion::Kind::words:
       return fmt::format(" -x -a {}", quoted(fmt::format("{}", fmt::join(suggestion.items, " "))));
@@ -36,7 +36,7 @@ std::string option_line(const OptionHelp& option, const std::string& condition) 
   for (const std::string& name : option.shorts) line += " -s " + name.substr(1);
   for (const std::string& name : option.longs) line += " -l " + name.substr(2);
   line += " -d " + quoted(option.text);
-  return line + (option.takes_value() ? offer(option.suggestion) : "") + "\n";
+  return line + (option.takes_value() ? fish_offer(option.suggestion) : "") + "\n";
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ std::string fish_completion(const ProgramHelp& help) {
     text += "\n";
     for (const OptionHelp& option : command.options) text += option_line(option, condition);
     for (const OptionHelp& operand : command.operands)
-      text += fmt::format("complete -c balance -n {}{}\n", quoted(condition), offer(operand.suggestion));
+      text += fmt::format("complete -c balance -n {}{}\n", quoted(condition), fish_offer(operand.suggestion));
   }
   return text;
 }

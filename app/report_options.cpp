@@ -15,7 +15,7 @@
 namespace balance::app {
 namespace {
 
-constexpr long most_samples = 20'000;  // a page with more is slow to open, and no chart is that wide
+constexpr long most_page_samples = 20'000;  // a page with more is slow to open, and no chart is that wide
 
 }  // namespace
 
@@ -29,7 +29,7 @@ void add_report_options(CLI::App& parser, ReportOptions& o) {
   add_goal_options(parser, o.goal);
   parser.add_option("--samples", o.samples, "samples of every trajectory, both ends included")
       ->type_name("N")
-      ->check(CLI::Range(2L, most_samples));
+      ->check(CLI::Range(2L, most_page_samples));
   parser.add_flag("--force", o.force, "replace a file that exists");
   parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
 }

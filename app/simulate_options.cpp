@@ -4,6 +4,7 @@
 #include "suggestion.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/read/limits.hpp"
 #include "balance/read/nearest.hpp"
 #include "balance/write/run_description.hpp"
 
@@ -16,8 +17,6 @@
 
 namespace balance::app {
 namespace {
-
-constexpr long most_samples = 100'000'000;  // beyond it, a misprint is likelier than a wish
 
 /// Numbers between commas; nothing else around them.
 std::optional<std::vector<double>> parse_numbers(const std::string& text) {

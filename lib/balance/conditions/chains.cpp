@@ -15,9 +15,6 @@ namespace {
 
 using Eigen::Index;
 
-/// Points closer than this, beside the mechanism's length, are the same.
-constexpr double coincident = 1e-9;
-
 class Splitting {
  public:
   Splitting(const Mechanism& whole, const LooseSprings& loose)

@@ -14,8 +14,8 @@ namespace balance {
 namespace {
 
 constexpr int fewest_samples = 12, most_samples = 2000;
-constexpr double round_off = 1e-10;  ///< of the largest entry before the extra unknowns were eliminated
-constexpr int repetitions = 2;       ///< with more samples each, before the rank is called unclear
+constexpr double elimination_round_off = 1e-10;  ///< of the largest entry before the extra unknowns were eliminated
+constexpr int repetitions = 2;                   ///< with more samples each, before the rank is called unclear
 
 /// Rows of π alone, for which some value of the extra unknowns makes everything vanish.
 MatrixX without_extra(const MatrixX& rows, int parameters) {
@@ -28,7 +28,7 @@ MatrixX without_extra(const MatrixX& rows, int parameters) {
   rotated.applyOnTheLeft(qr.householderQ().adjoint());
   MatrixX left = rotated.bottomRows(rows.rows() - qr.rank());
   // The tool of a single link follows its CoM whatever that is: round-off is not a condition.
-  if (left.size() > 0 && left.cwiseAbs().maxCoeff() < round_off * size) left.setZero();
+  if (left.size() > 0 && left.cwiseAbs().maxCoeff() < elimination_round_off * size) left.setZero();
   return left;
 }
 

@@ -7,9 +7,6 @@ namespace balance {
 
 namespace {
 
-/// Points closer than this, beside the mechanism's length, are the same.
-constexpr double coincident = 1e-9;
-
 using Bodies = std::vector<int>;
 
 /// Connected bodies, by joints between two of them.

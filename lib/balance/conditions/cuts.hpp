@@ -8,6 +8,9 @@
 
 namespace balance {
 
+/// Points closer than this, beside the mechanism's length, are the same.
+inline constexpr double coincident = 1e-9;
+
 /// A body that several chains carry together.
 struct Platform {
   int body = 0;

@@ -33,9 +33,9 @@ auto& number_at(AMechanism& m, const GeometricPlace& p) {
 }
 
 /// Collects numbers; those of one named point under one entry per axis.
-class List {
+class NumberList {
  public:
-  explicit List(const Mechanism& mechanism) : mechanism_(mechanism) {}
+  explicit NumberList(const Mechanism& mechanism) : mechanism_(mechanism) {}
 
   void add(const std::string& label, const std::string& unit, const GeometricPlace& place) {
     numbers_.push_back({label, unit, number_at(mechanism_, place), {place}});
@@ -85,7 +85,7 @@ void add_gravity(const Mechanism& mechanism, std::vector<GeometricNumber>& numbe
 }  // namespace
 
 std::vector<GeometricNumber> list_geometry(const Mechanism& m) {
-  List list(m);
+  NumberList list(m);
   for (std::size_t j = 0; j < m.joints.size(); ++j) {
     const Joint& joint = m.joints[j];
     const int index = static_cast<int>(j);

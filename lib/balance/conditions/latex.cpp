@@ -90,19 +90,19 @@ std::string sum_latex(const std::vector<Monomial>& sum, bool turned, const std::
   return "\\left(" + text + "\\right)";
 }
 
-struct Coefficient {
+struct LatexCoefficient {
   bool negative = false;
   std::string size;  ///< empty for one
 };
 
-Coefficient number_latex(double value) {
+LatexCoefficient number_latex(double value) {
   std::string number = fmt::format("{:.6g}", std::abs(value));
   if (const std::size_t e = number.find('e'); e != std::string::npos)
     number = fmt::format("{} \\cdot 10^{{{}}}", number.substr(0, e), std::atoi(number.c_str() + e + 1));
   return {value < 0, number == "1" ? "" : number};
 }
 
-Coefficient coefficient_latex(const Formula& formula, const std::vector<Symbol>& symbols) {
+LatexCoefficient coefficient_latex(const Formula& formula, const std::vector<Symbol>& symbols) {
   std::string size = monomial_size(formula.factor, symbols);
   const bool negative = formula.factor.numerator < 0;
   if (formula.sum.empty()) return {negative, size};
@@ -119,7 +119,7 @@ std::vector<std::string> terms_of(const Conditions& conditions, int row, const C
     const double value = conditions.matrix(row, static_cast<Eigen::Index>(p));
     if (std::abs(value) <= 1e-12 * largest) continue;
     const Formula* formula = names.find(row, static_cast<int>(p));
-    const Coefficient c = formula != nullptr ? coefficient_latex(*formula, names.symbols) : number_latex(value);
+    const LatexCoefficient c = formula != nullptr ? coefficient_latex(*formula, names.symbols) : number_latex(value);
     const char* sign = terms.empty() ? (c.negative ? "-" : "") : (c.negative ? "- " : "+ ");
     terms.push_back(sign + (c.size.empty() ? "" : c.size + "\\, ") + parameter_latex(conditions.parameters[p]));
   }
@@ -148,7 +148,7 @@ std::string symbol_latex(const std::string& label) {
 }
 
 std::string formula_latex(const Formula& formula, const std::vector<Symbol>& symbols) {
-  const Coefficient c = coefficient_latex(formula, symbols);
+  const LatexCoefficient c = coefficient_latex(formula, symbols);
   return (c.negative ? "-" : "") + (c.size.empty() ? "1" : c.size);
 }
 

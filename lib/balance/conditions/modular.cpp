@@ -16,7 +16,7 @@ namespace balance {
 namespace {
 
 /// A condition's terms, beside its largest one, that are round-off.
-constexpr double round_off = 1e-11;
+constexpr double vanishing = 1e-11;
 
 /// Every joint coordinate where the mechanism is assembled, so that its parts are assembled in the same mode.
 template <class S>
@@ -110,7 +110,7 @@ class Modular {
       const double size = part.matrix.row(r).cwiseProduct(own.transpose()).cwiseAbs().maxCoeff();
       auto row = rows_.row(before + r);
       row = part.matrix.row(r) * map * units.parameter.asDiagonal() / size;
-      row = (row.array().abs() > round_off).select(row, 0.0);
+      row = (row.array().abs() > vanishing).select(row, 0.0);
     }
     out_.samples += part.samples;
   }

@@ -13,7 +13,7 @@ namespace {
 constexpr double negligible = 1e-9;
 
 /// The matrices with one symbol larger and smaller.
-struct Probe {
+struct Nudged {
   MatrixX up, down;
 };
 
@@ -38,7 +38,7 @@ bool changes(const MatrixX& before, const MatrixX& after) {
 
 bool only_ones(const MatrixX& matrix) { return (matrix.array() == 0 || matrix.array().abs() == 1).all(); }
 
-std::optional<Formula> recognise_at(const MatrixX& matrix, const std::vector<Probe>& probes, const VectorX& values,
+std::optional<Formula> recognise_at(const MatrixX& matrix, const std::vector<Nudged>& probes, const VectorX& values,
                                     Eigen::Index row, Eigen::Index column) {
   const auto count = static_cast<Eigen::Index>(probes.size());
   Response response{matrix(row, column), VectorX(count), VectorX(count)};
@@ -109,7 +109,7 @@ ConditionNames name_coefficients(const Mechanism& mechanism, const Conditions& c
       names.notes.push_back("coefficients stay numbers: the mechanism is too large to see what they are made of");
     return names;
   }
-  std::vector<Probe> probes;
+  std::vector<Nudged> probes;
   for (const Symbol& symbol : symbols) {
     const Conditions up = derive(with_symbol(mechanism, symbol, probe_factor));
     if (!comparable(conditions, up)) continue;

@@ -48,9 +48,9 @@ std::string_view section_of(Bearer bearer, AttachmentKind kind) {
 }
 
 /// The list under construction; names are made unique at its end.
-class List {
+class ParameterList {
  public:
-  explicit List(const Mechanism& mechanism) : mechanism_(mechanism) {}
+  explicit ParameterList(const Mechanism& mechanism) : mechanism_(mechanism) {}
 
   void add_inertia(Bearer bearer, int index, const std::string& owner) {
     int slot = 0;
@@ -130,7 +130,7 @@ void add_spring_values(const Spring& spring, int d, bool loose, std::vector<doub
 }  // namespace
 
 std::vector<Parameter> list_parameters(const Mechanism& mechanism, const LooseSprings& loose) {
-  List list(mechanism);
+  ParameterList list(mechanism);
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
     list.add_inertia(Bearer::body, static_cast<int>(b), mechanism.bodies[b].name);
   for (std::size_t a = 0; a < mechanism.attachments.size(); ++a)

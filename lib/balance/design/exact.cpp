@@ -16,7 +16,7 @@ namespace {
 constexpr double dependent = 1e-10;
 
 /// Starts that bring no new solution before the search for more of them ends, or before a proof is tried that there is none.
-constexpr int patience = 8;
+constexpr int idle_limit = 8;
 /// Numbers this near to a bound, their start or zero may be there.
 constexpr double nearly = 1e-8;
 /// Residuals below this are as good as zero.
@@ -54,7 +54,7 @@ ExactSearch find_exact(const Context& context, const Equations& equations, const
   Dice dice(context.problem.search.seed);
   int idle = 0;  // starts since the last new solution
   for (int k = 0; k <= effort.restarts && static_cast<int>(search.solutions.size()) < effort.wanted; ++k) {
-    if (idle++ == patience && (!search.solutions.empty() || (effort.hopeless && effort.hopeless()))) break;
+    if (idle++ == idle_limit && (!search.solutions.empty() || (effort.hopeless && effort.hopeless()))) break;
     const VectorX from = k == 0 ? context.box.start() : dice.point(context.box.size());
     Descent descent = gauss_newton(equations, from);
     if (descent.largest < met && is_exact(context, equations, descent.u) && is_new(search.solutions, descent.u)) {

@@ -16,7 +16,7 @@ constexpr double solved = 1e-16;
 constexpr double nearly_solved = 1e-12;
 /// Relative decrease of the sum of squares that counts as none, and how often in a row it may happen.
 constexpr double stalled = 1e-10;
-constexpr int patience = 4;
+constexpr int stall_limit = 4;
 
 double largest(const VectorX& v) { return v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0; }
 
@@ -70,7 +70,7 @@ Descent gauss_newton(const Equations& equations, VectorX start, int iterations) 
     }
     stalls = values.squaredNorm() > (1 - stalled) * before ? stalls + 1 : 0;
     result.u = next;
-    if (!equations.evaluate(next, result.values, &jacobian) || stalls >= patience) break;
+    if (!equations.evaluate(next, result.values, &jacobian) || stalls >= stall_limit) break;
     if (gain > 0.5) damping = std::max(damping / 10, 1e-14 * size);
   }
   result.largest = largest(result.values);

@@ -12,7 +12,7 @@ namespace {
 /// Bodies keep this part of their largest mass or inertia: enough to be told from none, too little to matter.
 constexpr double strictly = 1e-6;
 /// Violations below this part of a quantity's size are round-off.
-constexpr double round_off = 1e-13;
+constexpr double cone_round_off = 1e-13;
 
 /// Σ from Ixx, Iyy, Izz, Ixy, Ixz, Iyz: the second moments ∫ r rᵀ dm about the CoM.
 Matrix3 second_moments(const double* i) {
@@ -63,7 +63,7 @@ void Physical::add(const ParameterMap& map, const Survey& survey, const VectorX&
                       ? std::min(strictly, at_start / item.size)
                       : strictly;
   }
-  if (!matrix && map.polynomial() && map.polynomial()->least(feature) >= (item.margin - round_off) * item.size &&
+  if (!matrix && map.polynomial() && map.polynomial()->least(feature) >= (item.margin - cone_round_off) * item.size &&
       (!body || map.polynomial()->least(feature) > 0))
     return;
   convex_ = convex_ && affine;
@@ -105,7 +105,7 @@ bool Physical::holds(const VectorX& features) const {
   for (const Item& item : items_)
     for (int k = 0; k < (item.matrix ? 3 : 1); ++k, ++row)
       // half of a margin may be lost to the search's tolerances; what remains is still positive
-      if (g[row] < -std::max(round_off, item.margin / 2)) return false;
+      if (g[row] < -std::max(cone_round_off, item.margin / 2)) return false;
   return true;
 }
 

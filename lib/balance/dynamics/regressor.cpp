@@ -37,11 +37,14 @@ Planar::Inertia unit_inertia<Planar>(int k) {
 
 template <>
 Spatial::Inertia unit_inertia<Spatial>(int k) {
-  static constexpr int place[10][2] = {{0, 0}, {0, 0}, {0, 0}, {0, 0}, {0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+  static constexpr int place[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
   Spatial::Inertia inertia;
   inertia.mass = k == 0;
   inertia.moment = Vector3(k == 1, k == 2, k == 3);
-  if (k > 3) inertia.second(place[k][0], place[k][1]) = inertia.second(place[k][1], place[k][0]) = 1;
+  if (k > 3) {
+    const auto [row, column] = place[k - 4];
+    inertia.second(row, column) = inertia.second(column, row) = 1;
+  }
   return inertia;
 }
 

@@ -11,7 +11,7 @@ namespace balance {
 
 namespace {
 
-std::string number(double value) {
+std::string short_number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value);
   return text;
@@ -33,11 +33,11 @@ MotionOutcome explain_missing_start(const Mechanism& mechanism, const Tree<S>& t
       if (miss > gap) gap = miss, worst = mechanism.joints[closure.joint].name;
     }
     return failed(MotionStatus::not_assembled,
-                  "the loops cannot be closed: joint " + worst + " stays open by " + number(gap) + " m at best");
+                  "the loops cannot be closed: joint " + worst + " stays open by " + short_number(gap) + " m at best");
   }
   return failed(MotionStatus::unreachable,
                 "the start pose cannot be reached: the nearest configuration found misses it by " +
-                    number(attempt.residual * tree.length) + " (m or, times the length, rad)");
+                    short_number(attempt.residual * tree.length) + " (m or, times the length, rad)");
 }
 
 template <class S>

@@ -54,7 +54,7 @@ namespace {
 
 bool starts_name(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 bool in_number(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0 || c == '.'; }
-bool in_name(char c) { return starts_name(c) || std::isdigit(static_cast<unsigned char>(c)) != 0; }
+bool in_symbol(char c) { return starts_name(c) || std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
 /// The index after the number that starts at `i`, an exponent included.
 std::size_t after_number(const std::string& text, std::size_t i) {
@@ -81,7 +81,7 @@ ExpressionNames names_in(const std::string& expression) {
       i = after_number(expression, i);
     } else if (starts_name(expression[i])) {
       std::size_t end = i;
-      while (end < expression.size() && in_name(expression[end])) ++end;
+      while (end < expression.size() && in_symbol(expression[end])) ++end;
       const std::string name = expression.substr(i, end - i);
       const std::size_t next = expression.find_first_not_of(' ', end);
       const bool call = next != std::string::npos && expression[next] == '(';

@@ -1,33 +1,15 @@
 // What the free numbers are to achieve.
 
+#include "balance/read/goals.hpp"
 #include "balance/read/nearest.hpp"
 #include "balance/read/objective.hpp"
 #include "balance/read/sections.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 namespace balance::read {
 
 namespace {
-
-std::vector<Goal> read_goals(const Cursor& at) {
-  std::vector<Goal> goals;
-  const auto read_one = [&](const Cursor& c) {
-    const Goal goal = *find_goal(goal_names()[c.choice("a goal", goal_names())]);
-    if (std::find(goals.begin(), goals.end(), goal) != goals.end())
-      c.fail(fmt::format("expected every goal once, found {} again", c.found()));
-    goals.push_back(goal);
-  };
-  if (!at.is_list()) {
-    read_one(at);
-    return goals;
-  }
-  for (const Cursor& item : at.items("a list of goals")) at.problems().guard([&] { read_one(item); });
-  if (at.node().items.empty()) at.expected("at least one goal");
-  return goals;
-}
 
 std::string read_method(const Cursor& at, const std::string& what, const std::vector<std::string>& names) {
   return names[at.choice(what, names)];

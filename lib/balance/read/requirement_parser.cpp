@@ -12,7 +12,7 @@ using Kind = Word::Kind;
 using Step = Requirement::Step;
 
 /// Words [begin, end) of the requirement.
-struct Span {
+struct TokenRange {
   std::size_t begin = 0, end = 0;
 };
 
@@ -40,7 +40,7 @@ class Parser {
   std::string next(std::size_t i) const { return i < words_.size() ? in_quotes(words_[i].text) : "the end"; }
 
   /// As written; the words must not be none.
-  std::string source(Span span) const {
+  std::string source(TokenRange span) const {
     const std::size_t begin = words_[span.begin].begin;
     return text_.substr(begin, words_[span.end - 1].end - begin);
   }
@@ -60,7 +60,7 @@ class Parser {
   }
 
   /// The last word of a kind outside parentheses; span.end: there is none.
-  std::size_t last(Span span, Kind kind) const {
+  std::size_t last(TokenRange span, Kind kind) const {
     std::size_t found = span.end;
     for (std::size_t i = span.begin; i < span.end; ++i) {
       if (words_[i].kind == kind) found = i;
@@ -69,14 +69,14 @@ class Parser {
     return found;
   }
 
-  bool has_relation(Span span) const {
+  bool has_relation(TokenRange span) const {
     return std::any_of(words_.begin() + static_cast<std::ptrdiff_t>(span.begin),
                        words_.begin() + static_cast<std::ptrdiff_t>(span.end),
                        [](const Word& word) { return word.kind == Kind::relation; });
   }
 
   /// Comparisons joined by && and ||, the weaker first.
-  void join(Span span) {
+  void join(TokenRange span) {
     for (const auto& [word, step] : {std::pair{Kind::either, Step::Kind::either}, {Kind::both, Step::Kind::both}}) {
       const std::size_t at = last(span, word);
       if (at == span.end) continue;
@@ -92,7 +92,7 @@ class Parser {
     requirement_.comparisons.push_back(compare(span));
   }
 
-  Comparison compare(Span span) {
+  Comparison compare(TokenRange span) {
     if (span.begin == span.end) fail(column(span.begin), "expected a comparison, found " + next(span.begin));
     const std::size_t at = last(span, Kind::relation);
     if (at == span.end) {
@@ -120,14 +120,14 @@ class Parser {
   }
 
   /// What the name of a run alone stands for. Null: the comparison has no figure.
-  const FigureReference* first_figure(Span span) const {
+  const FigureReference* first_figure(TokenRange span) const {
     for (std::size_t i = span.begin; i < span.end; ++i) {
       if (words_[i].kind == Kind::figure) return &words_[i].figure;
     }
     return nullptr;
   }
 
-  Arithmetic read_side(Span span, const FigureReference* model) {
+  Arithmetic read_side(TokenRange span, const FigureReference* model) {
     Arithmetic side;
     if (span.begin < span.end) side.text = source(span);
     check_order(span);
@@ -151,7 +151,7 @@ class Parser {
   }
 
   /// Numbers and what joins them must take turns.
-  void check_order(Span span) const {
+  void check_order(TokenRange span) const {
     bool number_next = true;
     for (std::size_t i = span.begin; i < span.end; ++i) {
       const Word& word = words_[i];

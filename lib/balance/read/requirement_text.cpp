@@ -14,16 +14,16 @@ namespace {
 
 using Kind = Word::Kind;
 
-struct NamedFigure {
+struct AskedFigure {
   const char* name;
   std::optional<Figure> figure;
 };
 
-const std::array<NamedFigure, 5> figures{{{"peak", Figure::peak},
-                                          {"rms", Figure::rms},
-                                          {"mean", Figure::mean},
-                                          {"range", Figure::range},
-                                          {"energy", std::nullopt}}};
+const std::array<AskedFigure, 5> asked_figures{{{"peak", Figure::peak},
+                                                {"rms", Figure::rms},
+                                                {"mean", Figure::mean},
+                                                {"range", Figure::range},
+                                                {"energy", std::nullopt}}};
 
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 bool is_space(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
@@ -32,8 +32,7 @@ bool in_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 |
 
 class Splitter {
  public:
-  Splitter(const std::string& text, const RunNames& runs) : text_(text), runs_(runs) {
-    names_ = runs.all;
+  Splitter(const std::string& text, const RunNames& runs) : text_(text), runs_(runs), names_(runs.all) {
     if (!runs.base.empty()) names_.emplace_back("base");
   }
 
@@ -108,7 +107,8 @@ class Splitter {
   static bool is_word_with_parenthesis(const std::string& name) {
     const auto& functions = function_names();
     return std::find(functions.begin(), functions.end(), name) != functions.end() ||
-           std::any_of(figures.begin(), figures.end(), [&](const NamedFigure& one) { return name == one.name; });
+           std::any_of(asked_figures.begin(), asked_figures.end(),
+                       [&](const AskedFigure& one) { return name == one.name; });
   }
 
   /// Of the digits, point and exponent that stand here.
@@ -150,21 +150,21 @@ class Splitter {
   }
 
   Word call(const std::string& word, std::size_t parenthesis) {
-    for (const NamedFigure& one : figures) {
+    for (const AskedFigure& one : asked_figures) {
       if (word == one.name) return figure(one, parenthesis);
     }
     const auto& functions = function_names();
     if (std::find(functions.begin(), functions.end(), word) != functions.end())
       return take(Kind::function, word.size());
     std::vector<std::string> names;
-    for (const NamedFigure& one : figures) names.emplace_back(one.name);
+    for (const AskedFigure& one : asked_figures) names.emplace_back(one.name);
     const std::string own = one_of(names);
     names.insert(names.end(), functions.begin(), functions.end());
     fail(at_, fmt::format("{} is no function: {}, or arithmetic{}", in_quotes(word), own, nearest_hint(word, names)));
   }
 
   /// `peak(torque[A1], base)` from its name on; a quantity may have anything in its brackets.
-  Word figure(const NamedFigure& named, std::size_t parenthesis) {
+  Word figure(const AskedFigure& named, std::size_t parenthesis) {
     const std::size_t begin = at_;
     Word word{Kind::figure, "", begin, begin, {}};
     word.figure.figure = named.figure;

@@ -1,6 +1,8 @@
 #include "balance/read/suite_case.hpp"
 
 #include "balance/read/flow_text.hpp"
+#include "balance/read/goals.hpp"
+#include "balance/read/limits.hpp"
 #include "balance/read/nearest.hpp"
 
 #include <fmt/format.h>
@@ -12,7 +14,6 @@ namespace balance::read {
 
 namespace {
 
-constexpr long most_samples = 100'000'000;
 constexpr std::size_t longest_name = 150;  // a file's name may have 255 bytes, and endings are put behind it
 
 /// The value as YAML on one line.
@@ -39,20 +40,6 @@ std::uint64_t read_seed(const Cursor& at) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
   if (error != std::errc() || end != text.data() + text.size()) at.expected(what);
   return seed;
-}
-
-std::vector<Goal> read_goals(const Cursor& at) {
-  std::vector<Goal> goals;
-  const auto one = [&](const Cursor& c) {
-    goals.push_back(*find_goal(goal_names()[c.choice("a goal", goal_names())]));
-  };
-  if (!at.is_list()) {
-    one(at);
-    return goals;
-  }
-  for (const Cursor& item : at.items("a list of goals")) at.problems().guard([&] { one(item); });
-  if (at.node().items.empty()) at.expected("at least one goal");
-  return goals;
 }
 
 std::optional<CaseDesign> read_case_design(const Cursor& at) {

@@ -1,3 +1,4 @@
+#include "balance/read/limits.hpp"
 #include "balance/read/nearest.hpp"
 #include "balance/read/path.hpp"
 #include "balance/read/pose.hpp"
@@ -10,8 +11,6 @@
 namespace balance::read {
 
 namespace {
-
-constexpr long most_samples = 100'000'000;
 
 /// What both `motion` and a trajectory may say.
 struct Timing {

@@ -46,8 +46,8 @@ ForceMatrices<S>::ForceMatrices(const Mechanism& mechanism, const Tree<S>& tree,
       wrenches_(tree.nodes.size()) {}
 
 template <class S>
-bool ForceMatrices<S>::at(Stepper<S>& stepper, const Quantity& quantity, MatrixX& rows) {
-  using Kind = Quantity::Kind;
+bool ForceMatrices<S>::at(Stepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
+  using Kind = CostQuantity::Kind;
   if (quantity.of_actuators()) return torque(stepper, quantity, rows);
   if (quantity.kind == Kind::ground_force || quantity.kind == Kind::ground_moment) {
     ground(stepper, quantity.kind == Kind::ground_moment, rows);
@@ -75,7 +75,7 @@ Regressor<S> ForceMatrices<S>::regress(Stepper<S>& stepper, const typename S::Ve
 
 /// u = E (Y π + springs' and constant torques); power: times the actuator's rate.
 template <class S>
-bool ForceMatrices<S>::torque(Stepper<S>& stepper, const Quantity& quantity, MatrixX& rows) {
+bool ForceMatrices<S>::torque(Stepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
   if (!actuation_.project(stepper.equations(), projection_)) return false;
   tau_.resize(tree_.columns, columns());
   tau_.leftCols(inertial_) = regress(stepper, -gravity_).torque;
@@ -83,7 +83,7 @@ bool ForceMatrices<S>::torque(Stepper<S>& stepper, const Quantity& quantity, Mat
   constant_torque(stepper, tau_.rightCols(1).col(0));
   const Eigen::Index first = quantity.actuator.value_or(0), count = quantity.actuator ? 1 : projection_.rows();
   rows.noalias() = projection_.middleRows(first, count) * tau_;
-  if (quantity.kind == Quantity::Kind::torque) return true;
+  if (quantity.kind == CostQuantity::Kind::torque) return true;
   for (Eigen::Index a = 0; a < count; ++a) {
     const CoordinateSource& source = tree_.sources[mechanism_.actuators[static_cast<std::size_t>(first + a)]];
     rows.row(a) *= source.ratio * stepper.dy()[source.column];
@@ -157,12 +157,12 @@ void ForceMatrices<S>::kinetic_energy(const State<S>& state, MatrixX& rows) cons
 template class ForceMatrices<Planar>;
 template class ForceMatrices<Spatial>;
 
-std::optional<Quantity> find_quantity(const Mechanism& mechanism, const std::string& name) {
-  using Kind = Quantity::Kind;
+std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const std::string& name) {
+  using Kind = CostQuantity::Kind;
   const std::size_t bracket = name.find('[');
   const std::string stem = name.substr(0, bracket);
   if (stem == "torque" || stem == "power") {
-    Quantity quantity{stem == "torque" ? Kind::torque : Kind::power, {}};
+    CostQuantity quantity{stem == "torque" ? Kind::torque : Kind::power, {}};
     const std::vector<int>& actuators = mechanism.actuators;
     const auto kind = [&](int coordinate) { return mechanism.coordinates[coordinate].kind; };
     if (bracket == std::string::npos) {  // a worst one exists where units agree
@@ -183,7 +183,7 @@ std::optional<Quantity> find_quantity(const Mechanism& mechanism, const std::str
                                                     {"ground_moment", Kind::ground_moment},
                                                     {"kinetic_energy", Kind::kinetic_energy}};
   for (const auto& [text, kind] : named)
-    if (name == text) return Quantity{kind, {}};
+    if (name == text) return CostQuantity{kind, {}};
   return std::nullopt;
 }
 

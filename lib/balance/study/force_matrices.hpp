@@ -13,7 +13,7 @@
 namespace balance {
 
 /// What a figure is of.
-struct Quantity {
+struct CostQuantity {
   enum class Kind { torque, power, shaking_force, shaking_moment, ground_force, ground_moment, kinetic_energy };
   Kind kind = Kind::torque;
   std::optional<int> actuator;  ///< torque, power: of this one; nothing: of each, and the worst counts
@@ -23,7 +23,7 @@ struct Quantity {
 
 /// @param name as in Result::metrics
 /// @return nothing if the mechanism has no such quantity, or it is not linear in the parameters
-std::optional<Quantity> find_quantity(const Mechanism& mechanism, const std::string& name);
+std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const std::string& name);
 
 template <class S>
 class ForceMatrices {
@@ -42,11 +42,11 @@ class ForceMatrices {
   ///        accelerations are overwritten
   /// @param rows one per actuator or component × columns() [SI]
   /// @return false if the actuators do not hold the mechanism
-  bool at(Stepper<S>& stepper, const Quantity& quantity, MatrixX& rows);
+  bool at(Stepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
 
  private:
   Regressor<S> regress(Stepper<S>& stepper, const typename S::Vector& base) const;
-  bool torque(Stepper<S>& stepper, const Quantity& quantity, MatrixX& rows);
+  bool torque(Stepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
   void constant_torque(Stepper<S>& stepper, Eigen::Ref<VectorX> tau);
   void about_point(const MatrixX& force, MatrixX& moment) const;
   void ground(Stepper<S>& stepper, bool moment, MatrixX& rows);

@@ -30,7 +30,7 @@ std::vector<Place> in_order(const Result& result, const Jumps& jumps) {
 }
 
 /// Columns of one of Result's arrays that together are one quantity.
-struct Series {
+struct Track {
   Samples Result::*array;
   int first, count;
 
@@ -43,7 +43,7 @@ struct Series {
   }
 };
 
-Metric measure(std::string quantity, std::string unit, const Series& series, const std::vector<Place>& places) {
+Metric measure(std::string quantity, std::string unit, const Track& series, const std::vector<Place>& places) {
   Metric metric{std::move(quantity), std::move(unit)};
   double low = INFINITY, high = -INFINITY, squares = 0, sum = 0, last = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {

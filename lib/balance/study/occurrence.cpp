@@ -52,10 +52,10 @@ VectorX generic_point(const std::vector<FreeNumber>& numbers) {
   return x;
 }
 
-class Probe {
+class DependenceProbe {
  public:
-  Probe(const DesignSpace& space, const std::function<Conditions(const Mechanism&)>& derive, const LooseSprings& loose,
-        const Conditions& at_start)
+  DependenceProbe(const DesignSpace& space, const std::function<Conditions(const Mechanism&)>& derive,
+                  const LooseSprings& loose, const Conditions& at_start)
       : space_(space), derive_(derive), loose_(loose), x_(generic_point(space.start.free_numbers)) {
     here_ = space.at(x_).mechanism;
     values_ = parameter_values(here_, loose_);
@@ -105,7 +105,7 @@ std::vector<std::vector<int>> list_occurring(const DesignSpace& space, const Con
                                              const LooseSprings& loose) {
   std::vector<std::vector<int>> result(static_cast<std::size_t>(conditions.matrix.rows()));
   if (space.start.free_numbers.empty()) return result;
-  const Probe probe(space, derive, loose, conditions);
+  const DependenceProbe probe(space, derive, loose, conditions);
   for (std::size_t i = 0; i < space.start.free_numbers.size(); ++i) {
     const std::vector<bool> affected = probe.affected(static_cast<Eigen::Index>(i));
     for (std::size_t row = 0; row < result.size(); ++row)

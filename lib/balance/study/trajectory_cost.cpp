@@ -36,7 +36,7 @@ class FixedMotion : public FigureSource {
   }
 
   std::optional<CostFunction> figure(Figure figure, const std::string& name) const override {
-    const std::optional<Quantity> quantity = find_quantity(mechanism_, name);
+    const std::optional<CostQuantity> quantity = find_cost_quantity(mechanism_, name);
     if (outcome.status != MotionStatus::done || !quantity) return std::nullopt;
     std::vector<Series> series;
     for (RowTriangle& triangle : triangles(*quantity))
@@ -60,12 +60,12 @@ class FixedMotion : public FigureSource {
   /// Along the whole motion.
   /// @param add called with the quantity's rows and their share of the average, place by place
   template <class Add>
-  void collect(const Quantity& quantity, Add add) const {
+  void collect(const CostQuantity& quantity, Add add) const {
     Rerun<S> rerun(mechanism_, trajectory_, tree_, plan_);
     ForceMatrices<S> forces(mechanism_, rerun.tree(), plan_.freedoms, trajectory_.about, loose_);
     const double duration = plan_.schedule->duration();
     Trapezoids trapezoids([&](const MatrixX& rows, double weight) { add(rows, weight / duration); });
-    const bool moving = quantity.kind == Quantity::Kind::kinetic_energy;  // asks for the velocities of all origins
+    const bool moving = quantity.kind == CostQuantity::Kind::kinetic_energy;  // asks for the velocities of all origins
     MatrixX rows;
     rerun.run(moving ? Detail::everything : Detail::forces, [&](Stepper<S>& stepper) {
       forces.at(stepper, quantity, rows);
@@ -74,11 +74,11 @@ class FixedMotion : public FigureSource {
     trapezoids.finish();
   }
 
-  std::size_t series_of(const Quantity& quantity) const {
+  std::size_t series_of(const CostQuantity& quantity) const {
     return quantity.of_actuators() && !quantity.actuator ? mechanism_.actuators.size() : 1;
   }
 
-  std::vector<RowTriangle> triangles(const Quantity& quantity) const {
+  std::vector<RowTriangle> triangles(const CostQuantity& quantity) const {
     std::vector<RowTriangle> all(series_of(quantity), RowTriangle(units_.size.size()));
     collect(quantity, [&](const MatrixX& rows, double weight) {
       const Eigen::Index each = rows.rows() / static_cast<Eigen::Index>(all.size());
@@ -89,7 +89,7 @@ class FixedMotion : public FigureSource {
   }
 
   /// A second time along the motion: what all samples would take in all parameters is too much to keep.
-  void keep_samples(const Quantity& quantity, std::vector<Series>& series) const {
+  void keep_samples(const CostQuantity& quantity, std::vector<Series>& series) const {
     Eigen::Index place = 0;
     collect(quantity, [&](const MatrixX& rows, double weight) {
       const Eigen::Index each = rows.rows() / static_cast<Eigen::Index>(series.size());
