@@ -32,6 +32,13 @@ function(balance_compile_options target)
   endif()
 endfunction()
 
+function(balance_count_lines target)
+  if(BALANCE_COVERAGE)
+    target_compile_options(${target} PRIVATE --coverage -fprofile-update=atomic)
+    target_link_options(${target} PUBLIC --coverage)
+  endif()
+endfunction()
+
 # For what runs once: optimising it takes longer than it saves.
 function(balance_optimise_little target)
   if(NOT BALANCE_SANITIZE)

@@ -129,8 +129,8 @@ std::string cost_text(const DesignReport& report) {
 
 std::string comparison_text(const TrajectoryComparison& comparison) {
   std::string text = fmt::format("\ntrajectory {}\n", comparison.trajectory);
-  const bool moved = comparison.before.outcome.status == MotionStatus::done &&
-                     comparison.after.outcome.status == MotionStatus::done;
+  const bool moved =
+      comparison.before.outcome.status == MotionStatus::done && comparison.after.outcome.status == MotionStatus::done;
   for (const auto& [when, result] : {std::pair("before", &comparison.before), std::pair("after", &comparison.after)})
     if (result->outcome.status != MotionStatus::done)
       text += fmt::format("cannot be followed {}: {}\n", when, result->outcome.reason);
