@@ -30,9 +30,9 @@ namespace {
 
 Vector2 vector(natural::Complex z) { return {z.real(), z.imag()}; }
 
-class Run {
+class NaturalRun {
  public:
-  Run(const Mechanism& mechanism, const Trajectory& trajectory, const natural::Start& start)
+  NaturalRun(const Mechanism& mechanism, const Trajectory& trajectory, const natural::Start& start)
       : mechanism_(mechanism), trajectory_(trajectory), simulation_(mechanism, trajectory, start) {}
 
   Result run() {
@@ -109,7 +109,7 @@ Result simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory
     result.outcome = found.outcome;
     return result;
   }
-  return Run(mechanism, trajectory, found.start).run();
+  return NaturalRun(mechanism, trajectory, found.start).run();
 }
 
 }  // namespace balance
