@@ -17,7 +17,8 @@ class Places {
   explicit Places(const Mechanism& mechanism) : length_(characteristic_length(mechanism)) {
     for (const Joint& joint : mechanism.joints) {
       if (joint.type != JointType::revolute && joint.type != JointType::fixed) continue;
-      join(add(joint.first, joint.point_first), add(joint.second, joint.point_second));
+      const int first = add(joint.first, joint.point_first);
+      join(first, add(joint.second, joint.point_second));
     }
   }
 

@@ -3,7 +3,7 @@
 namespace balance::natural {
 
 Form com_form(const Model& model) {
-  Form sum;
+  Form sum = constant_form(model.resting_moment / model.total_mass);
   for (const MassEntry& entry : model.mass) sum = sum + Form{{}, {{entry.column, entry.value / model.total_mass}}};
   return sum;
 }

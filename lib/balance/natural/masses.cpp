@@ -43,9 +43,12 @@ void add_masses(const Mechanism& mechanism, Model& model) {
   }
   for (const Disc& disc : mechanism.discs) {
     Rotor rotor{disc.inertia(2, 2) / (model.length() * model.length()), {}};
+    if (disc.body == ground) model.resting_moment += disc.mass * planar(disc.position, model.length());
     const BodyModel& carrier = model.bodies[static_cast<std::size_t>(disc.body)];
     if (carrier.angle >= 0) rotor.turn.terms.push_back({carrier.angle, 1});
-    for (const ScalarTerm& term : model.coordinates[static_cast<std::size_t>(disc.follows)].form.terms)
+    const ScalarForm& leader = model.coordinates[static_cast<std::size_t>(disc.follows)].form;
+    rotor.turn.constant = disc.ratio * leader.constant;
+    for (const ScalarTerm& term : leader.terms)
       rotor.turn.terms.push_back({term.scalar, disc.ratio * term.coefficient});
     model.rotors.push_back(rotor);
   }

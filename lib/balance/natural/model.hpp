@@ -66,9 +66,10 @@ struct Model {
   std::vector<Row> constraints;
   std::vector<MassEntry> mass;  ///< of all points, fixed ones included: Hermitian
   std::vector<Rotor> rotors;    ///< discs
-  double total_mass = 0;
-  double tool_turns = 0;  ///< tool's angle = angle of its body − this
-  Coordinates start;      ///< as the caller's joint coordinates place the bodies
+  double total_mass = 0;        ///< of everything that moves; discs turn on the ground, too
+  Complex resting_moment;       ///< mass times place of the discs on the ground
+  double tool_turns = 0;        ///< tool's angle = angle of its body − this
+  Coordinates start;            ///< as the caller's joint coordinates place the bodies
 
   int unknowns() const { return 2 * basic.moving + scalars; }
   double length() const { return basic.length; }

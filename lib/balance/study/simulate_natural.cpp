@@ -1,6 +1,7 @@
 #include "balance/study/simulate_natural.hpp"
 
 #include "balance/dynamics/observer.hpp"
+#include "balance/kinematics/joint_coordinates.hpp"
 #include "balance/natural/simulation.hpp"
 #include "balance/study/metrics.hpp"
 #include "balance/study/result_columns.hpp"
@@ -24,6 +25,25 @@ NaturalStart find_start(const Mechanism& mechanism, const Trajectory& trajectory
   observer.observe(stepper, Detail::forces);
   found.start = {observer.last().position, observer.last().tool_angle};
   return found;
+}
+
+NaturalStart find_start(const Mechanism& mechanism) {
+  const Tree<Planar> tree = compile<Planar>(mechanism, {});
+  System<Planar> closures(tree, Drive<Planar>{});
+  const Solution found = find_pose(mechanism, tree, closures, {});
+  NaturalStart result;
+  if (!found.found) {
+    result.outcome = {MotionStatus::not_assembled, 0, "the loops cannot be closed", {}};
+    return result;
+  }
+  result.outcome.status = MotionStatus::done;
+  result.start.coordinates = read_coordinates(mechanism, tree, found.y);
+  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
+    const CoordinateSource& source = tree.sources[c];
+    if (source.column >= 0)  // with its whole turns
+      result.start.coordinates[c] = source.ratio * found.y[source.column] + source.offset;
+  }
+  return result;
 }
 
 namespace {

@@ -19,6 +19,9 @@ struct NaturalStart {
 /// @throws std::invalid_argument as simulate
 NaturalStart find_start(const Mechanism& mechanism, const Trajectory& trajectory);
 
+/// A configuration where the first formulation can close the loops, near the `assembly` values.
+NaturalStart find_start(const Mechanism& mechanism);
+
 /// Moves a planar mechanism along the trajectory in natural coordinates. Of Result it leaves joint_force, joint_moment and
 /// mobility empty.
 /// @throws std::invalid_argument as simulate, and if the mechanism is spatial

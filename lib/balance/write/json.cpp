@@ -2,6 +2,7 @@
 
 #include "balance/write/json_parts.hpp"
 #include "balance/write/names.hpp"
+#include "balance/write/verify_text.hpp"
 
 namespace balance {
 namespace {
@@ -42,8 +43,8 @@ std::string result_json(const Result& result, const FileDescription& description
   return dump(json);
 }
 
-std::string check_json(const CheckReport& report, const Mechanism& mechanism,
-                       const std::vector<std::string>& warnings) {
+std::string check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings,
+                       const VerifyReport* verified) {
   const bool planar = mechanism.space == SpaceKind::planar;
   Json json = {{"mechanism", mechanism.name}, {"space", planar ? "planar" : "spatial"}};
   json["outcome"] = outcome_json(report.outcome);
@@ -66,6 +67,7 @@ std::string check_json(const CheckReport& report, const Mechanism& mechanism,
   for (const AssemblyMode& mode : report.modes) json["modes"].push_back(mode_json(mode, mechanism));
   json["notes"] = report.notes;
   json["warnings"] = warnings;
+  if (verified != nullptr) json["verification"] = verify_json(*verified);
   return dump(json);
 }
 

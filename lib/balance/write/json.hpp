@@ -4,6 +4,7 @@
 #include "balance/model/mechanism.hpp"
 #include "balance/study/check.hpp"
 #include "balance/study/result.hpp"
+#include "balance/study/verify.hpp"
 #include "balance/write/write_options.hpp"
 
 #include <string>
@@ -16,7 +17,9 @@ std::string result_json(const Result& result, const FileDescription& description
                         const std::vector<std::string>& files);
 
 /// One object with everything of the report.
-std::string check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings);
+/// @param verified adds "verification", what verify_json says of it, if not null
+std::string check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings,
+                       const VerifyReport* verified = nullptr);
 
 /// {"error": {"kind": …, "message": …}}; what stopped early adds its status, a motion the time too.
 std::string error_json(const std::string& kind, const std::string& message);

@@ -1,0 +1,40 @@
+#pragma once
+/// Configurations that the constraints allow, connected to a first one without passing a singular one. Private to natural.
+
+#include "balance/natural/equations.hpp"
+
+#include <random>
+
+namespace balance::natural {
+
+class Wanderer {
+ public:
+  /// @param model must outlive the wanderer
+  explicit Wanderer(const Model& model);
+
+  /// Into a configuration that meets the constraints, near the model's start.
+  bool begin();
+  /// On to another one, far enough from the last.
+  bool next();
+
+  const Coordinates& position() const { return position_; }
+  /// Velocities that the constraints allow there: unknowns × freedoms, orthonormal.
+  const MatrixX& motions() const { return motions_; }
+
+ private:
+  bool look(const Coordinates& position, MatrixX& motions, double& margin) const;
+  double step();
+  void turn(double amount);
+  VectorX random_direction();
+
+  const Model& model_;
+  Equations constraints_;
+  std::mt19937_64 random_{1};
+  int rank_ = 0;
+  Coordinates position_;
+  MatrixX motions_;
+  VectorX direction_;
+  double margin_ = 0, widest_ = 0;
+};
+
+}  // namespace balance::natural
