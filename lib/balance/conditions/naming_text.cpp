@@ -33,7 +33,7 @@ std::string size_text(const Monomial& m, const std::vector<Symbol>& symbols) {
   return text;
 }
 
-std::string or_one(std::string text) { return text.empty() ? "1" : text; }
+std::string or_one(const std::string& text) { return text.empty() ? "1" : text; }
 
 bool negative(const Monomial& m) { return m.numerator < 0; }
 

@@ -42,7 +42,7 @@ std::vector<int> depths(const Mechanism& mechanism) {
 int preference(ParameterKind kind) {
   switch (kind) {
     case ParameterKind::mass: return 1;
-    case ParameterKind::stiffness: return 2;
+    case ParameterKind::stiffness:
     case ParameterKind::stiffness_moment: return 2;
     default: return 0;
   }

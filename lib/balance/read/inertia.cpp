@@ -69,7 +69,7 @@ void check_inertia(const Cursor& at, const Matrix3& inertia, const Draft& draft,
     return;
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(inertia, Eigen::EigenvaluesOnly);
-  const Vector3 principal = solver.eigenvalues();  // increasing
+  const Vector3& principal = solver.eigenvalues();  // increasing
   const std::string found = fmt::format("the principal moments {:.6g}, {:.6g}, {:.6g} kg m^2 about its CoM",
                                         principal[0], principal[1], principal[2]);
   const double slack = rounding * principal.cwiseAbs().maxCoeff();

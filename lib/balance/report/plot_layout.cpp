@@ -73,7 +73,8 @@ std::vector<LegendPlace> place_legend(const PicturePanel& panel, const PageOptio
   for (std::size_t i = 0; i < widths.size(); ++i) {
     if (!one_row) x = static_cast<double>(i % columns) * widest;
     const double begin = sizes.left() + x, end = begin + sample * sizes.em;
-    places.push_back({begin, end, end + text_gap * sizes.em, (static_cast<double>(i / columns) + 0.5) * sizes.line()});
+    const std::size_t row = i / columns;
+    places.push_back({begin, end, end + text_gap * sizes.em, (static_cast<double>(row) + 0.5) * sizes.line()});
     x += widths[i];
   }
   return places;
