@@ -12,9 +12,12 @@ namespace balance {
 
 namespace {
 
-constexpr double regular = 1e-5;    // smallest relative pivot of closures that have their full rank
-constexpr double usable = 1e-5;     // the same that preferred coordinates must leave
-constexpr double ball_weight = 10;  // coordinates of balls are made dependent ones where that is possible
+constexpr double regular = 1e-5;  // smallest relative pivot of closures that have their full rank
+constexpr double usable = 1e-5;   // the same that preferred coordinates must leave
+// What makes a column a dependent one where there is a choice: being a ball's, whose own coordinates mean little, and taking part in
+// one loop only, which lets the loops be solved one by one.
+constexpr double ball_weight = 10;
+constexpr double own_loop_weight = 3;
 
 MotionOutcome stopped(MotionStatus status, double time, std::string reason) {
   return {status, time, std::move(reason), {}};
@@ -68,6 +71,21 @@ std::vector<int> LoopDynamics<S>::preferred_columns() const {
 }
 
 template <class S>
+void LoopDynamics<S>::weigh_columns() {
+  weight_.assign(columns(), own_loop_weight);
+  std::vector<int> loops(columns(), 0);
+  for (const Closure<S>& closure : full_.closures) {
+    std::vector<bool> seen(columns(), false);
+    for (const PathStep& step : closure.path) seen[full_.nodes[step.node].column] = true;
+    for (int c = 0; c < columns(); ++c)
+      if (seen[c] && ++loops[c] > 1) weight_[c] = 1;
+  }
+  for (const int ball : full_.balls)
+    for (int k = ball; k < ball + 3; ++k)
+      if (full_.nodes[k].column >= 0) weight_[full_.nodes[k].column] = ball_weight;
+}
+
+template <class S>
 bool LoopDynamics<S>::choose(const double* y, bool prefer) {
   ++choices_;
   const int n = columns(), d = freedoms_, rank = n - d;
@@ -86,9 +104,7 @@ bool LoopDynamics<S>::choose(const double* y, bool prefer) {
     MatrixX jacobian;
     closures.evaluate(Eigen::Map<const VectorX>(y, n), {}, residual, jacobian);
     MatrixX weighted = jacobian;
-    for (const int ball : full_.balls)
-      for (int k = ball; k < ball + 3; ++k)
-        if (full_.nodes[k].column >= 0) weighted.col(full_.nodes[k].column) *= ball_weight;
+    for (int c = 0; c < n; ++c) weighted.col(c) *= weight_[c];
     double last;
     std::vector<int> dependent = pivots(weighted, rank, closure_regularity_);
     if (closure_regularity_ < regular) return false;
@@ -107,8 +123,8 @@ bool LoopDynamics<S>::choose(const double* y, bool prefer) {
   sample_.rate.setZero(d);
   sample_.acceleration.setZero(d);
   C_.assign(n * d, 0), HC_.assign(n * d, 0);
-  M_.setZero(d, d), bias_.setZero(d), right_.setZero(d);
-  factors_ = Eigen::LLT<MatrixX>(d);
+  M_.setZero(d, d), bias_.setZero(d);
+  factor_.assign(d * d, 0), right_.assign(d, 0);
   if (open_tree()) return true;
   equations_.emplace(tree_, drive_, false);
   if (equations_->structurally_singular()) return false;
@@ -222,6 +238,7 @@ void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, cons
 }
 
 #define BALANCE_INSTANTIATE(S)                                                                          \
+  template void LoopDynamics<S>::weigh_columns();                                                       \
   template std::vector<int> LoopDynamics<S>::preferred_columns() const;                                 \
   template bool LoopDynamics<S>::choose(const double*, bool);                                           \
   template void LoopDynamics<S>::take_rows(const std::vector<int>&);                                    \

@@ -10,7 +10,8 @@ namespace balance {
 
 namespace {
 
-constexpr double solved = 1e-12;            // scaled residual after which one correction is the last
+constexpr double solved = 4e-15;            // scaled residual after which one correction is the last
+constexpr double slow = 1e-12;              // below this a residual that hardly shrinks has met round-off
 constexpr double longest_correction = 0.2;  // of a warm start, in radians or characteristic lengths
 constexpr int newton_steps = 8;
 
@@ -25,7 +26,7 @@ LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& 
       external_(mechanism, full_),
       composite_(full_),
       gravity_(to_vector<S>(mechanism.gravity)),
-      round_off_(solved * ground_extent(mechanism)),
+      extent_(ground_extent(mechanism)),
       state_(full_.nodes.size()),
       wrenches_(full_.nodes.size()) {
   options.validate();
@@ -42,6 +43,7 @@ LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& 
   }
   const std::size_t most = static_cast<std::size_t>(n + full_.closure_rows);
   x_.assign(most, 0), rates_.assign(most, 0);
+  weigh_columns();
   mass_.assign(n * n, 0), tau_.assign(n, 0), ddy0_.assign(n, 0);
 }
 
@@ -65,7 +67,7 @@ bool LoopDynamics<S>::close(double* y, double* dy) {
     for (int r = 0; r < rows; ++r) worst = std::max(worst, std::abs(x_[r]));
     if (!std::isfinite(worst) || !equations_->factorise()) return false;
     // either small, or as small as round-off allows: the last correction is too small to show in the poses
-    const bool last_one = worst <= round_off_ || (worst <= 10 * round_off_ && worst >= last);
+    const bool last_one = worst <= solved * extent_ || (worst <= slow * extent_ && worst > 0.25 * last);
     if (last_one) {
       equations_->rate_rows(sample_, rates_.data());
       equations_->solve_pair(x_.data(), rates_.data());
@@ -194,20 +196,49 @@ void LoopDynamics<S>::transform() {
     for (int b = 0; b < a; ++b) M_(b, a) = M_(a, b);
 }
 
+namespace {
+
+/// x := A⁻¹ x by Cholesky's factors of the few rows that there are; A's lower triangle on entry, the factor on return.
+bool solve_positive(double* A, double* x, int d) {
+  for (int i = 0; i < d; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      double sum = A[i * d + j];
+      for (int k = 0; k < j; ++k) sum -= A[i * d + k] * A[j * d + k];
+      if (i == j) {
+        if (!(sum > 0)) return false;
+        A[i * d + i] = 1 / std::sqrt(sum);
+      } else {
+        A[i * d + j] = sum * A[j * d + j];
+      }
+    }
+  }
+  for (int i = 0; i < d; ++i) {
+    for (int k = 0; k < i; ++k) x[i] -= A[i * d + k] * x[k];
+    x[i] *= A[i * d + i];
+  }
+  for (int i = d - 1; i >= 0; --i) {
+    for (int k = i + 1; k < d; ++k) x[i] -= A[k * d + i] * x[k];
+    x[i] *= A[i * d + i];
+  }
+  return true;
+}
+
+}  // namespace
+
 template <class S>
 bool LoopDynamics<S>::accelerate(double time, const double* dy, const double* efforts, double* ddy) {
   prepare(time, dy);
   transform();
   const int n = columns(), d = freedoms_;
-  right_ = -bias_;
+  for (int k = 0; k < d; ++k) right_[k] = -bias_[k];
   for (std::size_t a = 0; a < driven_.size(); ++a) {
     const double force = driven_[a].ratio * efforts[a];
     if (force == 0) continue;
     for (int k = 0; k < d; ++k) right_[k] += C_[driven_[a].column * d + k] * force;
   }
-  factors_.compute(M_);
-  if (factors_.info() != Eigen::Success) return false;
-  factors_.solveInPlace(right_);
+  for (int a = 0; a < d; ++a)
+    for (int b = 0; b <= a; ++b) factor_[a * d + b] = M_(a, b);
+  if (!solve_positive(factor_.data(), right_.data(), d)) return false;
   bool finite = true;
   for (int c = 0; c < n; ++c) {
     double sum = ddy0_[c];

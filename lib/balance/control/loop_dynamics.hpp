@@ -86,6 +86,7 @@ class LoopDynamics {
   };
 
   void add_friction(const double* dy);
+  void weigh_columns();
   void take_rows(const std::vector<int>& rows);
   std::vector<int> preferred_columns() const;
 
@@ -93,13 +94,13 @@ class LoopDynamics {
   ForwardOptions options_;
   Tree<S> full_, tree_;                          ///< tree_: with as many independent closure rows as the rank
   std::vector<typename S::Rotation> reference_;  ///< of every ball, as compiled
-  std::vector<double> scale_;
+  std::vector<double> scale_, weight_;
   Drive<S> drive_;  ///< holds the independent columns
   std::optional<Equations<S>> equations_;
   ExternalForces<S> external_;
   TreeMass<S> composite_;
   typename S::Vector gravity_;
-  double round_off_;
+  double extent_;  ///< of the ground, in characteristic lengths
   int freedoms_ = -1, iterations_ = 0, choices_ = 0;
   double regularity_at_choice_ = 1, closure_regularity_ = 1;
   std::vector<int> columns_;
@@ -110,8 +111,8 @@ class LoopDynamics {
   std::vector<Wrench<S>> wrenches_;
   std::vector<double> x_, rates_, mass_, tau_, C_, ddy0_, HC_;
   MatrixX M_;
-  VectorX bias_, right_;
-  Eigen::LLT<MatrixX> factors_;
+  VectorX bias_;
+  std::vector<double> factor_, right_;
 };
 
 extern template class LoopDynamics<Planar>;
