@@ -2,8 +2,10 @@
 
 #include "heap.hpp"
 
+#include "balance/control/plant.hpp"
 #include "balance/dynamics/observer.hpp"
 #include "balance/read/read_spec.hpp"
+#include "balance/study/simulate.hpp"
 
 #include <doctest/doctest.h>
 
@@ -89,4 +91,34 @@ TEST_CASE("following the centre of mass takes nothing from the heap either") {
   if (!heap::counted()) return;
   for (const std::string file : {"3rrr.yaml", "5r.yaml", "rr.yaml"})
     CHECK(requests(file, "bang-bang", Detail::everything) == 0);
+}
+
+TEST_CASE("between two choices of coordinates the integration of a plant takes nothing from the heap") {
+  if (!heap::counted()) return;
+  for (const std::string file :
+       {"3rrr.yaml", "spatial-rrr.yaml", "bricard.yaml", "spring-press.yaml", "stewart.yaml", "parallelogram.yaml"}) {
+    CAPTURE(file);
+    const Study study = read_spec_file(std::string(BALANCE_CONFIGS "/") + file);
+    Trajectory trajectory = study.trajectories.at(0);
+    trajectory.samples = 21;
+    const Result result = simulate(study.mechanism, trajectory);
+    REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
+    const VectorX efforts = result.torque.row(10).transpose();
+    Plant plant(study.mechanism);
+    REQUIRE(
+        plant.start(0, result.joint_position.row(10).transpose(), result.joint_velocity.row(10).transpose()).status ==
+        MotionStatus::done);
+    const double step = trajectory.duration / 1000;
+    REQUIRE(plant.advance(step, efforts).status == MotionStatus::done);
+    long requests = 0, looked = 0;
+    for (int k = 2; k <= 40; ++k) {
+      const long before = heap::requests(), choices = plant.cost().choices;
+      REQUIRE(plant.advance(step * k, efforts).status == MotionStatus::done);
+      if (plant.cost().choices != choices) continue;
+      requests += heap::requests() - before;
+      ++looked;
+    }
+    CHECK(looked > 20);
+    CHECK(requests == 0);
+  }
 }

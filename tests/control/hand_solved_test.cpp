@@ -206,7 +206,7 @@ TEST_CASE("a parallelogram stops at its change point, with the time that its con
   CHECK(plant.time() == outcome.time);
   const double end = w > 0 ? std::ceil(q0 / pi) * pi : std::floor(q0 / pi) * pi;
   CHECK(outcome.time == doctest::Approx((end - q0) / w).epsilon(1e-4));
-  CHECK(plant.velocity()[0] == doctest::Approx(w).epsilon(1e-6));
+  CHECK(plant.velocity()[0] == doctest::Approx(w).epsilon(1e-5));  // where the closures have 1e-5 of their rank left
 }
 
 TEST_CASE("bad use is refused") {

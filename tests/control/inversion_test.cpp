@@ -4,25 +4,11 @@
 
 #include "balance/control/forward_dynamics.hpp"
 
-#include <filesystem>
-#include <fstream>
 #include <random>
 
 using namespace plants;
 
 namespace {
-
-std::vector<std::string> specs() {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(BALANCE_CONFIGS)) {
-    if (entry.path().extension() != ".yaml") continue;
-    std::ifstream file(entry.path());
-    for (std::string line; std::getline(file, line);)
-      if (line.rfind("bodies:", 0) == 0) names.push_back(entry.path().filename().string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
 
 /// Through a random state near the start: the actuated coordinates q₀ + v t + a t²/2, which a cubic spline meets exactly.
 Trajectory through_random_state(const Study& study, const Known& start, std::mt19937& random) {

@@ -7,13 +7,30 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <string>
+#include <vector>
 
 namespace plants {
 
 using namespace balance;
 
 inline Study config(const std::string& file) { return read_spec_file(std::string(BALANCE_CONFIGS "/") + file); }
+
+/// Every mechanism of configs/.
+inline std::vector<std::string> specs() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(BALANCE_CONFIGS)) {
+    if (entry.path().extension() != ".yaml") continue;
+    std::ifstream file(entry.path());
+    for (std::string line; std::getline(file, line);)
+      if (line.rfind("bodies:", 0) == 0) names.push_back(entry.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
 
 /// A moment of a motion that the inverse dynamics has solved.
 struct Known {

@@ -12,6 +12,8 @@ namespace {
 
 constexpr double solved = 4e-15;            // scaled residual after which one correction is the last
 constexpr double slow = 1e-12;              // below this a residual that hardly shrinks has met round-off
+constexpr double pose_error = 1e-12;        // the same, in the accelerations that are left uncorrected
+constexpr double bends = 1e-8;              // above this the second derivative of the closures is worth its cost
 constexpr double longest_correction = 0.2;  // of a warm start, in radians or characteristic lengths
 constexpr int newton_steps = 8;
 
@@ -67,7 +69,9 @@ bool LoopDynamics<S>::close(double* y, double* dy) {
     for (int r = 0; r < rows; ++r) worst = std::max(worst, std::abs(x_[r]));
     if (!std::isfinite(worst) || !equations_->factorise()) return false;
     // either small, or as small as round-off allows: the last correction is too small to show in the poses
-    const bool last_one = worst <= solved * extent_ || (worst <= slow * extent_ && worst > 0.25 * last);
+    const double regularity = std::min(1.0, equations_->regularity());
+    const bool last_one = worst <= extent_ * std::max(solved, pose_error * regularity * regularity) ||
+                          (worst <= slow * extent_ && worst > 0.25 * last);
     if (last_one) {
       equations_->rate_rows(sample_, rates_.data());
       equations_->solve_pair(x_.data(), rates_.data());
@@ -80,6 +84,7 @@ bool LoopDynamics<S>::close(double* y, double* dy) {
     }
     for (int k = 0; k < d; ++k) y[columns_[k]] = sample_.value[k];
     if (moved > longest_correction) return false;
+    if (worst > bends) bend(y);
     if (last_one) {
       for (int c = 0; c < n; ++c) dy[c] = rates_[c];
       for (int k = 0; k < d; ++k) dy[columns_[k]] = sample_.rate[k];
@@ -88,6 +93,19 @@ bool LoopDynamics<S>::close(double* y, double* dy) {
     last = worst;
   }
   return false;
+}
+
+/// After a Newton step −δ the closures are left with ½ δᵀΦ″δ, which is the second derivative that velocities δ alone make: Chebyshev's
+/// third-order step costs less than another evaluation of the poses.
+template <class S>
+void LoopDynamics<S>::bend(double* y) {
+  angular_velocities(tree_, x_.data(), state_);
+  if (tree_.slides) origin_velocities(tree_, x_.data(), state_);
+  accelerations<S>(tree_, x_.data(), nullptr, S::Vector::Zero(), state_);
+  equations_->acceleration_rows(state_, sample_, x_.data());
+  equations_->solve(x_.data());
+  for (int c = 0; c < columns(); ++c) y[c] += x_[c] / 2;
+  for (int k = 0; k < freedoms_; ++k) y[columns_[k]] = sample_.value[k];
 }
 
 template <class S>

@@ -85,6 +85,7 @@ class LoopDynamics {
     double ratio, viscous, coulomb, width;
   };
 
+  void bend(double* y);
   void add_friction(const double* dy);
   void weigh_columns();
   void take_rows(const std::vector<int>& rows);
