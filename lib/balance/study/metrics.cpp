@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace balance {
 
@@ -93,6 +94,53 @@ void add_actuators(Result& result, const char* name, Samples Result::*array, con
   result.metrics.insert(result.metrics.end(), each.begin(), each.end());
 }
 
+/// Of chosen columns with one quantity each, led by the worst of them where their units agree.
+void add_each(Result& result, const std::string& name, Samples Result::*array, const std::vector<std::string>& names,
+              const std::vector<std::string>& units, const std::vector<int>& columns,
+              const std::vector<Place>& places) {
+  std::vector<Metric> each;
+  bool alike = true;
+  for (const int c : columns) {
+    const auto i = static_cast<std::size_t>(c);
+    each.push_back(measure(name + "[" + names[i] + "]", units[i], {array, c, 1}, places));
+    alike = alike && each.back().unit == each.front().unit;
+  }
+  if (!each.empty() && alike) result.metrics.push_back(worst_of(each, name));
+  result.metrics.insert(result.metrics.end(), each.begin(), each.end());
+}
+
+std::vector<int> all_of(const std::vector<std::string>& names) {
+  std::vector<int> columns(names.size());
+  std::iota(columns.begin(), columns.end(), 0);
+  return columns;
+}
+
+/// The coordinates that tracking is judged by: the actuated ones, or all if nothing is actuated.
+std::vector<int> tracked(const Result& result) {
+  std::vector<int> columns;
+  for (const std::string& name : result.actuator_names)
+    columns.push_back(static_cast<int>(std::find(result.coordinate_names.begin(), result.coordinate_names.end(), name) -
+                                       result.coordinate_names.begin()));
+  return columns.empty() ? all_of(result.coordinate_names) : columns;
+}
+
+void add_control(Result& result, const std::vector<Place>& places) {
+  if (result.tracking_error.size() == 0) return;
+  add_each(result, "tracking_error", &Result::tracking_error, result.coordinate_names, result.coordinate_units,
+           tracked(result), places);
+  if (result.tool_error.size() > 0) {
+    result.metrics.push_back(measure("tool_error", "m", {&Result::tool_error, 0, result.axes}, places));
+    result.metrics.push_back(measure("tool_angle_error", "rad", {&Result::tool_angle_error, 0, 1}, places));
+  }
+  add_each(result, "sliding_variable", &Result::sliding_variable, result.sliding_names, result.sliding_units,
+           all_of(result.sliding_names), places);
+  const auto motors = all_of(result.actuator_names);
+  add_each(result, "torque_variation", &Result::torque_variation, result.actuator_names, result.actuator_units, motors,
+           places);
+  add_each(result, "saturation", &Result::saturation, result.actuator_names,
+           std::vector<std::string>(motors.size(), "1"), motors, places);
+}
+
 double energy(const Result& result, const std::vector<Place>& places) {
   double sum = 0;
   for (std::size_t i = 1; i < places.size(); ++i) {
@@ -107,6 +155,7 @@ double energy(const Result& result, const std::vector<Place>& places) {
 void add_metrics(Result& result, const Jumps& jumps) {
   const std::vector<Place> places = in_order(result, jumps);
   result.metrics.clear();
+  add_control(result, places);
   add_actuators(result, "torque", &Result::torque, result.actuator_units, places);
   add_actuators(result, "power", &Result::power, std::vector<std::string>(result.actuator_names.size(), "W"), places);
   const int axes = result.axes, turns = result.moment_axes;

@@ -50,6 +50,17 @@ struct Result {
   Samples kinetic_energy, potential_energy;  ///< N×1 [J]
   Samples mobility;                          ///< N×1: smallest singular value of the scaled drive Jacobian
   Eigen::VectorXi newton_iterations;         ///< N
+
+  // of a run under control; empty else
+  std::vector<std::string> sliding_names;     ///< K coordinates that the controller has a sliding variable for
+  std::vector<std::string> sliding_units;     ///< "rad/s" or "m/s"
+  Samples desired_position, tracking_error;   ///< N×C: of the joint coordinates; desired − actual [rad or m]
+  Samples desired_tool_position, tool_error;  ///< N×axes: desired − actual [m]
+  Samples tool_angle_error;  ///< N×1: planar desired − actual; spatial: the angle between them [rad]
+  Samples sliding_variable;  ///< N×K: −(ė + λ e) of the true motion [rad/s or m/s]
+  Samples torque_variation;  ///< N×A: Σ |changes of the torque| so far [N m or N]
+  Samples saturation;        ///< N×A: 1 while the torque is cut by its limit, else 0
+
   std::vector<Metric> metrics;
   double energy = 0;  ///< ∫ Σ|power| dt: what the actuators move back and forth [J]
 };

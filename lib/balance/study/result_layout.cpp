@@ -11,6 +11,29 @@ std::vector<std::string> per(const std::vector<std::string>& units, const char* 
   return result;
 }
 
+/// What only runs under control have.
+void add_control(const Result& r, std::vector<Quantity>& all) {
+  using enum Columns;
+  const auto add = [&](const char* name, const char* short_name, const char* long_name, std::vector<std::string> units,
+                       Columns columns, Samples Result::*member) {
+    all.push_back({name, short_name, long_name, std::move(units), columns, false, member});
+  };
+  add("desired_position", "desired", "joint coordinate of the desired motion", r.coordinate_units, coordinate,
+      &Result::desired_position);
+  add("tracking_error", "error", "tracking error of the joint coordinate, desired minus actual", r.coordinate_units,
+      coordinate, &Result::tracking_error);
+  add("desired_tool_position", "", "tool of the desired motion", {"m"}, axis, &Result::desired_tool_position);
+  add("tool_error", "", "tracking error of the tool, desired minus actual", {"m"}, axis, &Result::tool_error);
+  add("tool_angle_error", "", "angle between the desired and the actual orientation of the tool", {"rad"}, single,
+      &Result::tool_angle_error);
+  add("sliding_variable", "sliding", "sliding variable, minus the rate of the error minus lambda times the error",
+      r.sliding_units, sliding, &Result::sliding_variable);
+  add("torque_variation", "torque_variation", "sum of all changes of the torque so far, without sign", r.actuator_units,
+      actuator, &Result::torque_variation);
+  add("saturation", "saturation", "1 while the torque is cut by its limit, else 0", {"1"}, actuator,
+      &Result::saturation);
+}
+
 }  // namespace
 
 std::vector<std::string> axis_labels(int axes) {
@@ -103,6 +126,7 @@ std::vector<Quantity> all_quantities(const Result& r) {
        false,
        &Result::mobility},
   };
+  add_control(r, all);
   for (Quantity& quantity : all) quantity.samples = &(r.*quantity.member);
   return all;
 }

@@ -9,7 +9,7 @@
 namespace balance {
 
 /// What the columns of a quantity belong to.
-enum class Columns { single, coordinate, actuator, axis, quaternion, joint, joint_axis };
+enum class Columns { single, coordinate, actuator, axis, quaternion, joint, joint_axis, sliding };
 
 /// The sampled quantities that one Result may hold. Refers to the result, which must outlive it.
 struct Quantity {

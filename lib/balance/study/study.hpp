@@ -2,6 +2,7 @@
 /// Everything that one spec asks for, complete and validated.
 
 #include "balance/conditions/goal.hpp"
+#include "balance/control/controller.hpp"
 #include "balance/design/problem.hpp"
 #include "balance/model/mechanism.hpp"
 #include "balance/motion/trajectory.hpp"
@@ -51,6 +52,7 @@ struct Study {
   Mechanism mechanism;
   std::vector<Trajectory>
       trajectories;  ///< declared ones and the built-in `cycloid` and `bang-bang`; empty without `motion`
+  std::vector<Controller> controllers;   ///< declared ones, then the built-in ones that no declared one replaces
   std::vector<FreeNumber> free_numbers;  ///< in the document's order
   std::vector<Rewrite> rewrites;         ///< in the text's order, disjoint
   DesignRequest design;

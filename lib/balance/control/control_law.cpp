@@ -1,0 +1,208 @@
+#include "balance/control/control_law.hpp"
+
+#include "balance/base/factorizations.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+ForwardOptions options_for(const Mechanism& mechanism) {
+  ForwardOptions options;
+  options.preferred = mechanism.actuators;
+  return options;
+}
+
+MotionOutcome done() { return {MotionStatus::done, 0, "", {}}; }
+
+MotionOutcome not_held(double time) {
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "at t = %.9g s: actuation singularity: the actuators cannot give the mechanism the acceleration that "
+                "the controller asks for",
+                time);
+  return {MotionStatus::actuation_singularity, time, text, {}};
+}
+
+void check_size(const VectorX& values, Eigen::Index size, const char* what) {
+  if (values.size() != 0 && values.size() != size)
+    throw std::invalid_argument(std::string("a controller needs one ") + what + " per actuator");
+}
+
+}  // namespace
+
+bool inverts(const Controller& controller) {
+  switch (controller.type) {
+    case ControllerType::none: return false;
+    case ControllerType::open_loop: return controller.efforts.time.empty();
+    case ControllerType::pd: return controller.gravity == Gravity::compensated;
+    case ControllerType::computed_torque:
+    case ControllerType::sliding_mode:
+    case ControllerType::extended_sliding_mode: return true;
+  }
+  return true;
+}
+
+ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller)
+    : mechanism_(truth),
+      controller_(controller),
+      believed_(controller.model ? *controller.model : truth),
+      model_(believed_, options_for(believed_)),
+      length_(characteristic_length(truth)) {
+  const auto actuators = static_cast<Eigen::Index>(truth.actuators.size());
+  const bool extended = controller.type == ControllerType::extended_sliding_mode;
+  if (believed_.coordinates.size() != truth.coordinates.size() || believed_.actuators != truth.actuators)
+    throw std::invalid_argument("a controller's model has the coordinates and actuators of the mechanism");
+  check_size(controller.kp, actuators, "kp");
+  check_size(controller.kd, actuators, "kd");
+  check_size(controller.lambda, extended ? 1 : actuators, "lambda");
+  check_size(controller.k, extended ? 1 : actuators, "k");
+  check_size(controller.boundary_layer, extended ? 1 : actuators, "boundary layer");
+  check_size(controller.torque_limit, actuators, "torque limit");
+  efforts_.setZero(actuators);
+  at_limit_.setZero(actuators);
+  for (const Coordinate& coordinate : truth.coordinates)
+    readable_.push_back(truth.joints[static_cast<std::size_t>(coordinate.joint)].type != JointType::spherical);
+  for (const int a : truth.actuators) readable_[static_cast<std::size_t>(a)] = true;
+}
+
+MotionOutcome ControlLaw::start(const VectorX& position, const VectorX& velocity, const GainBasis& basis) {
+  if (!controller_.samples()) return done();
+  const MotionOutcome assembled = model_.set(0, position, velocity);
+  if (assembled.status != MotionStatus::done) return assembled;
+  state_ = model_.position();
+  rates_ = model_.velocity();
+  const int motors = static_cast<int>(mechanism_.actuators.size());
+  if (motors == 0 || (motors < model_.freedoms() && inverts(controller_)))
+    return {MotionStatus::mismatch,
+            0,
+            "a " + std::string(name_of(controller_.type)) +
+                " controller needs an actuator for every degree of freedom: there are " + std::to_string(motors) +
+                " for " + std::to_string(model_.freedoms()),
+            {}};
+  return settle_gains(basis);
+}
+
+MotionOutcome ControlLaw::settle_gains(const GainBasis& basis) {
+  const auto actuators = static_cast<Eigen::Index>(mechanism_.actuators.size());
+  const double frequency = controller_.natural_frequency();
+  kp_ = VectorX::Constant(actuators, frequency * frequency);
+  kd_ = VectorX::Constant(actuators, 2 * controller_.damping * frequency);
+  if (controller_.type == ControllerType::pd && (controller_.kp.size() == 0 || controller_.kd.size() == 0)) {
+    // Each motor as if it were alone with the inertia that it feels at the start.
+    const EquationOfMotion equation = model_.equation();
+    const MatrixX felt = equation.input.transpose() * equation.mass.llt().solve(equation.input);
+    for (Eigen::Index a = 0; a < actuators; ++a) {
+      const double inertia = felt(a, a) > 0 ? 1 / felt(a, a) : 0;
+      kp_[a] *= inertia;
+      kd_[a] *= inertia;
+    }
+  }
+  if (controller_.kp.size() > 0) kp_ = controller_.kp;
+  if (controller_.kd.size() > 0) kd_ = controller_.kd;
+  if (controller_.type == ControllerType::sliding_mode) {
+    sliding_ = mechanism_.actuators;
+  } else if (controller_.type == ControllerType::extended_sliding_mode) {
+    for (const int c : model_.tree())
+      if (readable_[static_cast<std::size_t>(c)]) sliding_.push_back(c);
+  }
+  const auto count = static_cast<Eigen::Index>(sliding_.size());
+  lambda_ = VectorX::Constant(count, frequency);
+  if (controller_.lambda.size() > 0)
+    lambda_ = controller_.lambda.size() == count ? controller_.lambda : VectorX::Constant(count, controller_.lambda[0]);
+  k_ = controller_.k;
+  if (k_.size() > 0) return done();
+  // A quarter of what the fastest motor of the kind is asked for: enough against errors of the model of that size.
+  const bool extended = controller_.type == ControllerType::extended_sliding_mode;
+  double largest[2] = {frequency * frequency / 1000, frequency * frequency / 1000};  // angles; slides per length
+  for (Eigen::Index a = 0; a < actuators; ++a) {
+    const bool slide =
+        mechanism_.coordinates[static_cast<std::size_t>(mechanism_.actuators[static_cast<std::size_t>(a)])].kind ==
+        CoordinateKind::length;
+    double& most = largest[slide && !extended ? 1 : 0];
+    most = std::max(most, basis.peak_acceleration[a] / (slide ? length_ : 1) / 4);
+  }
+  k_ = VectorX::Constant(extended ? 1 : actuators, largest[0]);
+  if (extended) return done();
+  for (Eigen::Index a = 0; a < actuators; ++a)
+    if (mechanism_.coordinates[static_cast<std::size_t>(mechanism_.actuators[static_cast<std::size_t>(a)])].kind ==
+        CoordinateKind::length)
+      k_[a] = largest[1] * length_;
+  return done();
+}
+
+/// Coordinates that gears tie to the actuated ones turn with them.
+void ControlLaw::follow_couplings() {
+  const auto& couplings = believed_.couplings;
+  for (const int actuator : mechanism_.actuators) {
+    int at = actuator;
+    for (std::size_t step = 0; step < couplings.size(); ++step)
+      for (const Coupling& c : couplings)
+        if (c.follower == at) {
+          state_[c.leader] = (state_[at] - c.offset) / c.ratio;
+          rates_[c.leader] = rates_[at] / c.ratio;
+          at = c.leader;
+        }
+  }
+  for (std::size_t step = 0; step < couplings.size(); ++step)
+    for (const Coupling& c : couplings) {
+      state_[c.follower] = c.ratio * state_[c.leader] + c.offset;
+      rates_[c.follower] = c.ratio * rates_[c.leader];
+    }
+}
+
+/// Puts the model where the measurements say that the mechanism is.
+MotionOutcome ControlLaw::believe(double time, const VectorX& position, const VectorX& velocity) {
+  for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
+    state_[mechanism_.actuators[a]] = position[static_cast<Eigen::Index>(a)];
+    rates_[mechanism_.actuators[a]] = velocity[static_cast<Eigen::Index>(a)];
+  }
+  follow_couplings();
+  MotionOutcome outcome = model_.set(time, state_, rates_);
+  if (outcome.status == MotionStatus::done) {
+    state_ = model_.position();
+    rates_ = model_.velocity();
+    return outcome;
+  }
+  char text[64];
+  std::snprintf(text, sizeof text, "at t = %.9g s: ", time);
+  outcome.time = time;
+  outcome.reason = text + ("what the controller believes of the mechanism does not fit its motors: " + outcome.reason);
+  return outcome;
+}
+
+MotionOutcome ControlLaw::command(double time, const DesiredState& desired, const VectorX& position,
+                                  const VectorX& velocity) {
+  efforts_.setZero();
+  trouble_ = done();
+  bool found = true;
+  switch (controller_.type) {
+    case ControllerType::none: break;
+    case ControllerType::open_loop: found = open_loop(time, desired); break;
+    case ControllerType::pd: {
+      const Errors e = actuated_errors(desired, position, velocity);
+      if (controller_.gravity == Gravity::compensated) found = stay_put(time, position);
+      efforts_ += kp_.cwiseProduct(e.position) + kd_.cwiseProduct(e.rate);
+      break;
+    }
+    case ControllerType::computed_torque: found = track(time, desired, position, velocity); break;
+    case ControllerType::sliding_mode:
+      trouble_ = believe(time, position, velocity);
+      found = trouble_.status == MotionStatus::done && slide(desired, position, velocity);
+      break;
+    case ControllerType::extended_sliding_mode:
+      trouble_ = believe(time, position, velocity);
+      found = trouble_.status == MotionStatus::done && slide_in_tree(desired);
+      break;
+  }
+  if (!found) return trouble_.status == MotionStatus::done ? not_held(time) : trouble_;
+  limit();
+  return done();
+}
+
+}  // namespace balance

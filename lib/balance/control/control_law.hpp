@@ -1,0 +1,79 @@
+#pragma once
+/// A controller at work: efforts from what it measures, what it should do and what it believes of the mechanism.
+/// P0 section 1.3; derivations and what they prove are in docs/control.md.
+
+#include "balance/control/controller.hpp"
+#include "balance/control/forward_dynamics.hpp"
+
+namespace balance {
+
+/// What the mechanism should do at one moment, per coordinate of the mechanism.
+struct DesiredState {
+  VectorX position, velocity, acceleration;
+};
+
+/// What the gains follow from where the controller does not state them.
+struct GainBasis {
+  VectorX peak_acceleration;  ///< per actuator: largest desired magnitude along the motion
+};
+
+/// Whether the controller makes efforts of what it wants of the mechanism, which singular configurations do not allow.
+bool inverts(const Controller& controller);
+
+class ControlLaw {
+ public:
+  /// @param truth the mechanism that is controlled; with the controller, it must outlive the law. What the controller believes has
+  ///        the same coordinates and actuators
+  /// @throws std::invalid_argument if gains and actuators differ in number
+  ControlLaw(const Mechanism& truth, const Controller& controller);
+
+  /// Assembles the model where the mechanism starts and settles the gains.
+  /// @param position, velocity per coordinate of the mechanism
+  /// @return mismatch if this type of controller needs more actuators than there are
+  MotionOutcome start(const VectorX& position, const VectorX& velocity, const GainBasis& basis);
+
+  /// @param position, velocity measured, per actuator
+  /// @return done, or why the law has no answer at this state: a singular configuration of the model
+  MotionOutcome command(double time, const DesiredState& desired, const VectorX& position, const VectorX& velocity);
+
+  const VectorX& efforts() const { return efforts_; }    ///< per actuator, limited [N m or N]
+  const VectorX& at_limit() const { return at_limit_; }  ///< 1 where the limit cut, else 0
+
+  /// The coordinates that have a sliding variable s = −(ė + λ e), and their λ; none for laws without one.
+  const std::vector<int>& sliding() const { return sliding_; }
+  const VectorX& sliding_lambda() const { return lambda_; }
+
+ private:
+  struct Errors {
+    VectorX position, rate, acceleration;  ///< e, ė, and the desired second rate
+  };
+
+  MotionOutcome settle_gains(const GainBasis& basis);
+  void follow_couplings();
+  MotionOutcome believe(double time, const VectorX& position, const VectorX& velocity);
+  Errors actuated_errors(const DesiredState& desired, const VectorX& position, const VectorX& velocity) const;
+  Errors tree_errors(const DesiredState& desired, const Transformation& tree) const;
+  bool accelerate(const VectorX& actuated);
+  bool push(const VectorX& generalised);
+  bool stay_put(double time, const VectorX& position);
+  bool track(double time, const DesiredState& desired, const VectorX& position, const VectorX& velocity);
+  bool slide(const DesiredState& desired, const VectorX& position, const VectorX& velocity);
+  bool slide_in_tree(const DesiredState& desired);
+  bool open_loop(double time, const DesiredState& desired);
+  double switching(double s, Eigen::Index layer, double unit) const;
+  void limit();
+
+  const Mechanism& mechanism_;
+  const Controller& controller_;
+  const Mechanism& believed_;
+  ForwardDynamics model_;
+  double length_;          ///< characteristic [m]
+  VectorX state_, rates_;  ///< of the model, per coordinate
+  VectorX kp_, kd_, lambda_, k_;
+  std::vector<int> sliding_;
+  std::vector<bool> readable_;  ///< per coordinate: its value means the same in every assembly of the mechanism
+  VectorX efforts_, at_limit_;
+  MotionOutcome trouble_;
+};
+
+}  // namespace balance

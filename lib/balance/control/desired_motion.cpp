@@ -1,0 +1,136 @@
+#include "balance/control/desired_motion.hpp"
+
+#include "balance/dynamics/observer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+void put(Samples& array, Eigen::Index row, const std::vector<double>& values) {
+  array.row(row) = Eigen::Map<const Eigen::RowVectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+template <class S>
+class Tracing {
+ public:
+  Tracing(const Mechanism& mechanism, const Trajectory& trajectory)
+      : mechanism_(mechanism),
+        trajectory_(trajectory),
+        tree_(compile<S>(mechanism, prescribed_coordinates(trajectory))),
+        plan_(make_plan(mechanism, tree_, trajectory)) {}
+
+  DesiredMotion run(const std::vector<double>& times) {
+    desired_.outcome = plan_.outcome;
+    if (plan_.outcome.status != MotionStatus::done) return std::move(desired_);
+    desired_.duration = plan_.schedule->duration();
+    size(static_cast<Eigen::Index>(times.size()));
+    Observer<S> observer(mechanism_, tree_, plan_.freedoms, to_vector<S>(trajectory_.about));
+    Stepper<S> stepper(mechanism_, tree_, plan_);
+    if (!stepper.begin() || !follow(times, stepper, observer)) desired_.outcome = stepper.outcome();
+    return std::move(desired_);
+  }
+
+ private:
+  void size(Eigen::Index rows) {
+    const auto coordinates = static_cast<Eigen::Index>(mechanism_.coordinates.size());
+    for (Samples* array : {&desired_.position, &desired_.velocity, &desired_.acceleration})
+      array->setZero(rows, coordinates);
+    if (!mechanism_.tool) return;
+    desired_.tool_position.setZero(rows, 3);
+    if (mechanism_.space == SpaceKind::planar)
+      desired_.tool_angle.setZero(rows);
+    else
+      desired_.tool_rotation.resize(static_cast<std::size_t>(rows));
+  }
+
+  bool follow(const std::vector<double>& times, Stepper<S>& stepper, Observer<S>& observer) {
+    const std::vector<double>& jumps = plan_.schedule->jumps();
+    std::size_t jump = 0;
+    for (std::size_t k = 0; k < times.size(); ++k) {
+      const double time = std::min(times[k], desired_.duration);
+      // A jump is met exactly, so that no prediction reaches across it.
+      for (; jump < jumps.size() && jumps[jump] < time; ++jump)
+        if (jumps[jump] > stepper.time() && !stepper.advance(jumps[jump])) return false;
+      if (time > stepper.time() && !stepper.advance(time)) return false;
+      observer.observe(stepper, Detail::forces);
+      record(observer.last(), static_cast<Eigen::Index>(k), times[k] > desired_.duration * (1 + 1e-12));
+    }
+    return true;
+  }
+
+  void record(const Observation<S>& seen, Eigen::Index row, bool held) {
+    put(desired_.position, row, seen.position);
+    if (!held) {
+      put(desired_.velocity, row, seen.velocity);
+      put(desired_.acceleration, row, seen.acceleration);
+    }
+    if (!mechanism_.tool) return;
+    for (int i = 0; i < S::dimension; ++i) desired_.tool_position(row, i) = seen.tool_position[i];
+    if constexpr (std::is_same_v<S, Planar>)
+      desired_.tool_angle[row] = seen.tool_angle;
+    else
+      desired_.tool_rotation[static_cast<std::size_t>(row)] = seen.tool_rotation.matrix;
+  }
+
+  const Mechanism& mechanism_;
+  const Trajectory& trajectory_;
+  Tree<S> tree_;
+  Plan<S> plan_;
+  DesiredMotion desired_;
+};
+
+template <class S>
+MotionOutcome displace(const Mechanism& mechanism, const Trajectory& trajectory, const Vector3& displacement,
+                       double angle, VectorX& position) {
+  const Tree<S> tree = compile<S>(mechanism, prescribed_coordinates(trajectory));
+  const Plan<S> plan = make_plan(mechanism, tree, trajectory);
+  if (plan.outcome.status != MotionStatus::done) return plan.outcome;
+  PoseTarget pose;
+  pose.tool = Vector3::Zero();
+  if constexpr (std::is_same_v<S, Planar>)
+    if (plan.freedoms >= 3) pose.angle = 0;
+  const PoseEquations<S> equations = pose_equations(mechanism, tree, pose);
+  System<S> system(tree, equations.drive);
+  VectorX residual;
+  MatrixX jacobian;
+  system.evaluate(plan.start, equations.target, residual, jacobian);
+  const DriveSample from = system.measure(plan.start);
+  DriveSample to = from;
+  for (int i = 0; i < S::dimension; ++i) to.value[i] += displacement[i];
+  if (pose.angle) to.value[S::dimension] += angle;
+  const Solution there = continue_to(system, plan.start, from, to);
+  if (!there.found)
+    return {MotionStatus::unreachable, 0, "the initial error puts the tool where it cannot be reached", {}};
+  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
+    const CoordinateSource& source = tree.sources[c];
+    if (source.column >= 0)
+      position[static_cast<Eigen::Index>(c)] = source.ratio * there.y[source.column] + source.offset;
+  }
+  return {MotionStatus::done, 0, "", {}};
+}
+
+}  // namespace
+
+double duration_of(const Trajectory& trajectory) {
+  const auto* table = std::get_if<TablePath>(&trajectory.path);
+  return table == nullptr ? trajectory.duration : table->time.back() - table->time.front();
+}
+
+DesiredMotion desired_motion(const Mechanism& mechanism, const Trajectory& trajectory,
+                             const std::vector<double>& times) {
+  if (times.empty() || times.front() != 0) throw std::invalid_argument("a desired motion begins at time 0");
+  return mechanism.space == SpaceKind::planar ? Tracing<Planar>(mechanism, trajectory).run(times)
+                                              : Tracing<Spatial>(mechanism, trajectory).run(times);
+}
+
+MotionOutcome displace_tool(const Mechanism& mechanism, const Trajectory& trajectory, const Vector3& displacement,
+                            double angle, VectorX& position) {
+  return mechanism.space == SpaceKind::planar ? displace<Planar>(mechanism, trajectory, displacement, angle, position)
+                                              : displace<Spatial>(mechanism, trajectory, displacement, angle, position);
+}
+
+}  // namespace balance
