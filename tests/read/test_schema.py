@@ -81,6 +81,25 @@ def wrong_designs():
     yield "no restarts", {"search": {"restarts": 0}}
 
 
+def controllers():
+    """What `controllers` may say, by name."""
+    yield "a type alone", {"c": {"type": "computed-torque"}}
+    yield "gains by name", {"c": {"type": "pd", "rate": 500, "kp": {"J1": 3}, "kd": [1, 2], "gravity": "ignored"}}
+    yield "a boundary layer", {"c": {"type": "sliding-mode", "lambda": "2*l", "k": 3, "switching": {"boundary_layer": 0.1}}}
+    yield "a model", {"c": {"type": "pd", "model": {"without": ["cargo"], "mass_scale": 1.1, "set": {"bodies.a.mass": 2}}}}
+    yield "torques over time", {"c": {"type": "open-loop", "table": [[0, 1, 2], [1, 2, 3]], "period": 0.01}}
+
+
+def wrong_controllers():
+    """What `controllers` may not say, by name."""
+    yield "no type", {"c": {"rate": 100}}
+    yield "an unknown type", {"c": {"type": "pid"}}
+    yield "a key of another type", {"c": {"type": "pd", "lambda": 1}}
+    yield "rate and period", {"c": {"type": "pd", "rate": 1, "period": 1}}
+    yield "a free gain", {"c": {"type": "pd", "kp": {"free": [0, 1]}, "kd": {"free": [0]}}}
+    yield "two initial errors", {"c": {"type": "pd", "initial_error": {"joints": {"J": 1}, "tool": [0, 0]}}}
+
+
 def is_mechanism(spec):
     return isinstance(spec, dict) and "bodies" in spec
 
@@ -102,6 +121,10 @@ def main():
         for design, value in all_designs:
             if validator.is_valid(dict(spec, design=value)) != right:
                 failures.append(f"{name}: the schema {'refuses' if right else 'takes'} {design}")
+    for right, all_controllers in ((True, controllers()), (False, wrong_controllers())):
+        for controller, value in all_controllers:
+            if validator.is_valid(dict(spec, controllers=value)) != right:
+                failures.append(f"{name}: the schema {'refuses' if right else 'takes'} {controller}")
     print("\n".join(failures) or f"{len(mechanisms)} mechanisms fit the schema")
     return 1 if failures or not mechanisms else 0
 

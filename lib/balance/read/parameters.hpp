@@ -38,6 +38,8 @@ class Parameters {
   FreeValue evaluate_free(const Cursor& map);
 
   const std::vector<FoundFreeNumber>& free_numbers() const { return free_numbers_; }
+  /// In the document's order.
+  const std::vector<std::string>& names() const { return names_; }
   /// All expressions that have been evaluated.
   const Calculated& calculated() const { return calculated_; }
   /// The values' mappings or scalars that an override replaced, with its text.

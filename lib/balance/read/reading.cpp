@@ -16,10 +16,10 @@ class Sections {
  public:
   Sections(const Cursor& root, Problems& problems) {
     std::vector<Field> fields;
-    for (const char* name :
-         {"name",           "space",     "gravity",   "parameters", "units",    "ground",   "bodies",
-          "joints",         "couplings", "actuators", "tool",       "assembly", "motion",   "trajectories",
-          "counterweights", "payloads",  "discs",     "loads",      "springs",  "friction", "design"}) {
+    for (const char* name : {"name",    "space",        "gravity",        "parameters", "units", "ground",
+                             "bodies",  "joints",       "couplings",      "actuators",  "tool",  "assembly",
+                             "motion",  "trajectories", "counterweights", "payloads",   "discs", "loads",
+                             "springs", "friction",     "controllers",    "design"}) {
       const std::string key = name;
       const bool required = key == "space" || key == "bodies" || key == "joints";
       fields.push_back(
@@ -126,6 +126,8 @@ Reading read_first(const std::string& text, const std::string& file_name, const 
     read_mechanism(sections, draft);
     // Without the tool, the poses would all be complained about.
     if (draft.problems.none()) read_trajectories(sections["motion"], sections["trajectories"], draft);
+    // A controller's model is read from the whole spec, so that must be right.
+    if (draft.problems.none()) read_controllers(sections["controllers"], reading.root, overrides, draft);
     if (const Cursor* design = sections["design"]) read_design(*design, draft);
   } catch (const Problem& problem) {
     draft.problems.add(problem);
@@ -145,6 +147,16 @@ Reading read_first(const std::string& text, const std::string& file_name, const 
       reading.constants[expression] = value;
   }
   return reading;
+}
+
+Mechanism read_mechanism_alone(const Node& root, const std::string& file_name, const Parameters::Overrides& overrides) {
+  Draft draft(file_name);
+  const Sections sections(Cursor(root, "", draft.problems), draft.problems);
+  read_frame(sections, overrides, draft);
+  draft.mechanism().name = std::filesystem::path(file_name).stem().string();
+  read_mechanism(sections, draft);
+  draft.problems.throw_first();
+  return std::move(draft.study.mechanism);
 }
 
 Study read_again(const Reading& reading, const VectorX& x) {

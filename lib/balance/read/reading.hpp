@@ -25,6 +25,10 @@ struct Reading {
 /// @throws SpecError with the first thing that is wrong, in the order of the document
 Reading read_first(const std::string& text, const std::string& file_name, const Parameters::Overrides& overrides);
 
+/// The mechanism alone.
+/// @throws SpecError as above
+Mechanism read_mechanism_alone(const Node& root, const std::string& file_name, const Parameters::Overrides& overrides);
+
 /// @param x values of reading.start.free_numbers, SI, parameters as written; nothing is judged
 Study read_again(const Reading& reading, const VectorX& x);
 

@@ -67,6 +67,9 @@ class Reader {
     if (!r_.coordinate_names.empty())
       r_.coordinate_units = units("coordinate_unit", "joint_position", r_.coordinate_names.size());
     if (!r_.actuator_names.empty()) r_.actuator_units = units("actuator_unit", "torque", r_.actuator_names.size());
+    r_.sliding_names = texts("sliding");
+    if (!r_.sliding_names.empty())
+      r_.sliding_units = units("sliding_unit", "sliding_variable", r_.sliding_names.size());
     r_.axes = static_cast<int>(texts("axis").size());
     expect(r_.axes == 2 || r_.axes == 3, "axis");
     r_.moment_axes = r_.axes == 2 ? 1 : 3;
@@ -82,6 +85,7 @@ class Reader {
       case Columns::quaternion: return 4;
       case Columns::joint: return size(r_.joint_names);
       case Columns::joint_axis: return size(r_.joint_names) * r_.axes;
+      case Columns::sliding: return size(r_.sliding_names);
     }
     return 0;
   }
@@ -195,7 +199,10 @@ RunFile read_result_file(const std::string& name) {
                 .trajectory = text(place.group, "trajectory"),
                 .law = text(place.group, "law"),
                 .drive = text(place.group, "drive"),
-                .formulation = text(place.group, "formulation")};
+                .formulation = text(place.group, "formulation"),
+                .controller = text(place.group, "controller"),
+                .controller_type = text(place.group, "controller_type")};
+    if (!run.controller.empty() && text(place.group, "status") != "done") run.ended_early = text(place.group, "reason");
     run.result = Reader(file, place.group).result();
     return run;
   } catch (const Hdf5Error& wrong) {

@@ -14,7 +14,9 @@ struct RunFile {
   std::string title;  ///< the mechanism's name
   std::string version, spec_text, command_line;
   std::string trajectory, law, drive, formulation;
-  Result result;  ///< outcome.status is done; outcome.notes are not stored
+  std::string controller, controller_type;  ///< of a run under control; else empty
+  std::string ended_early;                  ///< why a run under control did not reach its end; else empty
+  Result result;                            ///< outcome.status is done; outcome.notes are not stored
 };
 
 /// Whether a name is that of a result file rather than of a spec: `….h5`, `….hdf5`, `….nc`, or a group of one behind a colon.

@@ -21,6 +21,8 @@ void read_springs(const Cursor& section, Draft& draft);
 void read_friction(const Cursor& section, Draft& draft);
 /// `motion` and `trajectories` together: a trajectory takes from `motion` what it does not say itself.
 void read_trajectories(const Cursor* motion, const Cursor* trajectories, Draft& draft);
+/// @param root, overrides of the whole spec, for what a controller believes of the mechanism. Null section: the built-in ones alone.
+void read_controllers(const Cursor* section, const Node& root, const Parameters::Overrides& overrides, Draft& draft);
 void read_design(const Cursor& section, Draft& draft);
 
 }  // namespace balance::read

@@ -32,6 +32,7 @@ struct SuiteCase {
   std::vector<std::pair<std::string, std::string>> set;  ///< parameters, as for `--set`
   std::string trajectory;                                ///< empty: the first of the spec
   std::optional<long> samples;                           ///< nothing: as in the spec
+  std::string controller;                                ///< empty: inverse dynamics, no controller
   std::optional<CaseDesign> design;                      ///< nothing: the spec moves as it is
   std::vector<SuiteRequirement> require;                 ///< of this case alone
   std::vector<std::pair<std::string, std::string>>

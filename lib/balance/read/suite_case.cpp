@@ -117,6 +117,7 @@ std::vector<Field> case_fields(SuiteDraft& draft, SuiteCase& one) {
   return {noting("spec", [&one](const Cursor& c) { one.spec = c.word("the name of a spec file"); }),
           noting("set", [&draft, &one](const Cursor& c) { read_set(c, draft, one); }),
           noting("trajectory", [&one](const Cursor& c) { one.trajectory = c.word("a trajectory's name"); }),
+          noting("controller", [&one](const Cursor& c) { one.controller = c.word("a controller's name"); }),
           noting("samples", [&one](const Cursor& c) { one.samples = read_samples(c); }),
           noting("design", [&one](const Cursor& c) { one.design = read_case_design(c); })};
 }

@@ -26,7 +26,7 @@ struct SuiteDraft {
   std::string place(const Cursor& at) const;
 };
 
-/// What `cases` and `defaults` share: spec, set, trajectory, samples, design.
+/// What `cases` and `defaults` share: spec, set, trajectory, controller, samples, design.
 std::vector<Field> case_fields(SuiteDraft& draft, SuiteCase& one);
 
 /// Where a part of the case is said, from now on.

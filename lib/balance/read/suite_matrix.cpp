@@ -85,7 +85,7 @@ Axis read_parameter(const Member& member, const SuiteDraft& draft) {
 
 struct Axes {
   std::string prefix;
-  Axis specs, trajectories;
+  Axis specs, trajectories, controllers;
   std::vector<Axis> parameters;
 };
 
@@ -105,6 +105,16 @@ Axis read_trajectory_names(const Cursor& at, const SuiteDraft& draft) {
     return {for_file(name), [name, place = draft.place(c)](SuiteCase& one) {
               one.trajectory = name;
               note_place(one, "trajectory", place);
+            }};
+  });
+}
+
+Axis read_controller_names(const Cursor& at, const SuiteDraft& draft) {
+  return read_words(at, "controllers", [&](const Cursor& c) -> Choice {
+    const std::string name = c.word("a controller's name");
+    return {for_file(name), [name, place = draft.place(c)](SuiteCase& one) {
+              one.controller = name;
+              note_place(one, "controller", place);
             }};
   });
 }
@@ -141,18 +151,19 @@ void read_matrix(const Cursor& at, SuiteDraft& draft) {
       {"name", Need::optional, [&](const Cursor& c) { axes.prefix = c.word("how the cases' names begin"); }},
       {"spec", Need::optional, [&](const Cursor& c) { axes.specs = read_specs(c, draft); }},
       {"trajectory", Need::optional, [&](const Cursor& c) { axes.trajectories = read_trajectory_names(c, draft); }},
+      {"controller", Need::optional, [&](const Cursor& c) { axes.controllers = read_controller_names(c, draft); }},
       {"set", Need::optional, [&](const Cursor& c) {
          for (const Member& member : named_members(c, "parameters {name: [values]}"))
            draft.problems.guard([&] { axes.parameters.push_back(read_parameter(member, draft)); });
        }}};
   for (Field& field : case_fields(draft, base))
     if (field.name == "samples" || field.name == "design") fields.push_back(std::move(field));
-  if (!read_fields(at, "a matrix {name, spec, trajectory, set, samples, design}", fields)) return;
+  if (!read_fields(at, "a matrix {name, spec, trajectory, controller, set, samples, design}", fields)) return;
   std::vector<Axis> all;
-  for (const Axis* axis : {&axes.specs, &axes.trajectories})
+  for (const Axis* axis : {&axes.specs, &axes.trajectories, &axes.controllers})
     if (!axis->empty()) all.push_back(*axis);
   all.insert(all.end(), axes.parameters.begin(), axes.parameters.end());
-  if (all.empty()) at.fail("expected at least one of 'spec', 'trajectory' and 'set', found none");
+  if (all.empty()) at.fail("expected at least one of 'spec', 'trajectory', 'controller' and 'set', found none");
   expand(all, axes.prefix, base, at, draft);
 }
 
