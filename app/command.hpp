@@ -45,6 +45,7 @@ Command setup_check(CLI::App& program);
 Command setup_compare(CLI::App& program);
 Command setup_completion(CLI::App& program);
 Command setup_conditions(CLI::App& program);
+Command setup_control(CLI::App& program);
 Command setup_design(CLI::App& program);
 Command setup_man(CLI::App& program);
 Command setup_new(CLI::App& program);

@@ -24,6 +24,7 @@ std::vector<NamedRun> read_runs(const CompareOptions& options) {
     RunFile run = read_result_file(file);
     if (!options.output.empty() && same_file(options.output, run.path))
       throw UsageError("the comparison would replace a result: " + run.path);
+    if (!run.ended_early.empty()) tell("note: " + file + " ended early: " + run.ended_early);
     places.push_back({run.path, run.group});
     runs.push_back({"", file, run.title, run.trajectory, run.law, run.drive, std::move(run.result)});
   }

@@ -24,6 +24,7 @@ constexpr const char* footer =
     "  balance check 3rrr.yaml\n"
     "  balance compare original.h5 balanced.h5 --require 'peak(shaking_force) <= 0.9 * base'\n"
     "  balance conditions 5r.yaml --goal static\n"
+    "  balance control 5r.yaml --trajectory cycloid --controller computed-torque\n"
     "  balance design 5r.yaml -o balanced.yaml\n"
     "  balance report 3rrr.yaml -o 3rrr.html\n"
     "  balance simulate 3rrr.yaml --trajectory cycloid -o out.h5\n\n"
@@ -75,6 +76,7 @@ ExitCode parse_and_run(int argc, char** argv) {
       setup_compare(program),     //
       setup_completion(program),  //
       setup_conditions(program),  //
+      setup_control(program),     //
       setup_design(program),      //
       setup_man(program),         //
       setup_new(program),         //

@@ -44,7 +44,10 @@ ExitCode run(const PlotOptions& options) {
   PageOptions page = choose_page(options);
   check_outputs(options);
   std::vector<RunFile> files;
-  for (const std::string& name : options.results) files.push_back(read_result_file(name));
+  for (const std::string& name : options.results) {
+    files.push_back(read_result_file(name));
+    if (!files.back().ended_early.empty()) tell("note: " + name + " ended early: " + files.back().ended_early);
+  }
   const Picture picture = choose_picture(options, files);
   try {
     page = sized_for(picture, page);

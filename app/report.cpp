@@ -1,20 +1,24 @@
 #include "report_options.hpp"
 
 #include "console.hpp"
+#include "control_options.hpp"
 #include "design_options.hpp"
 #include "failure.hpp"
 #include "signals.hpp"
 #include "views.hpp"
 
 #include "balance/base/version.hpp"
+#include "balance/read/result_file.hpp"
 #include "balance/report/page.hpp"
 #include "balance/study/check.hpp"
+#include "balance/study/control.hpp"
 #include "balance/study/simulate.hpp"
 #include "balance/write/balanced_spec.hpp"
 #include "balance/write/conditions_json.hpp"
 #include "balance/write/design_json.hpp"
 #include "balance/write/json.hpp"
 #include "balance/write/names.hpp"
+#include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -28,7 +32,7 @@ namespace balance::app {
 namespace {
 
 /// A run of the trajectory of this name. What cannot be run has an outcome that says so: the page shows it.
-Result run_named(const Study& study, const std::string& name, const std::optional<long>& samples) {
+Result run_named(const Study& study, const std::string& name, const ReportOptions& options) {
   const auto found = std::find_if(study.trajectories.begin(), study.trajectories.end(),
                                   [&](const Trajectory& trajectory) { return trajectory.name == name; });
   Result result;
@@ -37,9 +41,11 @@ Result run_named(const Study& study, const std::string& name, const std::optiona
     return result;
   }
   Trajectory trajectory = *found;
-  if (samples) trajectory.samples = *samples;
+  if (options.samples) trajectory.samples = *options.samples;
   try {
-    result = simulate(study.mechanism, trajectory);
+    result = options.controller.empty()
+                 ? simulate(study.mechanism, trajectory)
+                 : control(study.mechanism, trajectory, find_controller(options.controller, study));
   } catch (const std::invalid_argument& error) {
     result.outcome = {MotionStatus::mismatch, 0, error.what(), {}};
   }
@@ -63,8 +69,8 @@ PageTrajectory describe(const Study& study, const std::string& name) {
 void run_all(const ReportOptions& options, const Study& before, const Study* after, Page& page) {
   for (const std::string& name : choose_trajectories(options, before)) {
     PageTrajectory shown = describe(before, name);
-    shown.before = run_named(before, name, options.samples);
-    if (after != nullptr) shown.after = run_named(*after, name, options.samples);
+    shown.before = run_named(before, name, options);
+    if (after != nullptr) shown.after = run_named(*after, name, options);
     page.trajectories.push_back(std::move(shown));
     if (pending_signal() != 0) throw Cancelled("stopped on request; no file was written");
   }
@@ -82,6 +88,15 @@ Page begin_page(const ReportOptions& options, const Study& study) {
   page.before = study.mechanism;
   page.check = check_json(check(study), study.mechanism, study.warnings);
   page.notes = study.warnings;
+  return page;
+}
+
+/// The run of a result file, with the spec that it was made from.
+Page file_page(const ReportOptions& options, const RunFile& run, const Study& study) {
+  Page page = begin_page(options, study);
+  if (!run.ended_early.empty()) page.notes.push_back("the run ended early: " + run.ended_early);
+  PageTrajectory shown{run.trajectory, run.law, run.drive, run.result, std::nullopt};
+  page.trajectories.push_back(std::move(shown));
   return page;
 }
 
@@ -137,14 +152,29 @@ void write_page(const ReportOptions& options, const std::string& file, const std
   pending.commit();
 }
 
+/// @throws UsageError for wishes that a finished run cannot fulfil
+void check_file_options(const ReportOptions& o) {
+  if (!o.trajectories.empty() || !o.controller.empty() || !o.goal.goals.empty() || o.samples || !o.spec.set.empty())
+    throw UsageError(
+        "a result file is shown as it is: --trajectory, --controller, --goal, --samples and --set are for specs");
+}
+
 ExitCode run(const ReportOptions& options) {
-  const DesignSpace space = read_space(options.spec);
+  std::optional<RunFile> finished;
+  if (names_result_file(options.spec.spec)) {
+    check_file_options(options);
+    finished = read_result_file(options.spec.spec);
+  }
+  const DesignSpace space = finished ? read_design_space(finished->spec_text, options.spec.spec,
+                                                         {.set = overrides_in(finished->command_line)})
+                                     : read_space(options.spec);
   choose_trajectories(options, space.start);  // misspelt names are told before anything is computed
+  if (!options.controller.empty()) find_controller(options.controller, space.start);
   const std::string file = choose_output(options);
   if (!has_page_scripts()) page_html({});  // says what is missing
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
-  const Page page = make_page(options, space);
+  const Page page = finished ? file_page(options, *finished, space.start) : make_page(options, space);
   const std::string html = page_html(page);
   write_page(options, file, html);
   if (options.spec.json)
@@ -168,7 +198,9 @@ Command setup_report(CLI::App& program) {
       "Examples:\n"
       "  balance report 3rrr.yaml\n"
       "  balance report 5r-design.yaml -o 5r.html --force\n"
-      "  balance report delta.yaml -t cycloid --goal static --samples 301");
+      "  balance report delta.yaml -t cycloid --goal static --samples 301\n"
+      "  balance report 5r.yaml -t cycloid --controller computed-torque\n"
+      "  balance report out.h5 -o run.html");
   return {parser, [options] { return run(*options); }};
 }
 

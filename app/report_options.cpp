@@ -26,6 +26,7 @@ void add_report_options(CLI::App& parser, ReportOptions& o) {
       .add_option("-t,--trajectory", o.trajectories, "a trajectory to show; may be repeated; all of them if not given")
       ->type_name("NAME")
       ->allow_extra_args(false);
+  parser.add_option("-c,--controller", o.controller, "run every trajectory under this controller")->type_name("NAME");
   add_goal_options(parser, o.goal);
   parser.add_option("--samples", o.samples, "samples of every trajectory, both ends included")
       ->type_name("N")
@@ -60,6 +61,7 @@ std::string choose_output(const ReportOptions& options) {
 std::string command_line(const ReportOptions& o) {
   std::vector<std::string> words = {"balance", "report", std::filesystem::path(o.spec.spec).filename().string()};
   for (const std::string& name : o.trajectories) words.insert(words.end(), {"--trajectory", name});
+  if (!o.controller.empty()) words.insert(words.end(), {"--controller", o.controller});
   for (const std::string& goal : o.goal.goals) words.insert(words.end(), {"--goal", goal});
   if (o.goal.strategy != "complete") words.insert(words.end(), {"--strategy", o.goal.strategy});
   if (o.goal.seed) words.insert(words.end(), {"--seed", std::to_string(*o.goal.seed)});

@@ -13,6 +13,7 @@ struct ReportOptions {
   SpecOptions spec;
   GoalOptions goal;
   std::vector<std::string> trajectories;  ///< names; empty: all that the spec declares
+  std::string controller;                 ///< that leads every run; empty: none
   std::optional<long> samples;            ///< of every trajectory; the spec's if not given
   std::string output;                     ///< empty: the spec's name with .html, in the current folder
   bool force = false;

@@ -1,14 +1,12 @@
 #include "console.hpp"
 #include "failure.hpp"
-#include "signals.hpp"
+#include "run_files.hpp"
 #include "simulate_options.hpp"
 
 #include "balance/base/error.hpp"
 #include "balance/study/simulate.hpp"
 #include "balance/study/simulate_natural.hpp"
 #include "balance/write/json.hpp"
-#include "balance/write/result_csv.hpp"
-#include "balance/write/result_hdf5.hpp"
 #include "balance/write/text.hpp"
 
 #include <memory>
@@ -26,26 +24,6 @@ Result simulate_or_throw(const Study& study, const Trajectory& trajectory, const
     // The library was asked something that the spec should not have asked.
     throw SpecError(study.spec_file + ": trajectories." + trajectory.name + ": " + error.what());
   }
-}
-
-/// Writes the files asked for and names them.
-std::vector<std::string> write_files(const SimulateOptions& options, const Result& result,
-                                     const FileDescription& description) {
-  WriteOptions write;
-  write.existing = options.force ? Existing::replace : Existing::keep;
-  write.compression = options.compress ? Compression::gzip : Compression::none;
-  write.cancelled = [] { return pending_signal() != 0; };
-  const DeferSignals deferred;
-  std::vector<std::string> files;
-  if (!options.output.empty()) {
-    write_result(options.output, result, description, write);
-    files.push_back(options.output);
-  }
-  if (!options.csv.empty()) {
-    write_csv(options.csv, result, write);
-    files.push_back(options.csv);
-  }
-  return files;
 }
 
 ExitCode run(const SimulateOptions& options) {

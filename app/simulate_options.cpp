@@ -57,7 +57,7 @@ void change_duration(Trajectory& trajectory, double duration) {
 
 }  // namespace
 
-void add_simulate_options(CLI::App& parser, SimulateOptions& o) {
+void add_run_options(CLI::App& parser, SimulateOptions& o) {
   add_spec_options(parser, o.spec);
   parser.add_option("-t,--trajectory", o.trajectory, "which trajectory of the spec; the first if not given")
       ->type_name("NAME");
@@ -71,11 +71,15 @@ void add_simulate_options(CLI::App& parser, SimulateOptions& o) {
       ->check(CLI::Range(2L, most_samples));
   parser.add_option("--duration", o.duration, "duration in seconds")->type_name("T");
   parser.add_option("--about", o.about, "point that moments are about, in metres")->type_name("X,Y[,Z]");
+  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+}
+
+void add_simulate_options(CLI::App& parser, SimulateOptions& o) {
+  add_run_options(parser, o);
   suggest_words(parser.add_option("--formulation", o.formulation, "tree, or natural: the second, independent one")
                     ->type_name("NAME")
                     ->capture_default_str(),
                 formulations());
-  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
 }
 
 void check_formulation(const SimulateOptions& options, const Study& study) {

@@ -23,6 +23,9 @@ struct SimulateOptions {
   bool quiet = false;
 };
 
+/// What `balance control` has too.
+void add_run_options(CLI::App& parser, SimulateOptions& options);
+
 void add_simulate_options(CLI::App& parser, SimulateOptions& options);
 
 /// The trajectory that the options name, with their changes.

@@ -53,6 +53,10 @@ std::string key_of(const SuiteCase& one, std::string all) {
   add(all, "trajectory");
   add(all, one.trajectory);
   add(all, one.samples ? std::to_string(*one.samples) : "");
+  if (!one.controller.empty()) {
+    add(all, "controller");
+    add(all, one.controller);
+  }
   if (one.design) {
     add(all, one.design->modular ? "modular design" : "design");
     for (const Goal& goal : one.design->goals) add(all, name_of(goal));

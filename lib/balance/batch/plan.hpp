@@ -19,7 +19,7 @@ struct SpecSource {
 struct PlannedCase {
   std::size_t spec = 0;  ///< index into Plan::specs
   /// SHA-256 of everything that the result depends on: the spec's text, the tables that it names, the parameters, trajectory,
-  /// samples and design of the case, the program's version.
+  /// controller, samples and design of the case, the program's version.
   std::string key;
 };
 

@@ -4,6 +4,7 @@
 #include "balance/compare/metric_table.hpp"
 #include "balance/read/nearest.hpp"
 #include "balance/read/read_spec.hpp"
+#include "balance/study/control.hpp"
 #include "balance/study/design_study.hpp"
 #include "balance/study/simulate.hpp"
 #include "balance/write/balanced_spec.hpp"
@@ -39,7 +40,7 @@ class CaseRun {
     const Trajectory trajectory = choose_trajectory(study);
     record_.trajectory = trajectory.name;
     record_.samples = trajectory.samples;
-    const Result result = simulate_or_throw(study, trajectory);
+    const Result result = run_or_throw(study, trajectory);
     record_.notes.insert(record_.notes.end(), result.outcome.notes.begin(), result.outcome.notes.end());
     MetricTable table = tabulate(wanted_.name, result);
     record_.metrics = std::move(table.metrics);
@@ -92,9 +93,21 @@ class CaseRun {
     return trajectory;
   }
 
-  static Result simulate_or_throw(const Study& study, const Trajectory& trajectory) {
+  const Controller& choose_controller(const Study& study) const {
+    std::vector<std::string> names;
+    for (const Controller& controller : study.controllers) {
+      names.push_back(controller.name);
+      if (controller.name == wanted_.controller) return controller;
+    }
+    throw SpecError(fmt::format("{}: expected a controller of {} ({}), found {}{}", wanted_.place_of("controller"),
+                                study.spec_file, read::one_of(names), read::in_quotes(wanted_.controller),
+                                read::nearest_hint(wanted_.controller, names)));
+  }
+
+  Result run_or_throw(const Study& study, const Trajectory& trajectory) const {
     try {
-      Result result = simulate(study.mechanism, trajectory);
+      Result result = wanted_.controller.empty() ? simulate(study.mechanism, trajectory)
+                                                 : control(study.mechanism, trajectory, choose_controller(study));
       if (result.outcome.status != MotionStatus::done)
         throw Unable(fmt::format("{}: {}", name_of(result.outcome.status), result.outcome.reason));
       return result;
@@ -108,7 +121,8 @@ class CaseRun {
   FileDescription describe(const Study& study, const Trajectory& trajectory) const {
     SimulateCall call{.spec_file = wanted_.design ? balanced_file(wanted_.name) : spec_.path,
                       .trajectory = trajectory.name,
-                      .samples = wanted_.samples};
+                      .samples = wanted_.samples,
+                      .controller = wanted_.controller};
     if (!wanted_.design)
       for (const auto& [name, value] : wanted_.set) call.set.push_back(name + "=" + value);
     return describe_simulation(study, trajectory, call);
@@ -159,6 +173,7 @@ class CaseRun {
     } catch (const SpecError& error) {
       // A mass may have become zero, which no spec may say.
       record_.notes.push_back(std::string("the designed spec needs a change before it can be read: ") + error.what());
+      if (!wanted_.controller.empty()) throw;  // what its controllers believe would be of the spec before the design
       Study study = std::move(report.study_after);
       study.spec_text = text;
       return study;

@@ -1,5 +1,7 @@
 #include "balance/compare/series.hpp"
 
+#include <algorithm>
+
 namespace balance {
 
 std::vector<QuantitySeries> list_series(const Result& result) {
@@ -13,6 +15,16 @@ std::vector<QuantitySeries> list_series(const Result& result) {
     for (std::size_t i = 0; i < names.size(); ++i)
       add(quantity + "[" + names[i] + "]", samples, static_cast<int>(i) * count, count);
   };
+  for (const std::string& name : result.actuator_names) {
+    const auto at = std::find(result.coordinate_names.begin(), result.coordinate_names.end(), name);
+    add("tracking_error[" + name + "]", result.tracking_error, static_cast<int>(at - result.coordinate_names.begin()),
+        1);
+  }
+  add("tool_error", result.tool_error, 0, result.axes);
+  add("tool_angle_error", result.tool_angle_error, 0, 1);
+  add_each("sliding_variable", result.sliding_names, result.sliding_variable, 1);
+  add_each("torque_variation", result.actuator_names, result.torque_variation, 1);
+  add_each("saturation", result.actuator_names, result.saturation, 1);
   add_each("torque", result.actuator_names, result.torque, 1);
   add_each("power", result.actuator_names, result.power, 1);
   add("shaking_force", result.shaking_force, 0, result.axes);

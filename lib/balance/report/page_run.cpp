@@ -52,6 +52,7 @@ std::vector<std::string> column_names(const Quantity& quantity, const Result& re
     case joint_axis: return result.joint_names;
     case axis: return axis_labels(static_cast<int>(quantity.samples->cols()));
     case quaternion: return quaternion_labels();
+    case sliding: return result.sliding_names;
     case single: return {"value"};
   }
   return {};

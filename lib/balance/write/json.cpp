@@ -31,6 +31,10 @@ std::string result_json(const Result& result, const FileDescription& description
   Json json = {{"mechanism", description.title},       {"balance_version", description.version},
                {"trajectory", description.trajectory}, {"law", description.law},
                {"drive", description.drive},           {"formulation", description.formulation}};
+  if (!description.controller.empty()) {
+    json["controller"] = description.controller;
+    json["controller_type"] = description.controller_type;
+  }
   json["outcome"] = outcome_json(result.outcome);
   json["samples"] = result.time.size();
   json["duration"] = result.time.size() == 0 ? 0 : result.time[result.time.size() - 1] - result.time[0];

@@ -32,6 +32,7 @@ std::vector<std::string> column_names(const Quantity& quantity, const Result& r)
     case Columns::actuator: return before(r.actuator_names);
     case Columns::axis: return behind(quantity.name, axis_labels(r.axes));
     case Columns::quaternion: return behind(quantity.name, quaternion_labels());
+    case Columns::sliding: return before(r.sliding_names);
     case Columns::joint: return before(r.joint_names);
     case Columns::joint_axis: {
       std::vector<std::string> names;
@@ -73,7 +74,7 @@ void append_row(fmt::memory_buffer& rows, const std::vector<Quantity>& quantitie
 }  // namespace
 
 void write_csv(const std::string& path, const Result& result, const WriteOptions& options) {
-  if (result.outcome.status != MotionStatus::done) throw std::invalid_argument("only a result that is done is written");
+  if (result.time.size() == 0) throw std::invalid_argument("only a result with samples is written");
   const std::vector<Quantity> quantities = list_quantities(result);
   for (const Quantity& quantity : quantities) {
     if (quantity.samples->rows() != result.time.size()) {

@@ -1,6 +1,7 @@
 #include "balance/write/result_group.hpp"
 
 #include "balance/study/result_layout.hpp"
+#include "balance/write/names.hpp"
 #include "balance/write/sha256.hpp"
 
 #include <optional>
@@ -14,7 +15,7 @@ using Dimension = Hdf5File::Dimension;
 /// The dimensions that this result's quantities need.
 struct Dimensions {
   Dimension time;
-  std::optional<Dimension> coordinate, joint, actuator, axis, quaternion;
+  std::optional<Dimension> coordinate, joint, actuator, axis, quaternion, sliding;
 };
 
 std::optional<Dimension> add_labels(Hdf5File& file, Hdf5File::Group group, const std::string& name,
@@ -33,6 +34,8 @@ Dimensions add_dimensions(Hdf5File& file, Hdf5File::Group group, const Result& r
   if (r.tool_orientation.cols() == 4) {
     d.quaternion = add_labels(file, group, "quaternion", "component of the quaternion", quaternion_labels());
   }
+  if (!r.sliding_names.empty())
+    d.sliding = add_labels(file, group, "sliding", "joint coordinate with a sliding variable", r.sliding_names);
   return d;
 }
 
@@ -45,6 +48,7 @@ std::vector<Dimension> dimensions_of(Columns columns, const Dimensions& d) {
     case Columns::quaternion: return {d.time, d.quaternion.value()};
     case Columns::joint: return {d.time, d.joint.value()};
     case Columns::joint_axis: return {d.time, d.joint.value(), d.axis.value()};
+    case Columns::sliding: return {d.time, d.sliding.value()};
   }
   return {};
 }
@@ -117,6 +121,14 @@ void describe_run(Hdf5File& file, Hdf5File::Group group, const FileDescription& 
   file.set_attribute(group, "law", d.law);
   file.set_attribute(group, "drive", d.drive);
   file.set_attribute(group, "formulation", d.formulation);
+  if (d.controller.empty()) return;
+  file.set_attribute(group, "controller", d.controller);
+  file.set_attribute(group, "controller_type", d.controller_type);
+}
+
+void describe_end(Hdf5File& file, Hdf5File::Group group, const MotionOutcome& outcome) {
+  file.set_attribute(group, "status", name_of(outcome.status));
+  file.set_attribute(group, "reason", outcome.reason);
 }
 
 void add_result(Hdf5File& file, Hdf5File::Group group, const Result& r, const WriteOptions& options) {
@@ -129,6 +141,8 @@ void add_result(Hdf5File& file, Hdf5File::Group group, const Result& r, const Wr
     add_units(file, group, "actuator_unit", "unit of the actuator's torque or force", *dimensions.actuator,
               r.actuator_units);
   }
+  if (dimensions.sliding)
+    add_units(file, group, "sliding_unit", "unit of the sliding variable", *dimensions.sliding, r.sliding_units);
   add_samples(file, group, r, dimensions, options);
   add_metrics(file, group, r);
 }

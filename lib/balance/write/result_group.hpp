@@ -13,7 +13,10 @@ void describe_source(Hdf5File& file, const FileDescription& description);
 /// Attributes that say what was run.
 void describe_run(Hdf5File& file, Hdf5File::Group group, const FileDescription& description);
 
-/// All dimensions and datasets of a result that is done, metrics included.
+/// Attributes that say how a run under control ended.
+void describe_end(Hdf5File& file, Hdf5File::Group group, const MotionOutcome& outcome);
+
+/// All dimensions and datasets of a result that has samples, metrics included.
 /// @throws Cancelled if options.cancelled says so
 void add_result(Hdf5File& file, Hdf5File::Group group, const Result& result, const WriteOptions& options);
 

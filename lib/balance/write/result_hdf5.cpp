@@ -10,7 +10,7 @@ namespace balance {
 
 void write_result(const std::string& path, const Result& result, const FileDescription& description,
                   const WriteOptions& options) {
-  if (result.outcome.status != MotionStatus::done) throw std::invalid_argument("only a result that is done is written");
+  if (result.time.size() == 0) throw std::invalid_argument("only a result with samples is written");
   PendingFile pending(path, options.existing);
   const bool compress = options.compression == Compression::gzip;
   const auto storage = compress ? Hdf5File::Storage::compressed : Hdf5File::Storage::contiguous;
@@ -18,6 +18,7 @@ void write_result(const std::string& path, const Result& result, const FileDescr
     Hdf5File file(pending.descriptor(), path, storage);
     describe_source(file, description);
     describe_run(file, {}, description);
+    if (!description.controller.empty()) describe_end(file, {}, result.outcome);
     add_result(file, {}, result, options);
     file.close();
   }  // others have their turn with HDF5 while this one waits for the disk

@@ -10,10 +10,10 @@ namespace balance {
 
 /// Writes the file under a temporary name and renames it when it is complete. The same result and description give the
 /// same bytes. The samples are written from where they are.
-/// @param result of a run that is done
+/// @param result of a run that is done, or of one under control that ended early
 /// @throws SystemError with path and reason; an older file of that name is then as it was
 /// @throws Cancelled if options.cancelled says so
-/// @throws std::invalid_argument if the result is not done or its sizes contradict each other
+/// @throws std::invalid_argument if the result has no samples or its sizes contradict each other
 void write_result(const std::string& path, const Result& result, const FileDescription& description,
                   const WriteOptions& options = {});
 

@@ -19,8 +19,12 @@ std::string shell_word(const std::string& text) {
 }
 
 std::string simulate_command(const SimulateCall& call) {
-  std::vector<std::string> words = {"balance", "simulate", std::filesystem::path(call.spec_file).filename().string(),
-                                    "--trajectory", call.trajectory};
+  const bool controlled = !call.controller.empty();
+  std::vector<std::string> words = {"balance", controlled ? "control" : "simulate",
+                                    std::filesystem::path(call.spec_file).filename().string(), "--trajectory",
+                                    call.trajectory};
+  if (controlled) words.insert(words.end(), {"--controller", call.controller});
+  if (call.settle > 0) words.insert(words.end(), {"--settle", fmt::format("{}", call.settle)});
   if (call.samples) words.insert(words.end(), {"--samples", std::to_string(*call.samples)});
   if (call.duration) words.insert(words.end(), {"--duration", fmt::format("{}", *call.duration)});
   if (!call.about.empty()) words.push_back("--about=" + call.about);
@@ -29,6 +33,29 @@ std::string simulate_command(const SimulateCall& call) {
   if (call.compress) words.push_back("--compress");
   for (std::string& word : words) word = shell_word(word);
   return fmt::format("{}", fmt::join(words, " "));
+}
+
+std::vector<std::pair<std::string, std::string>> overrides_in(const std::string& command) {
+  std::vector<std::string> words(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < command.size(); ++i) {
+    const char c = command[i];
+    if (c == '\'')
+      quoted = !quoted;
+    else if (c == '\\' && !quoted && i + 1 < command.size())
+      words.back() += command[++i];
+    else if (c == ' ' && !quoted)
+      words.emplace_back();
+    else
+      words.back() += c;
+  }
+  std::vector<std::pair<std::string, std::string>> found;
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    const std::size_t equals = words[i + 1].find('=');
+    if (words[i] == "--set" && equals != std::string::npos)
+      found.emplace_back(words[i + 1].substr(0, equals), words[i + 1].substr(equals + 1));
+  }
+  return found;
 }
 
 FileDescription describe_simulation(const Study& study, const Trajectory& trajectory, const SimulateCall& call) {
@@ -41,6 +68,9 @@ FileDescription describe_simulation(const Study& study, const Trajectory& trajec
   description.law = std::holds_alternative<TablePath>(trajectory.path) ? "table" : name_of(trajectory.law.kind);
   description.drive = name_of(trajectory.drive);
   description.formulation = call.formulation;
+  description.controller = call.controller;
+  for (const Controller& controller : study.controllers)
+    if (controller.name == call.controller) description.controller_type = name_of(controller.type);
   return description;
 }
 

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace balance {
@@ -13,7 +14,7 @@ namespace balance {
 /// One word for a POSIX shell: quoted if it needs to be.
 std::string shell_word(const std::string& text);
 
-/// What was asked for, as it would be asked of `balance simulate`.
+/// What was asked for, as it would be asked of `balance simulate` or, with a controller, of `balance control`.
 struct SimulateCall {
   std::string spec_file;  ///< its folder does not matter
   std::string trajectory;
@@ -23,13 +24,18 @@ struct SimulateCall {
   std::vector<std::string> set;    ///< `name=value`
   bool compress = false;
   std::string formulation = "tree";  ///< or "natural"
+  std::string controller = {};       ///< empty: none
+  double settle = 0;                 ///< [s]
 };
 
 /// What computes the same file again. Options that do not change its content are left out, and so is the spec's folder: the same
 /// spec gives the same bytes wherever it and the result lie.
 std::string simulate_command(const SimulateCall& call);
 
-/// @param trajectory one of the study's, perhaps changed
+/// What `--set` said in such a command, name and value.
+std::vector<std::pair<std::string, std::string>> overrides_in(const std::string& command);
+
+/// @param trajectory one of the study's, perhaps changed. The controller, if there is one, is one of the study's
 FileDescription describe_simulation(const Study& study, const Trajectory& trajectory, const SimulateCall& call);
 
 }  // namespace balance

@@ -92,9 +92,13 @@ std::string modes_text(const CheckReport& report) {
 
 std::string summary_text(const Result& result, const FileDescription& description) {
   const double duration = result.time.size() == 0 ? 0 : result.time[result.time.size() - 1] - result.time[0];
+  const std::string controller =
+      description.controller.empty()
+          ? ""
+          : fmt::format(", controller {} ({})", description.controller, description.controller_type);
   std::string text =
-      fmt::format("{}: trajectory {} ({}, drive {}), {:.6g} s, {} samples\n\n", description.title,
-                  description.trajectory, description.law, description.drive, duration, result.time.size());
+      fmt::format("{}: trajectory {} ({}, drive {}){}, {:.6g} s, {} samples\n\n", description.title,
+                  description.trajectory, description.law, description.drive, controller, duration, result.time.size());
   Table table;
   table.heading = {"quantity", "unit", "peak", "at time [s]", "rms", "mean"};
   table.align = {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right};

@@ -18,6 +18,8 @@ struct FileDescription {
   std::string law;           ///< as in the spec: "cycloidal"
   std::string drive;         ///< as in the spec: "tool"
   std::string formulation = "tree";
+  std::string controller;       ///< its name; empty: a run without one
+  std::string controller_type;  ///< as in the spec: "computed-torque"
 };
 
 enum class Compression { none, gzip };

@@ -1,0 +1,81 @@
+#include "console.hpp"
+#include "control_options.hpp"
+#include "failure.hpp"
+#include "run_files.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/study/control.hpp"
+#include "balance/write/json.hpp"
+#include "balance/write/text.hpp"
+
+#include <memory>
+
+namespace balance::app {
+namespace {
+
+Result control_or_throw(const Study& study, const Trajectory& trajectory, const Controller& controller, double settle) {
+  try {
+    return control(study.mechanism, trajectory, controller, {.settle = settle});
+  } catch (const std::invalid_argument& error) {
+    // The library was asked something that the spec should not have asked.
+    throw SpecError(study.spec_file + ": trajectories." + trajectory.name + ", controllers." + controller.name + ": " +
+                    error.what());
+  }
+}
+
+ExitCode run(const ControlCommandOptions& options) {
+  const SimulateOptions& shared = options.run;
+  const Study study = read_study(shared.spec);
+  const Trajectory trajectory = choose_trajectory(shared, study);
+  const Controller controller = choose_controller(options, study);
+  check_outputs(shared);
+  const auto note = [&](const std::string& text) {
+    if (!shared.quiet) tell(text);
+  };
+  for (const std::string& warning : study.warnings) note("warning: " + warning);
+  if (shared.trajectory.empty() && study.trajectories.size() > 1)
+    note("note: no --trajectory given: '" + trajectory.name + "' is the first in the spec");
+  if (options.controller.empty()) note("note: no --controller given: '" + controller.name + "' is taken");
+  const Result result = control_or_throw(study, trajectory, controller, options.settle);
+  for (const std::string& text : result.outcome.notes) note("note: " + text);
+  const FileDescription description = describe(options, study, trajectory, controller);
+  // What was computed until something stopped the run is worth keeping; the file says that it ended early.
+  const bool done = result.outcome.status == MotionStatus::done;
+  std::vector<std::string> files;
+  if (result.time.size() >= 2) files = write_files(shared, result, description);
+  if (!done) {
+    for (const std::string& file : files) tell("written up to where the run ended: " + file);
+    throw MotionFailure(result.outcome);
+  }
+  if (shared.spec.json) {
+    print(result_json(result, description, files));
+  } else if (!shared.quiet) {
+    std::string text = summary_text(result, description);
+    for (const std::string& file : files) text += "written: " + file + "\n";
+    print(text);
+  }
+  return ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_control(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("control", "Let a controller lead a mechanism along a trajectory");
+  const auto options = std::make_shared<ControlCommandOptions>();
+  add_control_options(*parser, *options);
+  parser->footer(
+      "The mechanism moves by its own dynamics under the efforts of a controller that samples it at its own rate:\n"
+      "one of the spec's 'controllers', or, without being listed there, computed-torque, pd, sliding-mode,\n"
+      "extended-sliding-mode, open-loop, none.\n\n"
+      "Prints tracking errors, torques, how much they change, shaking forces; the samples go to the files asked\n"
+      "for, which docs/file-format.md describes. A singular configuration on the way ends the run with code 4;\n"
+      "the files then hold what was computed until there.\n\n"
+      "Examples:\n"
+      "  balance control 5r.yaml --trajectory cycloid --controller computed-torque\n"
+      "  balance control 5r.yaml -t circle -c sliding-mode -o out.h5 --force\n"
+      "  balance control arm.yaml -t cycloid -c none --duration 10 --json\n"
+      "  balance control arm.yaml -t cycloid -c pd --settle 0.5 --csv out.csv");
+  return {parser, [options] { return run(*options); }};
+}
+
+}  // namespace balance::app

@@ -1,0 +1,62 @@
+#include "control_options.hpp"
+
+#include "failure.hpp"
+
+#include "balance/read/nearest.hpp"
+#include "balance/write/run_description.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+namespace balance::app {
+
+void add_control_options(CLI::App& parser, ControlCommandOptions& o) {
+  add_run_options(parser, o.run);
+  CLI::Option* controller =
+      parser.add_option("-c,--controller", o.controller, "which controller; the first of the spec if not given");
+  controller->type_name("NAME");
+  parser.add_option("--settle", o.settle, "hold the last pose so much longer, in seconds")
+      ->type_name("T")
+      ->check(CLI::NonNegativeNumber);
+}
+
+Controller choose_controller(const ControlCommandOptions& options, const Study& study) {
+  if (options.settle < 0 || !std::isfinite(options.settle))
+    throw UsageError("--settle needs a number of seconds that is not negative");
+  return find_controller(options.controller, study);
+}
+
+FileDescription describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
+                         const Controller& controller) {
+  const SimulateOptions& o = options.run;
+  return describe_simulation(study, trajectory,
+                             {.spec_file = o.spec.spec,
+                              .trajectory = trajectory.name,
+                              .samples = o.samples,
+                              .duration = o.duration,
+                              .about = o.about,
+                              .set = o.spec.set,
+                              .compress = o.compress,
+                              .controller = controller.name,
+                              .settle = options.settle});
+}
+
+Controller find_controller(const std::string& name, const Study& study) {
+  std::vector<std::string> names;
+  for (const Controller& controller : study.controllers) {
+    names.push_back(controller.name);
+    if (controller.name == name) return controller;
+  }
+  if (!name.empty())
+    throw UsageError(fmt::format("{} has no controller {}, only {}{}", study.spec_file, read::in_quotes(name),
+                                 fmt::join(names, ", "), read::nearest_hint(name, names)));
+  // The built-in ones stand behind those of the spec.
+  const bool listed = study.controllers.size() > built_in_controllers().size() ||
+                      study.controllers.front().name != built_in_controllers().front().name;
+  if (listed) return study.controllers.front();
+  return find_controller(name_of(ControllerType::computed_torque), study);
+}
+
+}  // namespace balance::app
