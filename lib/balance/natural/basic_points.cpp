@@ -71,79 +71,85 @@ void choose_base(BodyPoints& body) {
   body.triangle = height(points[2]) > flattest_triangle * std::abs(base);
 }
 
-}  // namespace
+/// Points in their order: moving joints' points, auxiliary ones, those of the ground.
+class Chooser {
+ public:
+  explicit Chooser(const Mechanism& mechanism)
+      : mechanism_(mechanism),
+        places_(mechanism),
+        index_(places_.all().size(), -1),
+        fixed_(places_.all().size(), false) {
+    basic_.length = characteristic_length(mechanism);
+    basic_.bodies.resize(mechanism.bodies.size());
+    for (int k = 0; k < count(); ++k)
+      if (place(k).body == ground) fixed_[group(k)] = true;
+  }
 
-BasicPoints choose_points(const Mechanism& mechanism) {
-  BasicPoints basic;
-  basic.length = characteristic_length(mechanism);
-  basic.bodies.resize(mechanism.bodies.size());
-  const Places places(mechanism);
-  const int count = static_cast<int>(places.all().size());
-  std::vector<int> index(places.all().size(), -1);  // of the group's point
-  std::vector<bool> fixed(places.all().size(), false);
-  for (int k = 0; k < count; ++k)
-    if (places.all()[static_cast<std::size_t>(k)].body == ground)
-      fixed[static_cast<std::size_t>(places.group(k))] = true;
-  const auto name = [&](int body, const std::string& point) {
-    return mechanism.bodies[static_cast<std::size_t>(body)].name + "." + point;
-  };
-  const auto label = [&](int k) {
-    const Places::Place& place = places.all()[static_cast<std::size_t>(k)];
-    for (const NamedPoint& named : mechanism.bodies[static_cast<std::size_t>(place.body)].points)
-      if (std::abs(planar(named.position, basic.length) - place.at) <= same_place) return name(place.body, named.name);
-    return name(place.body, "origin");
-  };
-  // moving groups first
-  for (int k = 0; k < count; ++k) {
-    const auto g = static_cast<std::size_t>(places.group(k));
-    if (fixed[g] || index[g] >= 0) continue;
-    index[g] = basic.moving++;
-    basic.names.push_back(label(k));
+  BasicPoints choose() {
+    for (int k = 0; k < count(); ++k) number_moving(k);
+    for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) add_auxiliary(b);
+    for (int k = 0; k < count(); ++k) number_fixed(k);
+    for (int k = 0; k < count(); ++k)
+      if (place(k).body != ground)
+        basic_.bodies[static_cast<std::size_t>(place(k).body)].points.push_back({index_[group(k)], place(k).at});
+    for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) choose_base(basic_.bodies[b]);
+    return std::move(basic_);
   }
-  for (int k = 0; k < count; ++k) {
-    const auto g = static_cast<std::size_t>(places.group(k));
-    const Places::Place& place = places.all()[static_cast<std::size_t>(k)];
-    if (!fixed[g] && place.body != ground)
-      basic.bodies[static_cast<std::size_t>(place.body)].points.push_back({index[g], place.at});
+
+ private:
+  int count() const { return static_cast<int>(places_.all().size()); }
+  const Places::Place& place(int k) const { return places_.all()[static_cast<std::size_t>(k)]; }
+  std::size_t group(int k) const { return static_cast<std::size_t>(places_.group(k)); }
+
+  std::string name(int body, const std::string& point) const {
+    return mechanism_.bodies[static_cast<std::size_t>(body)].name + "." + point;
   }
-  // auxiliary points are moving ones; the ground's points come behind them all
-  std::vector<std::vector<std::pair<std::size_t, Complex>>> grounded(mechanism.bodies.size());
-  for (int k = 0; k < count; ++k) {
-    const auto g = static_cast<std::size_t>(places.group(k));
-    const Places::Place& place = places.all()[static_cast<std::size_t>(k)];
-    if (fixed[g] && place.body != ground) grounded[static_cast<std::size_t>(place.body)].push_back({g, place.at});
+
+  std::string label(int k) const {
+    for (const NamedPoint& named : mechanism_.bodies[static_cast<std::size_t>(place(k).body)].points)
+      if (std::abs(planar(named.position, basic_.length) - place(k).at) <= same_place)
+        return name(place(k).body, named.name);
+    return name(place(k).body, "origin");
   }
-  for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) {
+
+  void number_moving(int k) {
+    if (fixed_[group(k)] || index_[group(k)] >= 0) return;
+    index_[group(k)] = basic_.moving++;
+    basic_.names.push_back(label(k));
+  }
+
+  void add_auxiliary(std::size_t b) {
     std::vector<Complex> seen;
-    for (const BodyPoint& p : basic.bodies[b].points) seen.push_back(p.place);
-    for (const auto& [g, at] : grounded[b]) seen.push_back(at);
+    for (const Places::Place& place : places_.all())
+      if (place.body == static_cast<int>(b)) seen.push_back(place.at);
     double spread = 0;
     for (const Complex p : seen)
       for (const Complex q : seen) spread = std::max(spread, std::abs(p - q));
     const auto add = [&](Complex at, const char* suffix) {
-      basic.names.push_back(name(static_cast<int>(b), suffix));
-      basic.bodies[b].points.push_back({basic.moving++, at});
+      basic_.names.push_back(name(static_cast<int>(b), suffix));
+      basic_.bodies[b].points.push_back({basic_.moving++, at});
     };
     if (seen.empty()) add(0, "(1)");
     if (spread < shortest_base) add((seen.empty() ? Complex() : seen.front()) + 1.0, "(2)");
   }
-  for (int k = 0; k < count; ++k) {
-    const auto g = static_cast<std::size_t>(k);
-    if (places.group(k) != k || !fixed[g]) continue;
-    index[g] = basic.count();
-    basic.names.push_back(label(k));
-    for (int p = 0; p < count; ++p)  // the ground's own place decides
-      if (places.group(p) == k && places.all()[static_cast<std::size_t>(p)].body == ground) {
-        basic.fixed.push_back(places.all()[static_cast<std::size_t>(p)].at);
-        basic.names.back() = label(p);
-        break;
-      }
+
+  /// The ground's own place says where the point is.
+  void number_fixed(int k) {
+    if (place(k).body != ground || index_[group(k)] >= 0) return;
+    index_[group(k)] = basic_.count();
+    basic_.names.push_back(label(k));
+    basic_.fixed.push_back(place(k).at);
   }
-  for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) {
-    for (const auto& [g, at] : grounded[b]) basic.bodies[b].points.push_back({index[g], at});
-    choose_base(basic.bodies[b]);
-  }
-  return basic;
-}
+
+  const Mechanism& mechanism_;
+  Places places_;
+  std::vector<int> index_;   ///< per group: its point
+  std::vector<bool> fixed_;  ///< per group: the ground has it
+  BasicPoints basic_;
+};
+
+}  // namespace
+
+BasicPoints choose_points(const Mechanism& mechanism) { return Chooser(mechanism).choose(); }
 
 }  // namespace balance::natural

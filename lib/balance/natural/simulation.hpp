@@ -2,7 +2,7 @@
 /// The second formulation: a planar mechanism in natural coordinates (fully Cartesian coordinates), moved along a trajectory.
 /// It shares with the first nothing below the Mechanism and the trajectory's values: basic points instead of a tree, a constant
 /// mass matrix and quadratic constraints instead of recursions.
-/// Source: P3 sections 2 and 3, with its mass matrices re-derived; docs/theory.md section 8.
+/// Source: P3 sections 2 and 3, with its mass matrices re-derived; docs/theory.md, Natural coordinates.
 
 #include "balance/motion/schedule.hpp"
 #include "balance/motion/trajectory.hpp"

@@ -17,6 +17,10 @@ NaturalStart find_start(const Mechanism& mechanism, const Trajectory& trajectory
   NaturalStart found{plan.outcome, {}};
   if (plan.outcome.status != MotionStatus::done) return found;
   Observer<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
+  if (!observer.actuation().mismatch().empty()) {
+    found.outcome = {MotionStatus::mismatch, 0, observer.actuation().mismatch(), {}};
+    return found;
+  }
   Stepper<Planar> stepper(mechanism, tree, plan);
   if (!stepper.begin()) {
     found.outcome = stepper.outcome();

@@ -29,7 +29,8 @@ struct TrajectoryVerification {
   MotionOutcome tree, natural;
   std::vector<QuantityDifference> differences;  ///< empty unless both are done
   long samples = 0;
-  bool agree = false;  ///< within the tolerance, or both stop for a reason
+  double tolerance = verify_tolerance;  ///< larger where the path comes near a singularity (mobility below 0.02)
+  bool agree = false;                   ///< within the tolerance, or both stop for a reason
 };
 
 /// The force-balancing conditions by sampling and from the coefficient matrices C_P.

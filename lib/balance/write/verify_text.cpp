@@ -20,8 +20,11 @@ std::string trajectory_text(const TrajectoryVerification& run) {
   table.align = {Align::left, Align::left, Align::right, Align::right, Align::right};
   for (const QuantityDifference& d : run.differences)
     table.rows.push_back({d.quantity, d.unit, fmt::format("{:.2e}", d.difference), format_number(d.time),
-                          fmt::format("{:.1e}{}", d.relative(), d.relative() <= verify_tolerance ? "" : " !")});
-  return fmt::format("trajectory {}, {} samples: {}\n", run.trajectory, run.samples, run.agree ? "agree" : "DISAGREE") +
+                          fmt::format("{:.1e}{}", d.relative(), d.relative() <= run.tolerance ? "" : " !")});
+  const std::string near =
+      run.tolerance > verify_tolerance ? fmt::format(" (near a singularity: to {:.0e})", run.tolerance) : std::string();
+  return fmt::format("trajectory {}, {} samples: {}{}\n", run.trajectory, run.samples, run.agree ? "agree" : "DISAGREE",
+                     near) +
          format_table(table);
 }
 
@@ -38,8 +41,7 @@ std::string verify_text(const VerifyReport& report) {
   std::string text;
   for (const TrajectoryVerification& run : report.trajectories) text += trajectory_text(run) + "\n";
   text += conditions_text(report.conditions);
-  text += report.agree ? fmt::format("both formulations agree to {:.0e}\n", verify_tolerance)
-                       : fmt::format("the formulations differ by more than {:.0e}\n", verify_tolerance);
+  text += report.agree ? "both formulations agree\n" : "the formulations differ by more than round-off\n";
   return text;
 }
 
@@ -57,6 +59,7 @@ Json verify_json(const VerifyReport& report) {
     json["trajectories"].push_back({{"trajectory", run.trajectory},
                                     {"agree", run.agree},
                                     {"samples", run.samples},
+                                    {"tolerance", run.tolerance},
                                     {"tree", outcome_json(run.tree)},
                                     {"natural", outcome_json(run.natural)},
                                     {"differences", differences}});

@@ -1,0 +1,72 @@
+#!/usr/bin/env python3
+"""The second formulation at the command line: simulate --formulation natural and check --verify."""
+
+import json
+import os
+import unittest
+
+import h5py
+import numpy
+
+from _program import CONFIGS, SPEC, Case, run
+
+SPATIAL = os.path.join(CONFIGS, "delta.yaml")
+
+
+class Simulate(Case):
+    def simulate(self, formulation, name):
+        file = self.path(name)
+        self.assert_quiet_success(
+            run("simulate", SPEC, "-t", "cycloid", "--samples", "51", "-q", "-o", file, "--formulation", formulation)
+        )
+        return h5py.File(file)
+
+    def test_same_layout_same_numbers(self):
+        tree, natural = self.simulate("tree", "tree.h5"), self.simulate("natural", "natural.h5")
+        self.assertEqual((tree.attrs["formulation"], natural.attrs["formulation"]), ("tree", "natural"))
+        self.assertEqual(set(tree) - set(natural), {"joint_force", "joint_moment", "mobility"})
+        for name in set(natural) - {"newton_iterations", "metrics"}:
+            self.assertEqual((tree[name].shape, tree[name].dtype), (natural[name].shape, natural[name].dtype))
+            if natural[name].dtype.kind == "f":
+                scale = max(1, numpy.abs(tree[name][...]).max())
+                self.assertLess(numpy.abs(tree[name][...] - natural[name][...]).max() / scale, 1e-9, name)
+        self.assertIn("--formulation natural", natural.attrs["command_line"])
+
+    def test_refusals(self):
+        self.assert_failure(run("simulate", SPATIAL, "--formulation", "natural"), 2, "spatial", "planar")
+        self.assert_failure(run("simulate", SPEC, "--formulation", "natual"), 2, "nearest is 'natural'")
+
+
+class Verify(Case):
+    def test_agreement(self):
+        done = run("check", os.path.join(CONFIGS, "scotch-yoke.yaml"), "--verify")
+        self.assert_quiet_success(done)
+        for text in ("trajectory steady, 401 samples: agree", "shaking_moment", "both formulations agree",
+                     "force conditions: 3 by sampling, 3 from the coefficient matrices; the same space"):
+            self.assertIn(text, done.stdout)
+
+    def test_json(self):
+        done = run("check", os.path.join(CONFIGS, "5r.yaml"), "--verify", "--json")
+        self.assert_quiet_success(done)
+        found = json.loads(done.stdout)["verification"]
+        self.assertTrue(found["agree"])
+        self.assertEqual(found["force_conditions"]["by_sampling"], 6)
+        self.assertEqual([run["trajectory"] for run in found["trajectories"]], ["cycloid", "bang-bang", "circle"])
+        for trajectory in found["trajectories"]:
+            self.assertLess(max(d["relative"] for d in trajectory["differences"]), 1e-9)
+
+    def test_spatial_mechanisms_have_no_second_formulation(self):
+        self.assert_failure(run("check", SPATIAL, "--verify"), 2, "delta.yaml is spatial", "two formulations")
+
+    def test_both_refuse_what_cannot_be_driven(self):
+        with open(os.path.join(CONFIGS, "four-bar.yaml"), encoding="utf-8") as file:
+            text = file.read().replace("actuators: [A]", "actuators: []")
+        self.assertIn("actuators: []", text)
+        done = run("check", self.write("loose.yaml", text), "--verify")
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("both formulations refuse it", done.stdout)
+        self.assertIn("under-actuated", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
