@@ -118,7 +118,7 @@ class Bash(Case):
     def test_every_option_of_every_command(self):
         for command in commands():
             self.assertEqual(self.complete(command, "-"), options(command), command)
-        self.assertEqual(self.complete("simulate", "a.yaml", "--samples", "5", "--fo"), ["--force"])
+        self.assertEqual(self.complete("simulate", "a.yaml", "--samples", "5", "--forc"), ["--force"])
 
     def test_values_of_fixed_sets(self):
         goals = self.complete("design", "--goal", "")
