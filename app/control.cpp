@@ -64,12 +64,12 @@ Command setup_control(CLI::App& program) {
   const auto options = std::make_shared<ControlCommandOptions>();
   add_control_options(*parser, *options);
   parser->footer(
-      "The mechanism moves by its own dynamics under the efforts of a controller that samples it at its own rate:\n"
-      "one of the spec's 'controllers', or, without being listed there, computed-torque, pd, sliding-mode,\n"
-      "extended-sliding-mode, open-loop, none.\n\n"
-      "Prints tracking errors, torques, how much they change, shaking forces; the samples go to the files asked\n"
-      "for, which docs/file-format.md describes. A singular configuration on the way ends the run with code 4;\n"
-      "the files then hold what was computed until there.\n\n"
+      "The mechanism moves by its own dynamics under the efforts of a controller that samples it at its\n"
+      "own rate: one of the spec's 'controllers', or, without being listed there, computed-torque, pd,\n"
+      "sliding-mode, extended-sliding-mode, open-loop, none.\n\n"
+      "Prints tracking errors, torques, how much they change, shaking forces; the samples go to the files\n"
+      "asked for, which docs/file-format.md describes. A singular configuration on the way ends the run\n"
+      "with code 4; the files then hold what was computed until there.\n\n"
       "Examples:\n"
       "  balance control 5r.yaml --trajectory cycloid --controller computed-torque\n"
       "  balance control 5r.yaml -t circle -c sliding-mode -o out.h5 --force\n"
