@@ -6,6 +6,8 @@
 #include "balance/kinematics/assembly.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <numeric>
 
 namespace balance {
@@ -116,6 +118,9 @@ bool LoopDynamics<S>::choose(const double* y, bool prefer) {
     if (redundant()) rows = pivots(picked(jacobian, dependent).transpose(), rank, last);
   }
   take_rows(rows);
+  depends_.clear();
+  for (const Node<S>& node : full_.nodes)
+    depends_.push_back(std::find(columns_.begin(), columns_.end(), node.column) == columns_.end());
   drive_ = {};
   for (const int column : columns_)
     drive_.linear.push_back({{{column, 1.0}}, 0, full_.column_kind_length[column] != 0});
@@ -237,7 +242,38 @@ void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, cons
     }
 }
 
+template <class S>
+bool LoopDynamics<S>::turn_balls_back(double limit, double* y, double* dy) {
+  bool any = false;
+  for (const int ball : full_.balls) {
+    const double middle = std::remainder(y[full_.nodes[ball + 1].column], 2 * std::numbers::pi);
+    if (std::abs(middle) < limit) continue;
+    const Tree<S> before = full_;
+    const VectorX y_before = Eigen::Map<const VectorX>(y, columns());
+    rereference(full_, ball, y);
+    tree_.nodes[ball].R_PF = full_.nodes[ball].R_PF;
+    carry_ball_rates(before, y_before.data(), full_, y, ball, dy);
+    any = true;
+  }
+  return any;
+}
+
+template <class S>
+double LoopDynamics<S>::residual() const {
+  double worst = 0;
+  for (const Closure<S>& closure : full_.closures) {
+    const ClosurePose<S> pose = closure_pose(state_, closure);
+    for (const ClosureRow& row : closure.rows) {
+      const double miss = closure_residual(pose, row);
+      worst = std::max(worst, std::abs(row.kind == ClosureRow::Kind::along ? miss / full_.length : miss));
+    }
+  }
+  return worst;
+}
+
 #define BALANCE_INSTANTIATE(S)                                                                          \
+  template bool LoopDynamics<S>::turn_balls_back(double, double*, double*);                             \
+  template double LoopDynamics<S>::residual() const;                                                    \
   template void LoopDynamics<S>::weigh_columns();                                                       \
   template std::vector<int> LoopDynamics<S>::preferred_columns() const;                                 \
   template bool LoopDynamics<S>::choose(const double*, bool);                                           \

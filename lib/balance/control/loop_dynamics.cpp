@@ -1,10 +1,7 @@
 #include "balance/control/loop_dynamics.hpp"
 
-#include "balance/control/tree_state.hpp"
-
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace balance {
 
@@ -63,7 +60,10 @@ bool LoopDynamics<S>::close(double* y, double* dy) {
   }
   double last = INFINITY, moved = 0;
   for (; iterations_ <= newton_steps; ++iterations_) {
-    poses(tree_, y, state_);
+    if (iterations_ == 0)
+      poses(tree_, y, state_);
+    else
+      dependent_poses(y);
     equations_->fill(state_, y, sample_, x_.data());
     double worst = 0;
     for (int r = 0; r < rows; ++r) worst = std::max(worst, std::abs(x_[r]));
@@ -95,6 +95,15 @@ bool LoopDynamics<S>::close(double* y, double* dy) {
   return false;
 }
 
+/// Poses once more, after a change of the dependent coordinates only.
+template <class S>
+void LoopDynamics<S>::dependent_poses(const double* y) {
+  for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
+    if (depends_[n]) set_local_pose(tree_.nodes[n], y, state_[n]);
+    set_world_pose(state_[tree_.nodes[n].parent], state_[n]);
+  }
+}
+
 /// After a Newton step −δ the closures are left with ½ δᵀΦ″δ, which is the second derivative that velocities δ alone make: Chebyshev's
 /// third-order step costs less than another evaluation of the poses.
 template <class S>
@@ -118,8 +127,10 @@ void LoopDynamics<S>::prepare(double time, const double* dy) {
     std::fill(ddy0_.begin(), ddy0_.end(), 0);
   } else {
     equations_->acceleration_rows(state_, sample_, x_.data());
-    equations_->solve(x_.data());
+    unit_rows(0, rates_);  // the first column of C is solved for in the same go
+    equations_->solve_pair(x_.data(), rates_.data());
     std::copy_n(x_.data(), columns(), ddy0_.data());
+    take_column(0, rates_);
   }
   for (auto& wrench : wrenches_) wrench = {};
   Wrench<S> total, loads;
@@ -157,6 +168,20 @@ double LoopDynamics<S>::friction_power(const double* dy) const {
   return sum;
 }
 
+/// Right-hand side of the rates that a unit rate of one independent coordinate causes; nothing beyond the last.
+template <class S>
+void LoopDynamics<S>::unit_rows(int k, std::vector<double>& rows) const {
+  std::fill(rows.begin(), rows.end(), 0.0);
+  const int row = tree_.closure_rows + k;
+  if (k < freedoms_) rows[row] = equations_->row_scale()[row];
+}
+
+template <class S>
+void LoopDynamics<S>::take_column(int k, const std::vector<double>& rates) {
+  if (k >= freedoms_) return;
+  for (int c = 0; c < columns(); ++c) C_[c * freedoms_ + k] = rates[c];
+}
+
 template <class S>
 void LoopDynamics<S>::transform() {
   const int n = columns(), d = freedoms_;
@@ -169,22 +194,12 @@ void LoopDynamics<S>::transform() {
     }
     return;
   }
-  const int rows = tree_.closure_rows;
-  for (int k = 0; k < d; k += 2) {
-    const bool pair = k + 1 < d;
-    std::fill_n(x_.data(), rows + d, 0.0);
-    std::fill_n(rates_.data(), rows + d, 0.0);
-    x_[rows + k] = equations_->row_scale()[rows + k];
-    if (pair) {
-      rates_[rows + k + 1] = equations_->row_scale()[rows + k + 1];
-      equations_->solve_pair(x_.data(), rates_.data());
-    } else {
-      equations_->solve(x_.data());
-    }
-    for (int c = 0; c < n; ++c) {
-      C_[c * d + k] = x_[c];
-      if (pair) C_[c * d + k + 1] = rates_[c];
-    }
+  for (int k = 1; k < d; k += 2) {  // the first one is known from prepare()
+    unit_rows(k, x_);
+    unit_rows(k + 1, rates_);
+    equations_->solve_pair(x_.data(), rates_.data());
+    take_column(k, x_);
+    take_column(k + 1, rates_);
   }
   double* HC = HC_.data();
   for (int i = 0; i < n; ++i) {
@@ -265,35 +280,6 @@ bool LoopDynamics<S>::accelerate(double time, const double* dy, const double* ef
     finite = finite && std::isfinite(sum);
   }
   return finite;
-}
-
-template <class S>
-double LoopDynamics<S>::residual() const {
-  double worst = 0;
-  for (const Closure<S>& closure : full_.closures) {
-    const ClosurePose<S> pose = closure_pose(state_, closure);
-    for (const ClosureRow& row : closure.rows) {
-      const double miss = closure_residual(pose, row);
-      worst = std::max(worst, std::abs(row.kind == ClosureRow::Kind::along ? miss / full_.length : miss));
-    }
-  }
-  return worst;
-}
-
-template <class S>
-bool LoopDynamics<S>::turn_balls_back(double limit, double* y, double* dy) {
-  bool any = false;
-  for (const int ball : full_.balls) {
-    const double middle = std::remainder(y[full_.nodes[ball + 1].column], 2 * std::numbers::pi);
-    if (std::abs(middle) < limit) continue;
-    const Tree<S> before = full_;
-    const VectorX y_before = Eigen::Map<const VectorX>(y, columns());
-    rereference(full_, ball, y);
-    tree_.nodes[ball].R_PF = full_.nodes[ball].R_PF;
-    carry_ball_rates(before, y_before.data(), full_, y, ball, dy);
-    any = true;
-  }
-  return any;
 }
 
 template class LoopDynamics<Planar>;

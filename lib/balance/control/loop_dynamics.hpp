@@ -85,7 +85,10 @@ class LoopDynamics {
     double ratio, viscous, coulomb, width;
   };
 
+  void dependent_poses(const double* y);
   void bend(double* y);
+  void unit_rows(int k, std::vector<double>& rows) const;
+  void take_column(int k, const std::vector<double>& rates);
   void add_friction(const double* dy);
   void weigh_columns();
   void take_rows(const std::vector<int>& rows);
@@ -105,6 +108,7 @@ class LoopDynamics {
   int freedoms_ = -1, iterations_ = 0, choices_ = 0;
   double regularity_at_choice_ = 1, closure_regularity_ = 1;
   std::vector<int> columns_;
+  std::vector<bool> depends_;  ///< per node: its column is not independent
   std::vector<Driven> driven_;
   std::vector<Rubbing> rubbing_;
   State<S> state_;
