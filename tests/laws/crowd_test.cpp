@@ -38,6 +38,7 @@ TEST_CASE(
       Thoroughness thoroughness;
       thoroughness.conditions = reporting || seed % 4 == 0;
       thoroughness.elsewhere = reporting || seed % 4 != 0;
+      thoroughness.formulations = reporting || seed % 2 == 0;
       const Verdict verdict = judge(kind, seed, thoroughness);
       ++count[verdict.judgement];
       if (verdict.judgement == Judgement::refused) ++refusals[kind_of(verdict.reason)];
@@ -61,6 +62,8 @@ TEST_CASE("random mechanisms that once were wrong") {
                           Case{Kind::planar_loop, 42, "least norm of torques and forces added up as they are"},
                           Case{Kind::spatial_tree, 32, "the same without loops"},
                           Case{Kind::spatial_loop, 18, "round-off grew from pivot to pivot of the conditions"},
+                          Case{Kind::spatial_tree, 303, "turns geared to slides while the tool's rotation is driven"},
+                          Case{Kind::spatial_tree, 315, "the same with a leader that slides"},
                           Case{Kind::planar_loops, 119, "loops that are ill-conditioned everywhere cannot be sampled"},
                           Case{Kind::flat_in_space, 115, "the same with redundant loops"}}) {
     const Verdict verdict = judge(one.kind, one.seed, {});

@@ -109,7 +109,8 @@ TEST_CASE("a check finds the same freedoms, loops and assembly modes in every si
   for (const std::string& file : config_names()) {
     const balance::Study study = load(file);
     const balance::CheckReport a = balance::check(study);
-    for (const Units& by : {corners[0], corners[1]}) {
+    // by powers of two, so that the random restarts take the same ways
+    for (const Units& by : {Units{0x1p-20, 0x1p-30, 1}, Units{0x1p20, 0x1p30, 1}}) {
       INFO(file << ", lengths times " << by.length);
       const balance::CheckReport b = balance::check(scaled(study, by));
       CHECK(a.outcome.status == b.outcome.status);
@@ -158,10 +159,10 @@ TEST_CASE("conditions have the same rank and coefficients that scale with their 
 }
 
 TEST_CASE("designs find the same numbers in every size") {
-  for (const char* file : {"5r-design.yaml", "5r-impossible.yaml", "rr-design.yaml", "spatial-rrr-design.yaml",
-                           "planar-rrr-design.yaml", "spring-balancer-one-link.yaml", "3rrr-force-balance.yaml",
-                           "slider-crank-force-balance.yaml", "four-bar-force-balance.yaml"}) {
-    const balance::DesignSpace space = balance::read_design_space_file(std::string(BALANCE_CONFIGS "/") + file);
+  for (const std::string file : {"5r-design.yaml", "5r-impossible.yaml", "rr-design.yaml", "spatial-rrr-design.yaml",
+                                 "planar-rrr-design.yaml", "spring-balancer-one-link.yaml", "3rrr-force-balance.yaml",
+                                 "slider-crank-force-balance.yaml", "four-bar-force-balance.yaml"}) {
+    const balance::DesignSpace space = balance::read_design_space_file(BALANCE_CONFIGS "/" + file);
     balance::DesignStudyOptions options;
     options.trajectories = false;
     options.minimize = {};
@@ -170,7 +171,7 @@ TEST_CASE("designs find the same numbers in every size") {
       INFO(file << ", lengths times " << by.length << ", masses times " << by.mass);
       const balance::DesignReport b = balance::design_study(scaled(space, by), options);
       CHECK(a.outcome.status == b.outcome.status);
-      CHECK(a.outcome.open == b.outcome.open);
+      CHECK_MESSAGE(a.outcome.open == b.outcome.open, a.outcome.reason << " -- " << b.outcome.reason);
       CHECK(a.outcome.global == b.outcome.global);
       REQUIRE(a.outcome.x.size() == b.outcome.x.size());
       for (long k = 0; k < a.outcome.x.size(); ++k) {

@@ -129,7 +129,10 @@ void judge_elsewhere(const Run& run, Findings& findings) {
     findings.see("in other units: shaking force",
                  (shake * by.force() - other.result.shaking_force).cwiseAbs().maxCoeff() / (force * by.force()), 1e-8);
   }
-  if (!can_be_displaced(here)) return;
+  const bool more_motors = std::any_of(run.result.outcome.notes.begin(), run.result.outcome.notes.end(),
+                                       [](const std::string& note) { return note.rfind("over-actuated", 0) == 0; });
+  // with a motor to spare the number of actuators does not say which directions are driven
+  if (!can_be_displaced(here) || (more_motors && run.trajectory.drive != DriveKind::joints)) return;
   const bool planar = run.mechanism.space == SpaceKind::planar;
   const Matrix3 R = planar ? displacement({}, true, std::vector<double>{0.7}.data()).R
                            : Matrix3(Eigen::Quaterniond(0.5, -0.5, 0.1, 0.7).normalized());
@@ -158,6 +161,10 @@ Verdict judge(Kind kind, std::uint32_t seed, const Thoroughness& thoroughness) {
     judge_rates(run, findings);
     judge_regressor(run, findings);
     if (thoroughness.elsewhere) judge_elsewhere(run, findings);
+    if (thoroughness.formulations) {
+      judge_formulations(run, findings);
+      judge_forward(run, findings);
+    }
     if (thoroughness.conditions) judge_conditions(run, thoroughness.instants, findings);
     return {findings.none() ? Judgement::passed : Judgement::failed, findings.text()};
   }

@@ -35,15 +35,17 @@ struct Verdict {
 struct Thoroughness {
   long samples = 201;
   int instants = 9;
-  bool elsewhere = true;   ///< run it displaced and in other units too
-  bool conditions = true;  ///< balancing conditions against forces
+  bool elsewhere = true;     ///< run it displaced and in other units too
+  bool conditions = true;    ///< balancing conditions against forces
+  bool formulations = true;  ///< natural coordinates in the plane, forward dynamics everywhere
 };
 
 /// Runs a member, with shorter and shorter ways to go where the motion is refused, and holds it against the laws.
 Verdict judge(Kind kind, std::uint32_t seed, const Thoroughness& thoroughness);
 
 /// The laws of one moment: closed loops, free bodies, sums, energies, power, what joints pass on.
-void judge_instants(const Run& run, int instants, Findings& findings);
+/// @param tolerance differences are good to 1e-10; the rest is for levers
+void judge_instants(const Run& run, int instants, Findings& findings, double tolerance = 1e-7);
 /// Rates of the joint coordinates over the samples.
 void judge_rates(const Run& run, Findings& findings);
 /// The regressor times the parameters against the recursion.
@@ -52,5 +54,10 @@ void judge_regressor(const Run& run, Findings& findings);
 void judge_elsewhere(const Run& run, Findings& findings);
 /// The conditions of force and dynamic balance hold exactly for the masses that do not shake along this run.
 void judge_conditions(const Run& run, int instants, Findings& findings);
+
+/// The same motion and forces in natural coordinates (in the plane).
+void judge_formulations(const Run& run, Findings& findings);
+/// Forward dynamics turn the efforts found into the accelerations that they were found from.
+void judge_forward(const Run& run, Findings& findings);
 
 }  // namespace laws

@@ -58,7 +58,15 @@ VectorX with_equalities(const Context& context, const FigureOfMerit& merit, cons
                         const VectorX& start, const std::string& method, const SearchLimits& limits) {
   Program program;
   program.size = context.box.size();
-  program.objective = [&](const VectorX& u, VectorX* gradient) { return merit(u, gradient); };
+  VectorX slope;
+  const double value = std::abs(merit(start, &slope)), steepest = slope.cwiseAbs().maxCoeff();
+  // of the order of one, as the conditions are: else its unit decides where a search ends
+  const double size = std::isfinite(value + steepest) && value + steepest > 0 ? std::max(value, steepest) : 1;
+  program.objective = [&merit, size](const VectorX& u, VectorX* gradient) {
+    const double here = merit(u, gradient) / size;
+    if (gradient != nullptr) *gradient /= size;
+    return here;
+  };
   const std::vector<int> rows = independent_rows(equations, start);
   program.equality_count = static_cast<int>(rows.size());
   program.equalities = [&](const VectorX& u, VectorX& values, MatrixX* jacobian) {

@@ -90,7 +90,7 @@ bool Actuation<S>::solve_regular(const Equations<S>& equations, const double* ta
 template <class S>
 bool Actuation<S>::factorise(const Equations<S>& equations) {
   for (const Gathered& entry : gathered_) passive_.storage()[entry.index] = equations.entry(entry.row, entry.column);
-  return passive_.factorise() >= 1e-10;
+  return passive_.factorise() >= least_regularity;
 }
 
 namespace {
@@ -110,7 +110,10 @@ struct Grip {
     selection.compute(null_space.transpose() * actuated.transpose(), Eigen::ComputeThinU | Eigen::ComputeThinV);
     const VectorX& strength = selection.singularValues();
     if (freedoms > 0)
-      firm = strength.size() >= freedoms && strength[freedoms - 1] >= 1e-10 * std::max(1e-300, strength[0]);
+      firm = strength.size() >= freedoms && strength[freedoms - 1] >= least_regularity * std::max(1e-300, strength[0]);
+    const Eigen::Index rank = actuated.cols() - freedoms;  // the loops must keep it too
+    if (closure_matrix.rows() > 0 && rank > 0 && rank <= closures.singularValues().size())
+      firm = firm && closures.singularValues()[rank - 1] >= least_regularity * closures.singularValues()[0];
   }
 };
 

@@ -1,6 +1,7 @@
 #include "balance/model/mechanism.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace balance {
 
@@ -65,6 +66,13 @@ double characteristic_length(const Mechanism& mechanism) {
     for (const Vector3& p : places)
       for (const Vector3& q : places) length = std::max(length, (p - q).norm());
   }
+  if (length > 0) return length;
+  // everything is jointed at one point: then by how far masses are from it
+  for (const Body& body : mechanism.bodies)
+    if (body.mass > 0)
+      length = std::max({length, body.com.norm(), std::sqrt(body.inertia.diagonal().maxCoeff() / body.mass)});
+  for (const Attachment& extra : mechanism.attachments) length = std::max(length, extra.position.norm());
+  for (const Disc& disc : mechanism.discs) length = std::max(length, disc.position.norm());
   return length > 0 ? length : 1;
 }
 

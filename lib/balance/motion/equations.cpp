@@ -178,21 +178,20 @@ void Equations<S>::fill_rotation(const State<S>& state, const DriveSample& targe
     const Entry* entry = rotation_entries_[k].data();
     for (const int n : drive_.tool_path) {
       const bool turns = tree_.nodes[n].motion == NodeMotion::turn;
-      put(*entry++,
-          turns ? tree_.nodes[n].ratio * gap.A.row(drive_.rotation[k]).dot(angular_to_3d(turn_axis(state[n].R_WN)))
-                : 0);
+      put(*entry++, turns ? node_scale_[n] * tree_.nodes[n].ratio *
+                                gap.A.row(drive_.rotation[k]).dot(angular_to_3d(turn_axis(state[n].R_WN)))
+                          : 0);
     }
   }
 }
 
 template <class S>
 bool Equations<S>::factorise() {
-  constexpr double smallest = 1e-10;  // of entries scaled to the order of one
   if (!redundant_) {
     regularity_ = sparse_.factorise();
-    return regularity_ > smallest;
+    return regularity_ > least_regularity;
   }
-  qr_.setThreshold(smallest);
+  qr_.setThreshold(least_regularity);
   qr_.compute(dense_);
   return qr_.rank() == columns();
 }

@@ -216,6 +216,20 @@ double Stepper<S>::mobility() {
   return std::sqrt(std::max(0.0, smallest));
 }
 
+template <class S>
+std::string Stepper<S>::configuration() const {
+  constexpr std::size_t most = 12;  // a sentence is to be read
+  std::string out;
+  char text[40];
+  for (std::size_t c = 0; c < tree_.sources.size() && c < most; ++c) {
+    const CoordinateSource& source = tree_.sources[c];
+    if (source.column < 0 || tree_.joint_floats[mechanism_.coordinates[c].joint]) continue;
+    std::snprintf(text, sizeof text, " %.6g", source.ratio * now_.y[source.column] + source.offset);
+    out += (out.empty() ? "" : ", ") + mechanism_.coordinates[c].name + text;
+  }
+  return out;
+}
+
 /// Which matrix has lost rank at the last good configuration?
 template <class S>
 void Stepper<S>::stop(Attempt attempt, double time) {
@@ -235,13 +249,6 @@ void Stepper<S>::stop(Attempt attempt, double time) {
   constexpr double lost = 0.02;  // at distance ε from a singularity the values are of the order √ε
   outcome_.time = time;
   char text[200];
-  std::string where;
-  for (std::size_t c = 0; c < tree_.sources.size() && c < 12; ++c) {
-    if (tree_.sources[c].column < 0 || tree_.joint_floats[mechanism_.coordinates[c].joint]) continue;
-    std::snprintf(text, sizeof text, "%s%s %.6g", where.empty() ? "" : ", ", mechanism_.coordinates[c].name.c_str(),
-                  tree_.sources[c].ratio * now_.y[tree_.sources[c].column] + tree_.sources[c].offset);
-    where += text;
-  }
   const char* what;
   if (loops < lost && loops < 10 * all) {
     outcome_.status = MotionStatus::constraint_singularity;
@@ -259,7 +266,7 @@ void Stepper<S>::stop(Attempt attempt, double time) {
     what = "the motion could only go on by a jump to another assembly mode";
   }
   std::snprintf(text, sizeof text, "at t = %.9g s: ", time);
-  outcome_.reason = text + std::string(what) + "; configuration: " + where;
+  outcome_.reason = text + std::string(what) + "; configuration: " + configuration();
 }
 
 template class Stepper<Planar>;

@@ -13,9 +13,10 @@ namespace balance {
 
 namespace {
 
-std::string rounded(double value) {
+/// @param unit what counts as one: a radian, the characteristic length
+std::string rounded(double value, double unit) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.4g", std::abs(value) < 5e-5 ? 0.0 : value);
+  std::snprintf(text, sizeof text, "%.4g", std::abs(value) < 5e-5 * unit ? 0.0 : value);
   return text;
 }
 
@@ -183,7 +184,8 @@ class Checker {
     for (std::size_t c = 0; c < values.size(); ++c) {
       const CoordinateSource& source = tree_.sources[c];
       if (source.column < 0 || stated(static_cast<int>(c)) || follows(static_cast<int>(c))) continue;
-      line += (line.empty() ? "" : ", ") + mechanism_.coordinates[c].name + ": " + rounded(values[c]);
+      line += (line.empty() ? "" : ", ") + mechanism_.coordinates[c].name + ": " +
+              rounded(values[c], mechanism_.coordinates[c].kind == CoordinateKind::length ? tree_.length : 1);
     }
     return "assembly: {" + line + "}";
   }

@@ -3,6 +3,8 @@
 
 #include "balance/motion/motion.hpp"
 
+#include <string>
+
 namespace balance {
 
 class Hold {
@@ -13,7 +15,8 @@ class Hold {
   bool keeps(bool held, int determinant_sign);
 
   /// What to tell the user of a run that lost it at a time [s].
-  static MotionOutcome lost(double time);
+  /// @param configuration Stepper::configuration()
+  static MotionOutcome lost(double time, const std::string& configuration);
 
  private:
   int sign_ = 0;

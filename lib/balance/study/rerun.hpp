@@ -38,7 +38,7 @@ class Rerun {
       if (holds) see(stepper_);
       return holds;
     });
-    if (!holds) return Hold::lost(stepper_.time());
+    if (!holds) return Hold::lost(stepper_.time(), stepper_.configuration());
     if (!done) return stepper_.outcome();
     return {MotionStatus::done, plan_.schedule->duration(), "", actuation.notes()};
   }

@@ -89,7 +89,7 @@ class Run {
   bool record(Stepper<S>& stepper, Observer<S>& observer, Result& result, long row) {
     const bool held = observer.observe(stepper, Detail::everything);
     if (!hold_.keeps(held, observer.actuation().determinant_sign())) {
-      lost_ = Hold::lost(stepper.time());
+      lost_ = Hold::lost(stepper.time(), stepper.configuration());
       return false;
     }
     write(stepper, observer.last(), result, row);
