@@ -1,6 +1,7 @@
 #include "balance/dynamics/actuation.hpp"
 
 #include "balance/base/factorizations.hpp"
+#include "balance/motion/regularity.hpp"
 
 #include <algorithm>
 #include <set>

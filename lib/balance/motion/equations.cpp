@@ -1,5 +1,7 @@
 #include "balance/motion/equations.hpp"
 
+#include "balance/motion/regularity.hpp"
+
 #include <algorithm>
 #include <set>
 

@@ -12,10 +12,6 @@
 
 namespace balance {
 
-/// Smallest pivot of entries scaled to the order of one. At a distance ε from a singular configuration pivots are of the order
-/// ε, round-off leaves positions 1e-16 / ε uncertain and with them the directions of the equations 1e-16 / ε²: here, 1e-5.
-inline constexpr double least_regularity = 3e-6;
-
 template <class S>
 class Equations {
  public:

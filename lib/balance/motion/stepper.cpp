@@ -2,6 +2,7 @@
 
 #include "balance/base/factorizations.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
+#include "balance/motion/configuration_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -216,20 +217,6 @@ double Stepper<S>::mobility() {
   return std::sqrt(std::max(0.0, smallest));
 }
 
-template <class S>
-std::string Stepper<S>::configuration() const {
-  constexpr std::size_t most = 12;  // a sentence is to be read
-  std::string out;
-  char text[40];
-  for (std::size_t c = 0; c < tree_.sources.size() && c < most; ++c) {
-    const CoordinateSource& source = tree_.sources[c];
-    if (source.column < 0 || tree_.joint_floats[mechanism_.coordinates[c].joint]) continue;
-    std::snprintf(text, sizeof text, " %.6g", source.ratio * now_.y[source.column] + source.offset);
-    out += (out.empty() ? "" : ", ") + mechanism_.coordinates[c].name + text;
-  }
-  return out;
-}
-
 /// Which matrix has lost rank at the last good configuration?
 template <class S>
 void Stepper<S>::stop(Attempt attempt, double time) {
@@ -266,7 +253,8 @@ void Stepper<S>::stop(Attempt attempt, double time) {
     what = "the motion could only go on by a jump to another assembly mode";
   }
   std::snprintf(text, sizeof text, "at t = %.9g s: ", time);
-  outcome_.reason = text + std::string(what) + "; configuration: " + configuration();
+  outcome_.reason =
+      text + std::string(what) + "; configuration: " + configuration_text(mechanism_, tree_, now_.y.data());
 }
 
 template class Stepper<Planar>;

@@ -5,7 +5,6 @@
 #include "balance/motion/equations.hpp"
 #include "balance/motion/plan.hpp"
 
-#include <string>
 #include <vector>
 
 namespace balance {
@@ -29,8 +28,6 @@ class Stepper {
   double time() const { return now_.time; }
   int iterations() const { return iterations_; }
   const MotionOutcome& outcome() const { return outcome_; }
-  /// The present coordinates of the tree for a message: "A 0.5, B -1.2".
-  std::string configuration() const;
   const Equations<S>& equations() const { return equations_; }
 
   /// No equation has to be solved: every coordinate is prescribed. Then state() holds nothing.

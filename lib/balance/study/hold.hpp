@@ -15,7 +15,7 @@ class Hold {
   bool keeps(bool held, int determinant_sign);
 
   /// What to tell the user of a run that lost it at a time [s].
-  /// @param configuration Stepper::configuration()
+  /// @param configuration see configuration_text()
   static MotionOutcome lost(double time, const std::string& configuration);
 
  private:

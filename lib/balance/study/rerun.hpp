@@ -2,6 +2,7 @@
 /// One motion as often as it is wanted, place by place in the order of time. Private to study.
 
 #include "balance/dynamics/observer.hpp"
+#include "balance/motion/configuration_text.hpp"
 #include "balance/study/hold.hpp"
 #include "balance/study/walk.hpp"
 
@@ -13,7 +14,8 @@ class Rerun {
   /// @param tree as compiled; the run works on a copy
   /// @param plan done
   Rerun(const Mechanism& mechanism, const Trajectory& trajectory, const Tree<S>& tree, const Plan<S>& plan)
-      : trajectory_(trajectory),
+      : mechanism_(mechanism),
+        trajectory_(trajectory),
         plan_(plan),
         tree_(tree),
         observer_(mechanism, tree_, plan.freedoms, to_vector<S>(trajectory.about)),
@@ -38,12 +40,13 @@ class Rerun {
       if (holds) see(stepper_);
       return holds;
     });
-    if (!holds) return Hold::lost(stepper_.time(), stepper_.configuration());
+    if (!holds) return Hold::lost(stepper_.time(), configuration_text(mechanism_, tree_, stepper_.y()));
     if (!done) return stepper_.outcome();
     return {MotionStatus::done, plan_.schedule->duration(), "", actuation.notes()};
   }
 
  private:
+  const Mechanism& mechanism_;
   const Trajectory& trajectory_;
   const Plan<S>& plan_;
   Tree<S> tree_;

@@ -2,6 +2,7 @@
 
 #include "balance/base/rotation.hpp"
 #include "balance/dynamics/observer.hpp"
+#include "balance/motion/configuration_text.hpp"
 #include "balance/study/hold.hpp"
 #include "balance/study/metrics.hpp"
 #include "balance/study/result_columns.hpp"
@@ -89,7 +90,7 @@ class Run {
   bool record(Stepper<S>& stepper, Observer<S>& observer, Result& result, long row) {
     const bool held = observer.observe(stepper, Detail::everything);
     if (!hold_.keeps(held, observer.actuation().determinant_sign())) {
-      lost_ = Hold::lost(stepper.time(), stepper.configuration());
+      lost_ = Hold::lost(stepper.time(), configuration_text(mechanism_, tree_, stepper.y()));
       return false;
     }
     write(stepper, observer.last(), result, row);

@@ -1,0 +1,23 @@
+#include "balance/motion/configuration_text.hpp"
+
+#include <fmt/format.h>
+
+namespace balance {
+
+template <class S>
+std::string configuration_text(const Mechanism& mechanism, const Tree<S>& tree, const double* y) {
+  constexpr std::size_t most = 12;  // a sentence is to be read
+  std::string out;
+  for (std::size_t c = 0; c < tree.sources.size() && c < most; ++c) {
+    const CoordinateSource& source = tree.sources[c];
+    if (source.column < 0 || tree.joint_floats[mechanism.coordinates[c].joint]) continue;
+    const double value = source.ratio * y[source.column] + source.offset;
+    out += fmt::format("{}{} {:.6g}", out.empty() ? "" : ", ", mechanism.coordinates[c].name, value);
+  }
+  return out;
+}
+
+template std::string configuration_text<Planar>(const Mechanism&, const Tree<Planar>&, const double*);
+template std::string configuration_text<Spatial>(const Mechanism&, const Tree<Spatial>&, const double*);
+
+}  // namespace balance

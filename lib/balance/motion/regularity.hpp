@@ -1,0 +1,10 @@
+#pragma once
+/// How near to a singular configuration results can still be trusted. Private to motion and dynamics.
+
+namespace balance {
+
+/// Smallest pivot of entries scaled to the order of one. At a distance ε from a singular configuration pivots are of the order
+/// ε, round-off leaves positions 1e-16 / ε uncertain and with them the directions of the equations 1e-16 / ε²: here, 1e-5.
+inline constexpr double least_regularity = 3e-6;
+
+}  // namespace balance
