@@ -91,6 +91,13 @@ ExitCode list(const Plan& plan, const BatchCommandOptions& options, const std::o
   return ExitCode::done;
 }
 
+/// What keeps silent otherwise must still say what failed.
+void tell_failures(const BatchOutcome& outcome, const BatchCommandOptions& options) {
+  if (!options.quiet || options.json) return;
+  for (const CaseRecord& record : outcome.records)
+    if (record.exit_code() >= static_cast<int>(ExitCode::spec)) tell("error: " + record.name + ": " + record.message);
+}
+
 /// A shard's part of the results: no summary of all, no requirements.
 ExitCode report_shard(const BatchOutcome& outcome, const BatchCommandOptions& options) {
   int code = 0;
@@ -140,6 +147,7 @@ ExitCode run(const BatchCommandOptions& options) {
   }
   if (!options.quiet && outcome.progress.reused > 0)
     tell(fmt::format("note: {} of {} cases were finished already", outcome.progress.reused, outcome.progress.total));
+  tell_failures(outcome, options);
   return shard ? report_shard(outcome, options) : report(plan, std::move(outcome), options);
 }
 

@@ -22,6 +22,8 @@ extern "C" void handle_signal(int signal) {
 }  // namespace
 
 void install_signal_handlers() {
+  // A file that may not grow is to be an error of write, which can be told, rather than the end.
+  std::signal(SIGXFSZ, SIG_IGN);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction action {};
     if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) continue;

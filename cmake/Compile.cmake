@@ -26,6 +26,7 @@ function(balance_compile_options target)
   endif()
   if(BALANCE_SANITIZE)
     # What -fno-sanitize leaves out takes a quarter of the compiler's time on Eigen, and the address sanitizer sees it too.
+    target_compile_definitions(${target} PRIVATE BALANCE_SANITIZED)
     target_compile_options(${target} PRIVATE -fsanitize=${BALANCE_SANITIZE} -fno-sanitize-recover=all
                                              -fno-sanitize=null,alignment,vptr,object-size -fno-omit-frame-pointer)
     target_link_options(${target} PRIVATE -fsanitize=${BALANCE_SANITIZE})

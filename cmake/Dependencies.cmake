@@ -5,6 +5,7 @@ find_package(fmt 9 REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(muparser REQUIRED)
 find_package(HDF5 1.10 REQUIRED COMPONENTS C HL)
+find_package(ZLIB REQUIRED)
 find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(nlopt REQUIRED IMPORTED_TARGET nlopt)
@@ -13,5 +14,5 @@ find_package(CLI11 2.1 REQUIRED)
 find_package(Boost 1.74 REQUIRED) # headers only: Odeint
 
 set(balance_private_libraries yaml-cpp muparser::muparser hdf5::hdf5 hdf5::hdf5_hl fmt::fmt
-                              nlohmann_json::nlohmann_json OpenSSL::Crypto PkgConfig::nlopt PkgConfig::clp)
+                              nlohmann_json::nlohmann_json OpenSSL::Crypto ZLIB::ZLIB PkgConfig::nlopt PkgConfig::clp)
 set(balance_app_libraries CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json)

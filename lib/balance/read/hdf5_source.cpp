@@ -1,10 +1,16 @@
 #include "balance/read/hdf5_source.hpp"
 
+#include "balance/base/hdf5_turn.hpp"
+#include "balance/base/seal.hpp"
 #include "balance/read/nearest.hpp"
+#include "balance/read/rehearsal.hpp"
 
 #include <fmt/format.h>
 #include <hdf5.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <sstream>
 
 namespace balance::read {
@@ -99,14 +105,27 @@ herr_t note_group(hid_t owner, const char* name, const H5L_info_t*, void* data) 
   return 0;
 }
 
+/// Whether it begins as HDF5 files do.
+bool looks_right(const std::string& path) {
+  char begin[8] = {};
+  std::ifstream(path, std::ios::binary).read(begin, sizeof begin);
+  return std::string(begin, sizeof begin) == "\x89HDF\r\n\x1a\n";
+}
+
+/// HDF5's packing makes nothing a thousand times smaller; more values than that are no honest file's.
+std::size_t most_values_in(std::size_t bytes) { return std::max<std::size_t>(1000 * bytes, 1000); }
+
 }  // namespace
 
 Hdf5Source::Hdf5Source(const std::string& file) {
-  // A damaged file can leave something open in the library, which then complains at the program's end.
-  [[maybe_unused]] static const herr_t once = H5dont_atexit();
   const Silence silence;
   file_ = H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  if (file_ < 0 && looks_right(file))
+    throw Hdf5Error("expected a whole HDF5 file, found one that is damaged or cut off");
   if (file_ < 0) throw Hdf5Error("expected an HDF5 file, found one that cannot be opened as such");
+  hsize_t bytes = 0;
+  H5Fget_filesize(file_, &bytes);
+  bytes_ = bytes;
 }
 
 Hdf5Source::~Hdf5Source() {
@@ -134,7 +153,7 @@ Hdf5Source::Numbers Hdf5Source::numbers(const std::string& path, std::size_t mos
   const Handle space(H5Dget_space(dataset.id()), H5Sclose), type(H5Dget_type(dataset.id()), H5Tclose);
   if (!is_number(type.id())) throw Hdf5Error(fmt::format("{}: expected numbers, found another type", in_quotes(path)));
   Numbers found;
-  found.sizes = sizes_of(space.id(), path, most_sizes, most_values);
+  found.sizes = sizes_of(space.id(), path, most_sizes, std::min(most_values, most_values_in(bytes_)));
   found.values.resize(product(found.sizes));
   if (H5Dread(dataset.id(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, found.values.data()) < 0)
     unreadable(path);
@@ -148,7 +167,8 @@ std::vector<std::string> Hdf5Source::texts(const std::string& path) const {
   const Handle type(dataset.valid() ? H5Dget_type(dataset.id()) : -1, H5Tclose);
   if (!type.valid() || !is_text(type.id()))
     throw Hdf5Error(fmt::format("{}: expected texts, found something else", in_quotes(path)));
-  std::vector<char*> pointers(product(sizes_of(space.id(), path, 1, 1'000'000)), nullptr);
+  std::vector<char*> pointers(
+      product(sizes_of(space.id(), path, 1, std::min<std::size_t>(1'000'000, most_values_in(bytes_)))), nullptr);
   if (H5Dread(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, static_cast<void*>(pointers.data())) < 0)
     unreadable(path);
   return take(pointers, type.id(), space.id());
@@ -187,6 +207,22 @@ std::vector<std::string> Hdf5Source::groups(const std::string& path) const {
   const Handle group(H5Gopen2(file_, name_in_file(path), H5P_DEFAULT), H5Gclose);
   if (group.valid()) H5Literate(group.id(), H5_INDEX_NAME, H5_ITER_INC, nullptr, note_group, &names);
   return names;
+}
+
+void read_hdf5(const std::string& path, const std::function<void(const Hdf5Source&)>& read) {
+  const Seal seal = seal_of(path);
+  if (seal == Seal::broken)
+    throw Hdf5Error("is damaged: its bytes do not have the checksum that they were written with");
+  const Hdf5Turn turn;
+  const auto work = [&] { read(Hdf5Source(path)); };
+  if (seal == Seal::none) {
+    std::error_code error;
+    const auto bytes = std::filesystem::file_size(path, error);
+    const Rehearsal rehearsal = rehearse(work, error ? 0 : bytes);
+    if (rehearsal.end == Rehearsed::complained) throw Hdf5Error(rehearsal.message);
+    if (rehearsal.end == Rehearsed::died) throw Hdf5Error("expected a whole HDF5 file, found one that is damaged");
+  }
+  work();
 }
 
 }  // namespace balance::read

@@ -1,10 +1,9 @@
 #pragma once
 /// Reading HDF5 files. The only place of this room that knows the library.
 
-#include "balance/base/hdf5_turn.hpp"
-
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -17,10 +16,10 @@ struct Hdf5Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// An open file; until it is closed, other threads wait for their turn with HDF5. Paths are `group/name` from the root, "" the root itself.
+/// An open file. Paths are `group/name` from the root, "" the root itself.
 class Hdf5Source {
  public:
-  /// @throws Hdf5Error if it is no HDF5 file or cannot be opened
+  /// Whoever opens one holds a Hdf5Turn: use read_hdf5. @throws Hdf5Error if it is no HDF5 file or cannot be opened
   explicit Hdf5Source(const std::string& file);
   ~Hdf5Source();
   Hdf5Source(const Hdf5Source&) = delete;
@@ -47,8 +46,14 @@ class Hdf5Source {
   std::vector<std::string> groups(const std::string& path) const;
 
  private:
-  Hdf5Turn turn_;
   std::int64_t file_ = -1;
+  std::size_t bytes_ = 0;  ///< of the file
 };
+
+/// Reads a file, in turn with other threads. HDF5 may crash, hang or leak on a damaged file, so a file without an intact seal (base/seal.hpp)
+/// is read in a child process first, and here only if that went well.
+/// @param read is called with the open file, possibly twice in two processes
+/// @throws Hdf5Error what `read` throws, or that the file is damaged
+void read_hdf5(const std::string& path, const std::function<void(const Hdf5Source&)>& read);
 
 }  // namespace balance::read

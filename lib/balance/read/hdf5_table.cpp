@@ -16,22 +16,27 @@ std::vector<double> read_column(const Hdf5Source& file, const std::string& name)
   return std::move(found.values);
 }
 
+RawTable read_columns(const Hdf5Source& file, const std::vector<std::string>& names) {
+  RawTable table;
+  for (const std::string& name : names) {
+    if (!file.has(name)) continue;
+    const auto values = read_column(file, name);
+    if (table.columns.empty()) table.rows.resize(values.size());
+    if (values.size() != table.rows.size())
+      throw TableError(fmt::format("{}: expected {} values as in {}, found {}", in_quotes(name), table.rows.size(),
+                                   in_quotes(table.columns[0]), values.size()));
+    table.columns.push_back(name);
+    for (std::size_t i = 0; i < values.size(); ++i) table.rows[i].push_back(values[i]);
+  }
+  return table;
+}
+
 }  // namespace
 
 RawTable read_hdf5_table(const std::string& path, const std::vector<std::string>& names) {
   try {
-    const Hdf5Source file(path);
     RawTable table;
-    for (const std::string& name : names) {
-      if (!file.has(name)) continue;
-      const auto values = read_column(file, name);
-      if (table.columns.empty()) table.rows.resize(values.size());
-      if (values.size() != table.rows.size())
-        throw TableError(fmt::format("{}: expected {} values as in {}, found {}", in_quotes(name), table.rows.size(),
-                                     in_quotes(table.columns[0]), values.size()));
-      table.columns.push_back(name);
-      for (std::size_t i = 0; i < values.size(); ++i) table.rows[i].push_back(values[i]);
-    }
+    read_hdf5(path, [&](const Hdf5Source& file) { table = read_columns(file, names); });
     return table;
   } catch (const Hdf5Error& error) {
     throw TableError(error.what());

@@ -1,5 +1,6 @@
 #include "balance/base/rotation.hpp"
 #include "balance/read/draft.hpp"
+#include "balance/read/nearest.hpp"
 
 #include <fmt/format.h>
 #include <Eigen/Geometry>
@@ -11,11 +12,17 @@ namespace balance::read {
 
 namespace {
 
+/// A number and, where an expression made it, what that was.
+std::string found_number(const Cursor& at, double value) {
+  const bool plain = !at.is_scalar() || names_in(at.node().text).values.empty();
+  return plain ? fmt::format("{}", value) : fmt::format("{}, the value of {}", value, in_quotes(at.node().text));
+}
+
 void check_sign(const Cursor& at, double value, Sign sign) {
   if (sign == Sign::positive && !(value > 0))
-    at.fail(fmt::format("must be positive: expected a number > 0, found {}", value));
+    at.fail(fmt::format("must be positive: expected a number > 0, found {}", found_number(at, value)));
   if (sign == Sign::not_negative && value < 0)
-    at.fail(fmt::format("must not be negative: expected a number ≥ 0, found {}", value));
+    at.fail(fmt::format("must not be negative: expected a number ≥ 0, found {}", found_number(at, value)));
 }
 
 double checked(const Cursor& at, double value) {

@@ -17,6 +17,7 @@ namespace {
 
 using read::Hdf5Error;
 using read::Hdf5Source;
+using read::read_hdf5;
 
 constexpr const char* convention = "balance-1";
 
@@ -169,6 +170,30 @@ void check_group(const Hdf5Source& file, const std::string& group) {
                               read::nearest_hint(group, runs)));
 }
 
+RunFile read_run(const Hdf5Source& file, const Place& place) {
+  if (file.text_attribute("", "Conventions") != convention)
+    throw Hdf5Error("is no result of balance: its attribute 'Conventions' is not " + std::string(convention));
+  check_group(file, place.group);
+  const auto text = [&](const std::string& group, const char* attribute) {
+    return file.text_attribute(group, attribute).value_or("");
+  };
+  RunFile run{.path = place.path,
+              .group = place.group,
+              .title = text("", "title"),
+              .version = text("", "balance_version"),
+              .spec_text = text("", "spec"),
+              .command_line = text("", "command_line"),
+              .trajectory = text(place.group, "trajectory"),
+              .law = text(place.group, "law"),
+              .drive = text(place.group, "drive"),
+              .formulation = text(place.group, "formulation"),
+              .controller = text(place.group, "controller"),
+              .controller_type = text(place.group, "controller_type")};
+  if (!run.controller.empty() && text(place.group, "status") != "done") run.ended_early = text(place.group, "reason");
+  run.result = Reader(file, place.group).result();
+  return run;
+}
+
 }  // namespace
 
 bool names_result_file(const std::string& name) {
@@ -183,27 +208,8 @@ RunFile read_result_file(const std::string& name) {
   if (!std::filesystem::exists(status)) throw SystemError(place.path + ": no such file");
   if (std::filesystem::is_directory(status)) throw SystemError(place.path + ": is a folder, not a result file");
   try {
-    const Hdf5Source file(place.path);
-    if (file.text_attribute("", "Conventions") != convention)
-      throw Hdf5Error("is no result of balance: its attribute 'Conventions' is not " + std::string(convention));
-    check_group(file, place.group);
-    const auto text = [&](const std::string& group, const char* attribute) {
-      return file.text_attribute(group, attribute).value_or("");
-    };
-    RunFile run{.path = place.path,
-                .group = place.group,
-                .title = text("", "title"),
-                .version = text("", "balance_version"),
-                .spec_text = text("", "spec"),
-                .command_line = text("", "command_line"),
-                .trajectory = text(place.group, "trajectory"),
-                .law = text(place.group, "law"),
-                .drive = text(place.group, "drive"),
-                .formulation = text(place.group, "formulation"),
-                .controller = text(place.group, "controller"),
-                .controller_type = text(place.group, "controller_type")};
-    if (!run.controller.empty() && text(place.group, "status") != "done") run.ended_early = text(place.group, "reason");
-    run.result = Reader(file, place.group).result();
+    RunFile run;
+    read_hdf5(place.path, [&](const Hdf5Source& file) { run = read_run(file, place); });
     return run;
   } catch (const Hdf5Error& wrong) {
     throw SystemError(name + ": " + wrong.what());

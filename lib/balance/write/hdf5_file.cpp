@@ -2,6 +2,7 @@
 
 #include "balance/base/error.hpp"
 #include "balance/base/hdf5_turn.hpp"
+#include "balance/base/seal.hpp"
 #include "balance/write/hdf5_driver.hpp"
 #include "balance/write/hdf5_handle.hpp"
 
@@ -69,6 +70,7 @@ struct Hdf5File::Implementation {
   hdf5::Silence silence;  // first in, last out: closing may fail too
   std::string shown_name;
   Storage storage = Storage::contiguous;
+  int descriptor = -1;
   int system_error = 0;  // noted by the driver
   Handle driver;
   Handle file;
@@ -181,6 +183,7 @@ Hdf5File::Hdf5File(int descriptor, const std::string& shown_name, Storage storag
     : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
   self.shown_name = shown_name;
+  self.descriptor = descriptor;
   self.storage = storage;
   self.guarded([&] {
     self.driver = hdf5::make_driver();
@@ -246,6 +249,7 @@ void Hdf5File::close() {
     for (Handle& group : self.groups) group.close();
     checked_status(H5Fflush(self.file.get(), H5F_SCOPE_GLOBAL));
     self.file.close();
+    if (self.system_error == 0) self.system_error = seal_file(self.descriptor);
   });
 }
 
