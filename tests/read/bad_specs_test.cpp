@@ -23,7 +23,7 @@ std::string plain(const std::string& text) {
 }
 
 std::string file_text(const std::string& name) {
-  std::ifstream file(std::string(BALANCE_TEST_DATA) + "/" + name);
+  std::ifstream file(BALANCE_TEST_DATA "/" + name);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
@@ -51,7 +51,7 @@ bool takes(const std::string& line, const char* mark, std::string& value) {
 }  // namespace
 
 TEST_CASE("every mistake in the table of bad specs is told with its place, its key and what was expected") {
-  std::ifstream table(std::string(BALANCE_TEST_DATA) + "/bad_specs.txt");
+  std::ifstream table(BALANCE_TEST_DATA "/bad_specs.txt");
   std::string base, find, replace, expected;
   ReadOptions options;
   int count = 0;
