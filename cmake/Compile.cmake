@@ -14,7 +14,11 @@ set(balance_warnings
     -Wlogical-op
     -Wextra-semi
     -Wno-missing-field-initializers # structs are filled by name, and what is left out has its default
-    -Wno-restrict) # GCC 12 warns wrongly about concatenated std::strings (GCC bug 105651)
+    # GCC 12 warns wrongly about concatenated std::strings (GCC bugs 105651, 105329)
+    -Wno-restrict
+    -Wno-array-bounds
+    -Wno-stringop-overflow
+    -Wno-stringop-overread)
 # -Wconversion is only taken in its floating-point part: Eigen's signed indices and the standard library's unsigned
 # sizes meet on every page, and a cast at each meeting hides more than it shows.
 

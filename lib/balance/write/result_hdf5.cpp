@@ -10,6 +10,8 @@ namespace balance {
 
 void write_result(const std::string& path, const Result& result, const FileDescription& description,
                   const WriteOptions& options) {
+  if (result.outcome.status != MotionStatus::done && description.controller.empty())
+    throw std::invalid_argument("only a run that is done, or one under control, is written");
   if (result.time.size() == 0) throw std::invalid_argument("only a result with samples is written");
   PendingFile pending(path, options.existing);
   const bool compress = options.compression == Compression::gzip;

@@ -13,7 +13,7 @@ namespace balance {
 /// @param result of a run that is done, or of one under control that ended early
 /// @throws SystemError with path and reason; an older file of that name is then as it was
 /// @throws Cancelled if options.cancelled says so
-/// @throws std::invalid_argument if the result has no samples or its sizes contradict each other
+/// @throws std::invalid_argument if the result is neither, has no samples, or its sizes contradict each other
 void write_result(const std::string& path, const Result& result, const FileDescription& description,
                   const WriteOptions& options = {});
 
