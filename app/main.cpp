@@ -31,7 +31,7 @@ constexpr const char* footer =
     "Exit codes: 0 done; 1 a requirement is not met or a design is only a compromise; 2 wrong usage;\n"
     "3 invalid spec; 4 the mechanism cannot do it; 5 file or system error.";
 
-constexpr const char* help = "balance --help and balance <command> --help show the usage";
+constexpr const char* usage_hint = "balance --help and balance <command> --help show the usage";
 
 /// Says on stderr what went wrong, and on stdout too if the user reads JSON there.
 ExitCode fail(ExitCode code, const std::string& message, const std::string& json) {
@@ -106,7 +106,7 @@ ExitCode translate(int argc, char** argv) {
   try {
     return parse_and_run(argc, argv);
   } catch (const CallError& error) {
-    return failed(ExitCode::usage, "usage", std::string("error: ") + error.what() + "\n" + help, error.what());
+    return failed(ExitCode::usage, "usage", std::string("error: ") + error.what() + "\n" + usage_hint, error.what());
   } catch (const UsageError& error) {
     return failed(ExitCode::usage, "usage", std::string("error: ") + error.what(), error.what());
   } catch (const SpecError& error) {

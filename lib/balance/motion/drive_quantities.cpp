@@ -43,7 +43,8 @@ std::vector<Component> default_components(const Mechanism& mechanism, const Traj
       planar ? std::vector<Component>{x, y, rz} : std::vector<Component>{x, y, z, rx, ry, rz};
   if (freedoms == 4 && !planar) return {x, y, z, rz};
   if (freedoms >= dimension(mechanism))
-    return {all.begin(), all.begin() + std::min<std::ptrdiff_t>(freedoms, static_cast<std::ptrdiff_t>(all.size()))};
+    return std::vector<Component>(
+        all.begin(), all.begin() + std::min<std::ptrdiff_t>(freedoms, static_cast<std::ptrdiff_t>(all.size())));
   if (!trajectory.from.tool && trajectory.from.angle && freedoms == 1) return {rz};
   std::vector<int> moving = most_moving(trajectory, dimension(mechanism));
   moving.resize(freedoms);

@@ -77,11 +77,11 @@ Eigen::MatrixXcd velocities(const Model& model, const Wanderer& wanderer) {
   for (Eigen::Index c = 0; c < motions.cols(); ++c) {
     for (int k = 0; k < moving; ++k) out(k, c) = Complex(motions(2 * k, c), motions(2 * k + 1, c));
     for (std::size_t d = 0; d < model.rotors.size(); ++d) {
-      const ScalarForm& turn = model.rotors[d].turn;
+      const ScalarForm& angle = model.rotors[d].turn;
       double rate = 0;
-      for (const ScalarTerm& term : turn.terms) rate += term.coefficient * motions(2 * moving + term.scalar, c);
+      for (const ScalarTerm& term : angle.terms) rate += term.coefficient * motions(2 * moving + term.scalar, c);
       out(moving + static_cast<Eigen::Index>(d), c) =
-          imaginary * rate * std::polar(1.0, turn.at(wanderer.position().scalars));
+          imaginary * rate * std::polar(1.0, angle.at(wanderer.position().scalars));
     }
   }
   return out;

@@ -62,9 +62,7 @@ class Togetherness {
 class Collector {
  public:
   Collector(const Mechanism& mechanism, const Model& model)
-      : m_(mechanism), model_(model), together_(mechanism), moving_(model.basic.moving) {
-    places_ = model.start;
-  }
+      : m_(mechanism), model_(model), together_(mechanism), moving_(model.basic.moving), places_(model.start) {}
 
   Eigen::MatrixXcd run() {
     for (std::size_t b = 1; b < m_.bodies.size(); ++b) extra_points(b);

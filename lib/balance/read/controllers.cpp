@@ -57,7 +57,7 @@ VectorX read_per_actuator(const Cursor& at, Draft& draft, const DimensionOf& dim
   for (Eigen::Index a = 0; a < count; ++a) {
     const auto c = static_cast<std::size_t>(actuators[static_cast<std::size_t>(a)]);
     fields.push_back(
-        {draft.mechanism().coordinates[c].name, Need::required, [&read, a](const Cursor& at) { read(at, a); }});
+        {draft.mechanism().coordinates[c].name, Need::required, [&read, a](const Cursor& entry) { read(entry, a); }});
   }
   read_fields(at, "a number, or one for each actuator", fields);
   return values;
