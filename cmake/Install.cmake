@@ -33,7 +33,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # Debian's `balance`, a TCP load balancer, installs a program of the same name.
 set(CPACK_DEBIAN_PACKAGE_CONFLICTS balance)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS gnuplot-nox) # balance plot
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS
-    "libeigen3-dev, libyaml-cpp-dev, libfmt-dev, nlohmann-json3-dev, libmuparser-dev, libhdf5-dev, libssl-dev, "
-    "libnlopt-dev, coinor-libclp-dev")
+string(CONCAT CPACK_DEBIAN_PACKAGE_SUGGESTS
+       "libeigen3-dev, libyaml-cpp-dev, libfmt-dev, nlohmann-json3-dev, libmuparser-dev, libhdf5-dev, libssl-dev, zlib1g-dev, "
+       "libnlopt-dev, coinor-libclp-dev")
 include(CPack)
