@@ -1,11 +1,13 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "failure.hpp"
+#include "signals.hpp"
 #include "suggestion.hpp"
 
 #include "balance/base/error.hpp"
 #include "balance/batch/run.hpp"
 #include "balance/batch/summary.hpp"
+#include "balance/write/pending_file.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -117,7 +119,11 @@ ExitCode report_shard(const BatchOutcome& outcome, const BatchCommandOptions& op
 
 ExitCode report(const Plan& plan, BatchOutcome outcome, const BatchCommandOptions& options) {
   const Summary summary = summarise(plan.suite, std::move(outcome.records));
-  const std::vector<std::string> files = write_summary(folder_of(options), summary);
+  const std::vector<std::string> files = [&] {
+    const DeferSignals deferred;
+    return write_summary(folder_of(options), summary);
+  }();
+  if (pending_signal() != 0) throw Cancelled("stopped on request, after the summary was written");
   if (options.json) {
     print(summary_json(summary));
   } else if (!options.quiet) {
