@@ -1,10 +1,10 @@
 #include "balance/control/control_law.hpp"
 
 #include "balance/base/factorizations.hpp"
+#include "balance/motion/wording.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <stdexcept>
 
@@ -12,21 +12,15 @@ namespace balance {
 
 namespace {
 
-ForwardOptions options_for(const Mechanism& mechanism) {
-  ForwardOptions options;
-  options.preferred = mechanism.actuators;
-  return options;
-}
-
 MotionOutcome done() { return {MotionStatus::done, 0, "", {}}; }
 
 MotionOutcome not_held(double time) {
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "at t = %.9g s: actuation singularity: the actuators cannot give the mechanism the acceleration that "
-                "the controller asks for",
-                time);
-  return {MotionStatus::actuation_singularity, time, text, {}};
+  return {MotionStatus::actuation_singularity,
+          time,
+          at_time(time) +
+              "actuation singularity: the actuators cannot give the mechanism the acceleration that the controller "
+              "asks for",
+          {}};
 }
 
 void check_size(const VectorX& values, Eigen::Index size, const char* what) {
@@ -52,7 +46,7 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller)
     : mechanism_(truth),
       controller_(controller),
       believed_(controller.model ? *controller.model : truth),
-      model_(believed_, options_for(believed_)),
+      model_(believed_, {.preferred = believed_.actuators}),
       length_(characteristic_length(truth)) {
   const auto actuators = static_cast<Eigen::Index>(truth.actuators.size());
   const bool extended = controller.type == ControllerType::extended_sliding_mode;
@@ -169,10 +163,9 @@ MotionOutcome ControlLaw::believe(double time, const VectorX& position, const Ve
     rates_ = model_.velocity();
     return outcome;
   }
-  char text[64];
-  std::snprintf(text, sizeof text, "at t = %.9g s: ", time);
   outcome.time = time;
-  outcome.reason = text + ("what the controller believes of the mechanism does not fit its motors: " + outcome.reason);
+  outcome.reason =
+      at_time(time) + "what the controller believes of the mechanism does not fit its motors: " + outcome.reason;
   return outcome;
 }
 

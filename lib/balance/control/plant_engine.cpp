@@ -2,6 +2,7 @@
 
 #include "balance/control/plant_sample.hpp"
 #include "balance/control/tree_state.hpp"
+#include "balance/motion/wording.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -146,10 +147,8 @@ template <class S>
 void EngineOf<S>::make_notes() {
   notes_.clear();
   if (loops_.redundant())
-    notes_.push_back("the loops are over-constrained: reactions are those of least norm, not the only possible ones");
-  for (const IdleSpin& spin : loops_.tree().held_spins)
-    notes_.push_back(mechanism_.bodies[spin.body].name +
-                     ": the spin between its two spherical joints is held as if one of them were universal");
+    notes_.push_back(over_constrained());
+  for (const IdleSpin& spin : loops_.tree().held_spins) notes_.push_back(held_spin(mechanism_, spin));
 }
 
 template class EngineOf<Planar>;

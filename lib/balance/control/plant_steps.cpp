@@ -2,10 +2,10 @@
 
 #include "balance/control/plant_engine.hpp"
 #include "balance/control/tree_state.hpp"
+#include "balance/motion/wording.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace balance {
 
@@ -141,13 +141,11 @@ MotionOutcome EngineOf<S>::stop(MotionStatus status) {
   if (status != MotionStatus::constraint_singularity &&
       (!loops_.choose(y_.data(), false) || loops_.closure_regularity() < singular))
     status = MotionStatus::constraint_singularity;
-  char text[80];
-  std::snprintf(text, sizeof text, "at t = %.9g s: ", time_);
   const char* what = status == MotionStatus::constraint_singularity
                          ? "constraint singularity: the loop closures lose rank, the mechanism gains a freedom"
                          : "the integration needs steps that are too short or too many to go on";
   return {
-      status, time_, text + std::string(what) + "; configuration: " + configuration_text(mechanism_, position_), {}};
+      status, time_, at_time(time_) + what + "; configuration: " + configuration_text(mechanism_, position_), {}};
 }
 
 #define BALANCE_INSTANTIATE(S)                                                                     \

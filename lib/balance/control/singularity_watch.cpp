@@ -1,8 +1,8 @@
 #include "balance/control/singularity_watch.hpp"
 
 #include "balance/base/factorizations.hpp"
+#include "balance/motion/wording.hpp"
 
-#include <cstdio>
 
 namespace balance {
 
@@ -22,12 +22,12 @@ MotionOutcome SingularityWatch::look(double time, const VectorX& position, const
   const bool passed = sign == 0 || (sign_ != 0 && sign != sign_);
   sign_ = sign;
   if (!passed) return outcome;
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "at t = %.9g s: actuation singularity: the mechanism reached a configuration in which the actuators do "
-                "not determine its motion",
-                time);
-  return {MotionStatus::actuation_singularity, time, text, {}};
+  return {MotionStatus::actuation_singularity,
+          time,
+          at_time(time) +
+              "actuation singularity: the mechanism reached a configuration in which the actuators do not determine "
+              "its motion",
+          {}};
 }
 
 }  // namespace balance

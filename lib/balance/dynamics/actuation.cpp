@@ -2,6 +2,7 @@
 
 #include "balance/base/factorizations.hpp"
 #include "balance/motion/regularity.hpp"
+#include "balance/motion/wording.hpp"
 
 #include <algorithm>
 #include <set>
@@ -22,13 +23,11 @@ Actuation<S>::Actuation(const Mechanism& mechanism, const Tree<S>& tree, int fre
   efforts_.assign(motors, 0);
   multipliers_.assign(closures_, 0);
   if (motors < freedoms)
-    mismatch_ = "under-actuated: " + std::to_string(motors) + " actuators for " + std::to_string(freedoms) +
-                " degrees of freedom; name as many coordinates in `actuators`";
+    mismatch_ = under_actuated(motors, freedoms);
   if (motors > freedoms)
-    notes_.push_back("over-actuated: " + std::to_string(motors) + " actuators for " + std::to_string(freedoms) +
-                     " degrees of freedom; the efforts are those of least norm");
+    notes_.push_back(over_actuated(motors, freedoms));
   if (closures_ > columns_ - freedoms)
-    notes_.push_back("the loops are over-constrained: reactions are those of least norm, not the only possible ones");
+    notes_.push_back(over_constrained());
   const bool own_columns = static_cast<int>(distinct.size()) == motors;
   regular_ = motors == freedoms && own_columns && closures_ == columns_ - freedoms;
   if (regular_) prepare_regular(tree);

@@ -3,10 +3,10 @@
 #include "balance/base/factorizations.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
 #include "balance/motion/configuration_text.hpp"
+#include "balance/motion/wording.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 namespace balance {
@@ -235,7 +235,6 @@ void Stepper<S>::stop(Attempt attempt, double time) {
   const double all = relative(jacobian, std::min<int>(tree_.columns, static_cast<int>(jacobian.rows())));
   constexpr double lost = 0.02;  // at distance ε from a singularity the values are of the order √ε
   outcome_.time = time;
-  char text[200];
   const char* what;
   if (loops < lost && loops < 10 * all) {
     outcome_.status = MotionStatus::constraint_singularity;
@@ -252,9 +251,8 @@ void Stepper<S>::stop(Attempt attempt, double time) {
     outcome_.status = MotionStatus::assembly_jump;
     what = "the motion could only go on by a jump to another assembly mode";
   }
-  std::snprintf(text, sizeof text, "at t = %.9g s: ", time);
   outcome_.reason =
-      text + std::string(what) + "; configuration: " + configuration_text(mechanism_, tree_, now_.y.data());
+      at_time(time) + what + "; configuration: " + configuration_text(mechanism_, tree_, now_.y.data());
 }
 
 template class Stepper<Planar>;

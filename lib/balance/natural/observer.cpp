@@ -1,5 +1,7 @@
 #include "balance/natural/observer.hpp"
 
+#include "balance/motion/wording.hpp"
+
 #include <cmath>
 
 namespace balance::natural {
@@ -14,11 +16,9 @@ Observer::Observer(const Mechanism& mechanism, const Model& model, int freedoms,
   if (mechanism.tool) tool_ = tool_form(mechanism, model);
   const int motors = static_cast<int>(mechanism.actuators.size());
   if (motors < freedoms)
-    mismatch_ = "under-actuated: " + std::to_string(motors) + " actuators for " + std::to_string(freedoms) +
-                " degrees of freedom; name as many coordinates in `actuators`";
+    mismatch_ = under_actuated(motors, freedoms);
   if (motors > freedoms)
-    notes_.push_back("over-actuated: " + std::to_string(motors) + " actuators for " + std::to_string(freedoms) +
-                     " degrees of freedom; the efforts are those of least norm");
+    notes_.push_back(over_actuated(motors, freedoms));
   for (auto* values : {&seen_.position, &seen_.velocity, &seen_.acceleration})
     values->assign(mechanism.coordinates.size(), 0);
   seen_.effort.assign(mechanism.actuators.size(), 0);

@@ -1,6 +1,7 @@
 #include "balance/natural/simulation.hpp"
 
-#include <cstdio>
+#include "balance/motion/wording.hpp"
+
 #include <stdexcept>
 
 namespace balance::natural {
@@ -65,12 +66,7 @@ bool Simulation::observe() {
     p.actuation_sign = sign;
     return true;
   }
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "at t = %.9g s: actuation singularity: the actuators do not hold the mechanism in a configuration "
-                "reached there",
-                time());
-  outcome_ = {MotionStatus::actuation_singularity, time(), text, {}};
+  outcome_ = no_longer_held(time());
   return false;
 }
 

@@ -1,7 +1,8 @@
 #include "balance/natural/stepper.hpp"
 
+#include "balance/motion/wording.hpp"
+
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 namespace balance::natural {
@@ -144,10 +145,8 @@ void Stepper::stop(Attempt attempt) {
     outcome_.status = MotionStatus::assembly_jump;
     what = "the motion could only go on by a jump to another assembly mode";
   }
-  char text[200];
-  std::snprintf(text, sizeof text, "at t = %.9g s: %s", now_.time, what);
   outcome_.time = now_.time;
-  outcome_.reason = text;
+  outcome_.reason = at_time(now_.time) + what;
 }
 
 }  // namespace balance::natural

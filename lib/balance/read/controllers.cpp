@@ -1,5 +1,6 @@
 // What leads the mechanism along a trajectory.
 
+#include "balance/read/limits.hpp"
 #include "balance/read/model_override.hpp"
 #include "balance/read/nearest.hpp"
 #include "balance/read/sections.hpp"
@@ -70,7 +71,6 @@ VectorX read_single(const Cursor& at, Draft& draft, Dimension dimension) {
 }
 
 void read_measurement(const Cursor& at, Draft& draft, Measurement& measurement) {
-  constexpr long most_seed = 9'007'199'254'740'991;  // what a number in a text surely holds
   const auto position = [](CoordinateKind kind) { return dimension_of(kind); };
   const auto rate = [](CoordinateKind kind) { return dimension_of(kind) / dimension::time; };
   const auto values = [&](VectorX& target, const DimensionOf& dimension) {

@@ -1,6 +1,7 @@
 // What the free numbers are to achieve.
 
 #include "balance/read/goals.hpp"
+#include "balance/read/limits.hpp"
 #include "balance/read/nearest.hpp"
 #include "balance/read/objective.hpp"
 #include "balance/read/sections.hpp"
@@ -16,7 +17,6 @@ std::string read_method(const Cursor& at, const std::string& what, const std::ve
 }
 
 void read_search(const Cursor& at, Draft& draft, SearchOptions& search) {
-  constexpr long most_seed = 9'007'199'254'740'991;  // what a number in a text surely holds
   read_fields(
       at, "how to search {global, local, seed, restarts, evaluations, seconds}",
       {{"global", Need::optional,

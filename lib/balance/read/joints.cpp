@@ -114,9 +114,9 @@ void read_rotation(const JointText& text, Draft& draft, Joint& joint) {
 void read_connects(const Cursor& at, Draft& draft, Joint& joint) {
   const auto ends = at.items("two points [body.point, body.point]", 2);
   PointReference first, second;
-  const bool read = draft.problems.guard([&] { first = read_reference(ends[0], draft); }) &
-                    draft.problems.guard([&] { second = read_reference(ends[1], draft); });
-  if (!read) return;
+  const bool first_read = draft.problems.guard([&] { first = read_reference(ends[0], draft); });
+  const bool second_read = draft.problems.guard([&] { second = read_reference(ends[1], draft); });
+  if (!first_read || !second_read) return;
   if (first.body == second.body)
     at.fail(fmt::format("expected points of two bodies, found two points of {}",
                         in_quotes(draft.mechanism().bodies[static_cast<std::size_t>(first.body)].name)));

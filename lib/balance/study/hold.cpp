@@ -1,6 +1,6 @@
 #include "balance/study/hold.hpp"
 
-#include <cstdio>
+#include "balance/motion/wording.hpp"
 
 namespace balance {
 
@@ -11,12 +11,9 @@ bool Hold::keeps(bool held, int determinant_sign) {
 }
 
 MotionOutcome Hold::lost(double time, const std::string& configuration) {
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "at t = %.9g s: actuation singularity: the actuators do not hold the mechanism in a configuration "
-                "reached there",
-                time);
-  return {MotionStatus::actuation_singularity, time, text + ("; configuration: " + configuration), {}};
+  MotionOutcome outcome = no_longer_held(time);
+  outcome.reason += "; configuration: " + configuration;
+  return outcome;
 }
 
 }  // namespace balance

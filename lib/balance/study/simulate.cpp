@@ -3,6 +3,7 @@
 #include "balance/base/rotation.hpp"
 #include "balance/dynamics/observer.hpp"
 #include "balance/motion/configuration_text.hpp"
+#include "balance/motion/wording.hpp"
 #include "balance/study/hold.hpp"
 #include "balance/study/metrics.hpp"
 #include "balance/study/result_columns.hpp"
@@ -63,9 +64,7 @@ class Run {
     add_metrics(result, jumps);
     result.outcome = {MotionStatus::done, plan_.schedule->duration(), "", observer.actuation().notes()};
     for (const IdleSpin& spin : tree_.held_spins)
-      result.outcome.notes.push_back(
-          mechanism_.bodies[spin.body].name +
-          ": the spin between its two spherical joints is held as if one of them were universal");
+      result.outcome.notes.push_back(held_spin(mechanism_, spin));
     return result;
   }
 

@@ -1,0 +1,40 @@
+#include "balance/motion/wording.hpp"
+
+#include <cstdio>
+
+namespace balance {
+
+std::string at_time(double time) {
+  char text[64];
+  std::snprintf(text, sizeof text, "at t = %.9g s: ", time);
+  return text;
+}
+
+MotionOutcome no_longer_held(double time) {
+  return {
+      MotionStatus::actuation_singularity,
+      time,
+      at_time(time) + "actuation singularity: the actuators do not hold the mechanism in a configuration reached there",
+      {}};
+}
+
+std::string under_actuated(int motors, int freedoms) {
+  return "under-actuated: " + std::to_string(motors) + " actuators for " + std::to_string(freedoms) +
+         " degrees of freedom; name as many coordinates in `actuators`";
+}
+
+std::string over_actuated(int motors, int freedoms) {
+  return "over-actuated: " + std::to_string(motors) + " actuators for " + std::to_string(freedoms) +
+         " degrees of freedom; the efforts are those of least norm";
+}
+
+std::string over_constrained() {
+  return "the loops are over-constrained: reactions are those of least norm, not the only possible ones";
+}
+
+std::string held_spin(const Mechanism& mechanism, const IdleSpin& spin) {
+  return mechanism.bodies[spin.body].name +
+         ": the spin between its two spherical joints is held as if one of them were universal";
+}
+
+}  // namespace balance
