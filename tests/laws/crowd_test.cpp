@@ -65,6 +65,7 @@ TEST_CASE("random mechanisms that once were wrong") {
                           Case{Kind::spatial_tree, 303, "turns geared to slides while the tool's rotation is driven"},
                           Case{Kind::spatial_tree, 315, "the same with a leader that slides"},
                           Case{Kind::planar_loops, 119, "loops that are ill-conditioned everywhere cannot be sampled"},
+                          Case{Kind::spatial_loop, 181, "a joint's axis that points nearly against the body's z"},
                           Case{Kind::flat_in_space, 115, "the same with redundant loops"}}) {
     const Verdict verdict = judge(one.kind, one.seed, {});
     CHECK_MESSAGE(verdict.judgement == Judgement::passed, one.what << ": " << verdict.reason);

@@ -43,16 +43,15 @@ Matrix3 rotation_from_vector(const Vector3& v) {
 }
 
 Matrix3 frame_with_z_along(const Vector3& direction) {
+  const double x = direction.x(), y = direction.y(), z = direction.z(), sine2 = x * x + y * y;
+  if (sine2 < 1e-40) return z > 0 ? Matrix3::Identity() : Matrix3(Vector3(1, -1, -1).asDiagonal());
+  // 1 / (1 + z), which nothing may cancel in where the direction is nearly opposite to z
+  const double k = z > 0 ? 1 / (1 + z) : (1 - z) / sine2;
   Matrix3 r;
-  if (direction == Vector3::UnitZ()) return Matrix3::Identity();
-  if (direction == Vector3(0, 0, -1)) return Vector3(1, -1, -1).asDiagonal();
-  if (direction.z() == 0 && (direction.x() == 0 || direction.y() == 0)) {
-    // a quarter turn about z × direction, written without round-off
-    const Vector3 axis = Vector3::UnitZ().cross(direction);
-    r = axis * axis.transpose() + skew(axis);
-    return r;
-  }
-  return Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), direction).toRotationMatrix();
+  r << z + y * y * k, -x * y * k, x,  //
+      -x * y * k, z + x * x * k, y,   //
+      -x, -y, z;
+  return r;
 }
 
 }  // namespace balance
