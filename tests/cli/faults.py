@@ -13,9 +13,11 @@ import unittest
 
 from _program import CONFIGS, PROGRAM, SPEC, Case, run
 
+CONTROL = os.path.join(CONFIGS, "control-5r.yaml")
 DESIGN = os.path.join(CONFIGS, "5r-design.yaml")
 SUITE = os.path.join(CONFIGS, "suites", "p3.yaml")
 SEED = 20261121
+ENDS = {".h5": b"balance:", ".html": b"</html>", ".svg": b"</svg>", ".csv": b"\n", ".json": b"}\n"}  # what whole files end with
 
 
 def mount_small(folder, size):
@@ -43,30 +45,42 @@ class Faults(Case):
     def writers(self, folder):
         """Commands that write files into a folder, by name."""
         at = lambda name: os.path.join(folder, name)
-        return {
+        good = self.result("good.h5")
+        writers = {
             "simulate": ["simulate", SPEC, "-t", "cycloid", "-o", at("a.h5"), "--csv", at("a.csv"), "--force"],
             "simulate compressed": ["simulate", SPEC, "-t", "cycloid", "-o", at("a.h5"), "--compress", "--force"],
             "design": ["design", DESIGN, "-o", at("a.yaml"), "--h5", at("a.h5"), "--force"],
+            "control": ["control", CONTROL, "-o", at("a.h5"), "--csv", at("a.csv"), "--force"],
+            "compare": ["compare", good, good, "--format", "json", "-o", at("a.json"), "--force"],
+            "plot": ["plot", good, "-o", at("a.svg"), "--force"],
             "batch": ["batch", SUITE, "-o", at("out"), "--quiet"],
         }
+        if self.has_page():
+            writers["report"] = ["report", SPEC, "--samples", "51", "-o", at("a.html"), "--force"]
+        return writers
+
+    def has_page(self):
+        """Whether the program was built with the scripts of the page."""
+        return run("report", SPEC, "--samples", "2", "-o", self.path("page.html"), "--force").returncode == 0
 
     def assert_file_failure(self, done, name):
         self.assertEqual(done.returncode, 5, (name, done.stdout[-300:], done.stderr))
         self.assertNotIn("internal error", done.stderr, name)
         self.assertIn("cannot write", done.stderr, name)
 
-    def assert_no_remains(self, folder, kept=()):
+    def assert_no_remains(self, folder):
         """Nothing but what may stay: no temporary file, no result that is not whole."""
         for where, _, names in os.walk(folder):
             for name in names:
                 self.assertFalse(name.endswith(".tmp"), os.path.join(where, name))
-                if name.endswith(".h5") and name not in kept:
-                    self.assertIn(b"balance:", content(os.path.join(where, name))[-16:], name)
+                for kind, end in ENDS.items():
+                    if name.endswith(kind):
+                        self.assertIn(end, content(os.path.join(where, name))[-16:], name)
 
     def test_a_full_disk(self):
         disk = self.path("disk")
         os.mkdir(disk)
-        if not mount_small(disk, 64 << 10):
+        if not mount_small(disk, 4 << 10):
             self.skipTest("no file system can be mounted here: the test of file sizes stands in")
         try:
             for name, command in self.writers(disk).items():
@@ -104,13 +118,12 @@ class Faults(Case):
     def test_results_that_are_cut_off_or_damaged_are_refused_by_every_reader(self):
         good = self.result("good.h5")
         whole = content(good)
-        spec = self.write(
-            "table.yaml",
-            content(SPEC).decode()
-            + "\nloads: {l: {on: platform, file: bad.h5}}\n",
-        )
+        loads = "\nloads: {l: {on: platform, file: bad.h5}}\n"
+        spec = self.write("table.yaml", content(SPEC).decode() + loads)
+        led = self.write("led.yaml", content(CONTROL).decode() + loads.replace("platform", "coupler1"))
+        suite = self.write("suite.yaml", "cases: {a: {spec: table.yaml, trajectory: cycloid}}\n")
         chance = random.Random(SEED)
-        for trial in range(24):
+        for trial in range(48):
             bytes_ = bytearray(whole)
             at = chance.randrange(len(whole))
             if trial % 2:
@@ -124,13 +137,18 @@ class Faults(Case):
                 (["compare", good, bad], 5),
                 (["plot", bad, "--quantity", "shaking_force", "-o", self.path("a.svg")], 5),
                 (["simulate", spec], 3),
-            ][trial // 2 % 3]
+                (["control", led], 3),
+                (["report", spec, "-o", self.path("a.html")], 3),
+                (["batch", suite, "-o", self.path("out")], 3),
+            ][trial // 2 % 6]
             done = run(*command)
             where = (trial, at, len(whole), command[0], done.stderr)
             self.assertEqual(done.returncode, code, where)
-            self.assertIn("bad.h5", done.stderr, where)
-            self.assertEqual(done.stderr.count("\n"), 1, where)
-            self.assertFalse(os.path.exists(self.path("a.svg")), where)
+            # a batch goes on with its other cases and tells of this one in its summary
+            self.assertIn("bad.h5", done.stdout if command[0] == "batch" else done.stderr, where)
+            self.assertEqual(done.stderr.count("\n"), int(command[0] != "batch"), where)
+            for name in ("a.svg", "a.html", "table.h5", "led.h5"):
+                self.assertFalse(os.path.exists(self.path(name)), where)
 
     def test_signals_at_random_moments_leave_whole_files_or_none(self):
         chance = random.Random(SEED)
@@ -164,6 +182,8 @@ class Faults(Case):
             ["compare", good, good, "--json"],
             ["completion", "bash"],
             ["conditions", DESIGN, "--goal", "static"],
+            ["conditions", DESIGN, "--goal", "static", "--latex"],
+            ["control", CONTROL, "--samples", "51"],
             ["design", DESIGN],
             ["new"],
             ["new", "four-bar"],
@@ -171,6 +191,8 @@ class Faults(Case):
             ["simulate", SPEC, "-t", "cycloid", "--samples", "51"],
             ["simulate", SPEC, "-t", "cycloid", "--samples", "51", "--json"],
         ]
+        if self.has_page():
+            commands.append(["report", SPEC, "--samples", "2", "-o", self.path("a.html")])
         for command in commands:
             with open("/dev/full", "w", encoding="utf-8") as full:
                 done = run(*command, stdout=full)
