@@ -106,7 +106,8 @@ TEST_CASE("mistakes in controllers are told with their place and the nearest nam
       {"D.slide: 5}", "J3: 5}",
        "s.yaml:39:47: controllers.a.kp.J3: unknown key: expected J1, J2 or D.slide, found 'J3'"},
       {"kd: [1, 2, 3], torque", "kd: [1, 2], torque",
-       "s.yaml:39:64: controllers.a.kd: expected a number, or 3 numbers, one for each actuator, found a list of 2"},
+       "s.yaml:39:64: controllers.a.kd: expected a number, or 3 numbers, one for each of the actuators J1, J2 and "
+       "D.slide, found a list of 2"},
       {"torque_limit: 7", "torque_limit: -7", "s.yaml:39:89: controllers.a.torque_limit: must not be negative"},
       {"torque_limit: 7", "torque_limit: {free: [1, 2]}", "s.yaml:39:90: controllers.a.torque_limit"},
       {"lambda: 4, k: 2, proj", "lambda: [1, 2, 3], k: 2, proj",

@@ -36,6 +36,12 @@ CoordinateKind kind_of(int coordinate, const Draft& draft) {
   return draft.study.mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind;
 }
 
+std::string names_of(const std::vector<int>& actuators, const Draft& draft) {
+  std::vector<std::string> names;
+  for (const int c : actuators) names.push_back(draft.study.mechanism.coordinates[static_cast<std::size_t>(c)].name);
+  return listed(names, "and");
+}
+
 /// One number for all actuators, a list in their order, or a mapping with one for each.
 VectorX read_per_actuator(const Cursor& at, Draft& draft, const DimensionOf& dimension, Sign sign) {
   const std::vector<int>& actuators = draft.mechanism().actuators;
@@ -49,8 +55,11 @@ VectorX read_per_actuator(const Cursor& at, Draft& draft, const DimensionOf& dim
     return values;
   }
   if (at.is_list()) {
-    const auto items =
-        at.items(fmt::format("a number, or {} numbers, one for each actuator", count), static_cast<std::size_t>(count));
+    const std::string wanted = actuators.empty()
+                                   ? "a number: the spec names no 'actuators'"
+                                   : fmt::format("a number, or {} numbers, one for each of the actuators {}", count,
+                                                 names_of(actuators, draft));
+    const auto items = at.items(wanted, static_cast<std::size_t>(count));
     for (Eigen::Index a = 0; a < count; ++a) read(items[static_cast<std::size_t>(a)], a);
     return values;
   }

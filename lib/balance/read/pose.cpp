@@ -87,7 +87,7 @@ void match_pose(const Cursor& at, PoseTarget& pose, const PoseTarget& model, Dri
   };
   if (drive == DriveKind::tool) {
     same(pose.angle.has_value(), model.angle.has_value(), "'angle'");
-    same(pose.orientation.has_value(), model.orientation.has_value(), "an orientation");
+    same(pose.orientation.has_value(), model.orientation.has_value(), "'rpy' or 'quaternion'");
   }
   if (drive != DriveKind::joints) return;
   std::vector<CoordinateValue> ordered;
