@@ -1,12 +1,10 @@
 #include "console.hpp"
 #include "control_options.hpp"
 #include "failure.hpp"
-#include "run_files.hpp"
+#include "run_output.hpp"
 
 #include "balance/base/error.hpp"
 #include "balance/study/control.hpp"
-#include "balance/write/json.hpp"
-#include "balance/write/text.hpp"
 
 #include <memory>
 
@@ -29,15 +27,11 @@ ExitCode run(const ControlCommandOptions& options) {
   const Trajectory trajectory = choose_trajectory(shared, study);
   const Controller controller = choose_controller(options, study);
   check_outputs(shared);
-  const auto note = [&](const std::string& text) {
-    if (!shared.quiet) tell(text);
-  };
-  for (const std::string& warning : study.warnings) note("warning: " + warning);
-  if (shared.trajectory.empty() && study.trajectories.size() > 1)
-    note("note: no --trajectory given: '" + trajectory.name + "' is the first in the spec");
-  if (options.controller.empty()) note("note: no --controller given: '" + controller.name + "' is taken");
+  tell_what_is_run(shared, study, trajectory);
+  if (options.controller.empty() && !shared.quiet)
+    tell("note: no --controller given: '" + controller.name + "' is taken");
   const Result result = control_or_throw(study, trajectory, controller, options.settle);
-  for (const std::string& text : result.outcome.notes) note("note: " + text);
+  tell_notes(shared, result);
   const FileDescription description = describe(options, study, trajectory, controller);
   // What was computed until something stopped the run is worth keeping; the file says that it ended early.
   const bool done = result.outcome.status == MotionStatus::done;
@@ -47,13 +41,7 @@ ExitCode run(const ControlCommandOptions& options) {
     for (const std::string& file : files) tell("written up to where the run ended: " + file);
     throw MotionFailure(result.outcome);
   }
-  if (shared.spec.json) {
-    print(result_json(result, description, files));
-  } else if (!shared.quiet) {
-    std::string text = summary_text(result, description);
-    for (const std::string& file : files) text += "written: " + file + "\n";
-    print(text);
-  }
+  print_result(shared, result, description, files);
   return ExitCode::done;
 }
 

@@ -1,13 +1,10 @@
-#include "console.hpp"
 #include "failure.hpp"
-#include "run_files.hpp"
+#include "run_output.hpp"
 #include "simulate_options.hpp"
 
 #include "balance/base/error.hpp"
 #include "balance/study/simulate.hpp"
 #include "balance/study/simulate_natural.hpp"
-#include "balance/write/json.hpp"
-#include "balance/write/text.hpp"
 
 #include <memory>
 
@@ -31,24 +28,11 @@ ExitCode run(const SimulateOptions& options) {
   const Trajectory trajectory = choose_trajectory(options, study);
   check_formulation(options, study);
   check_outputs(options);
-  const auto note = [&](const std::string& text) {
-    if (!options.quiet) tell(text);
-  };
-  for (const std::string& warning : study.warnings) note("warning: " + warning);
-  if (options.trajectory.empty() && study.trajectories.size() > 1) {
-    note("note: no --trajectory given: '" + trajectory.name + "' is the first in the spec");
-  }
+  tell_what_is_run(options, study, trajectory);
   const Result result = simulate_or_throw(study, trajectory, options.formulation);
-  for (const std::string& text : result.outcome.notes) note("note: " + text);
+  tell_notes(options, result);
   const FileDescription description = describe(options, study, trajectory);
-  const std::vector<std::string> files = write_files(options, result, description);
-  if (options.spec.json) {
-    print(result_json(result, description, files));
-  } else if (!options.quiet) {
-    std::string text = summary_text(result, description);
-    for (const std::string& file : files) text += "written: " + file + "\n";
-    print(text);
-  }
+  print_result(options, result, description, write_files(options, result, description));
   return ExitCode::done;
 }
 

@@ -39,7 +39,7 @@ endfunction()
 
 function(balance_count_lines target)
   if(BALANCE_COVERAGE)
-    target_compile_options(${target} PRIVATE --coverage -fprofile-update=atomic)
+    target_compile_options(${target} PRIVATE --coverage)
     target_link_options(${target} PUBLIC --coverage)
   endif()
 endfunction()

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -13,13 +14,16 @@ namespace balance::read {
 
 namespace {
 
-/// One value of one axis: what it does to a case, and its part of the case's name.
+/// One value of one axis, its part of the cases' names, and where it stands.
 struct Choice {
-  std::string name;
-  std::function<void(SuiteCase&)> apply;
+  std::string name, value, place;
 };
 
-using Axis = std::vector<Choice>;
+/// What varies, and what a choice of it does to a case.
+struct Axis {
+  std::vector<Choice> choices;
+  std::function<void(const Choice&, SuiteCase&)> apply;
+};
 
 double read_plain(const Cursor& at) {
   const std::string& text = at.word("a number");
@@ -38,49 +42,53 @@ std::string for_file(std::string text) {
 }
 
 /// One or several words, each a choice.
-Axis read_words(const Cursor& at, const std::string& what, const std::function<Choice(const Cursor&)>& read) {
-  Axis axis;
-  if (!at.is_list()) {
-    axis.push_back(read(at));
-    return axis;
-  }
-  for (const Cursor& item : at.items(what)) at.problems().guard([&] { axis.push_back(read(item)); });
+std::vector<Choice> read_words(const Cursor& at, const std::string& what,
+                               const std::function<Choice(const Cursor&)>& read) {
+  if (!at.is_list()) return {read(at)};
+  std::vector<Choice> choices;
+  for (const Cursor& item : at.items(what)) at.problems().guard([&] { choices.push_back(read(item)); });
   if (at.node().items.empty()) at.expected("at least one of " + what);
-  return axis;
+  return choices;
 }
 
-Choice parameter_choice(const std::string& name, const std::string& value, const std::string& place) {
-  return {name + "=" + for_file(value), [=](SuiteCase& one) {
-            std::erase_if(one.set, [&](const auto& pair) { return pair.first == name; });
-            one.set.emplace_back(name, value);
-            note_place(one, "set." + name, place);
-          }};
+[[noreturn]] void too_many(const Cursor& at) {
+  at.fail(fmt::format("expected at most {} cases, found more", most_cases));
 }
 
-/// `{from: 0, to: 1, count: 5}`: evenly spaced, both ends included.
-Axis read_range(const Cursor& at, const std::string& name, const SuiteDraft& draft) {
+/// `{from: 0, to: 1, count: 5}`: evenly spaced, both ends included. @param most how many values may be
+std::vector<Choice> read_range(const Cursor& at, const std::string& name, std::size_t most, const SuiteDraft& draft) {
   double from = 0, to = 0;
   long count = 0;
   const bool read = read_fields(at, "values {from, to, count}",
                                 {{"from", Need::required, [&](const Cursor& c) { from = read_plain(c); }},
                                  {"to", Need::required, [&](const Cursor& c) { to = read_plain(c); }},
                                  {"count", Need::required, [&](const Cursor& c) { count = read_samples(c); }}});
-  Axis axis;
-  if (!read) return axis;
-  if (static_cast<std::size_t>(count) > most_cases)
-    at.fail(fmt::format("expected at most {} values, found {}", most_cases, count));
+  std::vector<Choice> choices;
+  if (!read) return choices;
+  if (static_cast<std::size_t>(count) > most) too_many(at);
+  const std::string place = draft.place(at);
   for (long i = 0; i < count; ++i) {
     const double part = static_cast<double>(i) / static_cast<double>(count - 1);
-    const double value = i + 1 == count ? to : from + (to - from) * part;
-    axis.push_back(parameter_choice(name, fmt::format("{}", value), draft.place(at)));
+    const std::string value = fmt::format("{}", i + 1 == count ? to : from + (to - from) * part);
+    choices.push_back({name + "=" + for_file(value), value, place});
   }
-  return axis;
+  return choices;
 }
 
-Axis read_parameter(const Member& member, const SuiteDraft& draft) {
-  if (member.value.is_map()) return read_range(member.value, member.name, draft);
-  return read_words(member.value, "values",
-                    [&](const Cursor& c) { return parameter_choice(member.name, read_value(c), draft.place(c)); });
+Axis read_parameter(const Member& member, std::size_t most, const SuiteDraft& draft) {
+  const std::string& name = member.name;
+  Axis axis;
+  axis.apply = [name](const Choice& choice, SuiteCase& one) {
+    std::erase_if(one.set, [&](const auto& pair) { return pair.first == name; });
+    one.set.emplace_back(name, choice.value);
+    note_place(one, "set." + name, choice.place);
+  };
+  axis.choices = member.value.is_map() ? read_range(member.value, name, most, draft)
+                                       : read_words(member.value, "values", [&](const Cursor& c) -> Choice {
+                                           const std::string value = read_value(c);
+                                           return {name + "=" + for_file(value), value, draft.place(c)};
+                                         });
+  return axis;
 }
 
 struct Axes {
@@ -90,33 +98,27 @@ struct Axes {
 };
 
 Axis read_specs(const Cursor& at, const SuiteDraft& draft) {
-  return read_words(at, "spec files", [&](const Cursor& c) -> Choice {
+  const auto read = [&](const Cursor& c) -> Choice {
     const std::string file = c.word("the name of a spec file");
-    return {for_file(std::filesystem::path(file).stem().string()), [file, place = draft.place(c)](SuiteCase& one) {
-              one.spec = file;
-              note_place(one, "spec", place);
-            }};
-  });
+    return {for_file(std::filesystem::path(file).stem().string()), file, draft.place(c)};
+  };
+  return {read_words(at, "spec files", read), [](const Choice& choice, SuiteCase& one) {
+            one.spec = choice.value;
+            note_place(one, "spec", choice.place);
+          }};
 }
 
-Axis read_trajectory_names(const Cursor& at, const SuiteDraft& draft) {
-  return read_words(at, "trajectories", [&](const Cursor& c) -> Choice {
-    const std::string name = c.word("a trajectory's name");
-    return {for_file(name), [name, place = draft.place(c)](SuiteCase& one) {
-              one.trajectory = name;
-              note_place(one, "trajectory", place);
-            }};
-  });
-}
-
-Axis read_controller_names(const Cursor& at, const SuiteDraft& draft) {
-  return read_words(at, "controllers", [&](const Cursor& c) -> Choice {
-    const std::string name = c.word("a controller's name");
-    return {for_file(name), [name, place = draft.place(c)](SuiteCase& one) {
-              one.controller = name;
-              note_place(one, "controller", place);
-            }};
-  });
+/// Names of things in the specs. @param of whose
+Axis read_names(const Cursor& at, const std::string& key, std::string SuiteCase::*of, const SuiteDraft& draft) {
+  const auto read = [&](const Cursor& c) -> Choice {
+    const std::string name = c.word("a " + key + "'s name");
+    return {for_file(name), name, draft.place(c)};
+  };
+  return {read_words(at, key == "trajectory" ? "trajectories" : key + "s", read),
+          [key, of](const Choice& choice, SuiteCase& one) {
+            one.*of = choice.value;
+            note_place(one, key, choice.place);
+          }};
 }
 
 /// Counts through the axes, the last of them fastest.
@@ -124,9 +126,8 @@ void expand(const std::vector<Axis>& axes, const std::string& prefix, const Suit
             SuiteDraft& draft) {
   std::size_t count = 1;
   for (const Axis& axis : axes) {
-    count *= axis.size();
-    if (count + draft.cases.size() > most_cases)
-      at.fail(fmt::format("expected at most {} cases, found more", most_cases));
+    count *= axis.choices.size();
+    if (count + draft.cases.size() > most_cases) too_many(at);
   }
   for (std::size_t number = 0; number < count; ++number) {
     SuiteCase one = base;
@@ -134,11 +135,11 @@ void expand(const std::vector<Axis>& axes, const std::string& prefix, const Suit
     std::size_t block = count;
     std::size_t rest = number;
     for (const Axis& axis : axes) {
-      block /= axis.size();
-      const Choice& choice = axis[rest / block];
+      block /= axis.choices.size();
+      const Choice& choice = axis.choices[rest / block];
       rest %= block;
       one.name += (one.name.empty() ? "" : "_") + choice.name;
-      choice.apply(one);
+      axis.apply(choice, one);
     }
     add_case(draft, std::move(one), at);
   }
@@ -150,18 +151,24 @@ void read_matrix(const Cursor& at, SuiteDraft& draft) {
   std::vector<Field> fields = {
       {"name", Need::optional, [&](const Cursor& c) { axes.prefix = c.word("how the cases' names begin"); }},
       {"spec", Need::optional, [&](const Cursor& c) { axes.specs = read_specs(c, draft); }},
-      {"trajectory", Need::optional, [&](const Cursor& c) { axes.trajectories = read_trajectory_names(c, draft); }},
-      {"controller", Need::optional, [&](const Cursor& c) { axes.controllers = read_controller_names(c, draft); }},
+      {"trajectory", Need::optional,
+       [&](const Cursor& c) { axes.trajectories = read_names(c, "trajectory", &SuiteCase::trajectory, draft); }},
+      {"controller", Need::optional,
+       [&](const Cursor& c) { axes.controllers = read_names(c, "controller", &SuiteCase::controller, draft); }},
       {"set", Need::optional, [&](const Cursor& c) {
+         std::size_t most = most_cases;
          for (const Member& member : named_members(c, "parameters {name: [values]}"))
-           draft.problems.guard([&] { axes.parameters.push_back(read_parameter(member, draft)); });
+           draft.problems.guard([&] {
+             axes.parameters.push_back(read_parameter(member, most, draft));
+             most /= std::max<std::size_t>(1, axes.parameters.back().choices.size());
+           });
        }}};
   for (Field& field : case_fields(draft, base))
     if (field.name == "samples" || field.name == "design") fields.push_back(std::move(field));
   if (!read_fields(at, "a matrix {name, spec, trajectory, controller, set, samples, design}", fields)) return;
   std::vector<Axis> all;
   for (const Axis* axis : {&axes.specs, &axes.trajectories, &axes.controllers})
-    if (!axis->empty()) all.push_back(*axis);
+    if (!axis->choices.empty()) all.push_back(*axis);
   all.insert(all.end(), axes.parameters.begin(), axes.parameters.end());
   if (all.empty()) at.fail("expected at least one of 'spec', 'trajectory', 'controller' and 'set', found none");
   expand(all, axes.prefix, base, at, draft);
