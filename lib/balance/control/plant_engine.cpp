@@ -146,8 +146,7 @@ void EngineOf<S>::follow() {
 template <class S>
 void EngineOf<S>::make_notes() {
   notes_.clear();
-  if (loops_.redundant())
-    notes_.push_back(over_constrained());
+  if (loops_.redundant()) notes_.push_back(over_constrained());
   for (const IdleSpin& spin : loops_.tree().held_spins) notes_.push_back(held_spin(mechanism_, spin));
 }
 

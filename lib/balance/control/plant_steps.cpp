@@ -144,8 +144,7 @@ MotionOutcome EngineOf<S>::stop(MotionStatus status) {
   const char* what = status == MotionStatus::constraint_singularity
                          ? "constraint singularity: the loop closures lose rank, the mechanism gains a freedom"
                          : "the integration needs steps that are too short or too many to go on";
-  return {
-      status, time_, at_time(time_) + what + "; configuration: " + configuration_text(mechanism_, position_), {}};
+  return {status, time_, at_time(time_) + what + "; configuration: " + configuration_text(mechanism_, position_), {}};
 }
 
 #define BALANCE_INSTANTIATE(S)                                                                     \

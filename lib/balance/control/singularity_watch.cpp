@@ -3,7 +3,6 @@
 #include "balance/base/factorizations.hpp"
 #include "balance/motion/wording.hpp"
 
-
 namespace balance {
 
 SingularityWatch::SingularityWatch(const Mechanism& mechanism)

@@ -22,12 +22,9 @@ Actuation<S>::Actuation(const Mechanism& mechanism, const Tree<S>& tree, int fre
   const int motors = static_cast<int>(actuated_.size());
   efforts_.assign(motors, 0);
   multipliers_.assign(closures_, 0);
-  if (motors < freedoms)
-    mismatch_ = under_actuated(motors, freedoms);
-  if (motors > freedoms)
-    notes_.push_back(over_actuated(motors, freedoms));
-  if (closures_ > columns_ - freedoms)
-    notes_.push_back(over_constrained());
+  if (motors < freedoms) mismatch_ = under_actuated(motors, freedoms);
+  if (motors > freedoms) notes_.push_back(over_actuated(motors, freedoms));
+  if (closures_ > columns_ - freedoms) notes_.push_back(over_constrained());
   const bool own_columns = static_cast<int>(distinct.size()) == motors;
   regular_ = motors == freedoms && own_columns && closures_ == columns_ - freedoms;
   if (regular_) prepare_regular(tree);

@@ -251,8 +251,7 @@ void Stepper<S>::stop(Attempt attempt, double time) {
     outcome_.status = MotionStatus::assembly_jump;
     what = "the motion could only go on by a jump to another assembly mode";
   }
-  outcome_.reason =
-      at_time(time) + what + "; configuration: " + configuration_text(mechanism_, tree_, now_.y.data());
+  outcome_.reason = at_time(time) + what + "; configuration: " + configuration_text(mechanism_, tree_, now_.y.data());
 }
 
 template class Stepper<Planar>;

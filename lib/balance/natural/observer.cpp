@@ -15,10 +15,8 @@ Observer::Observer(const Mechanism& mechanism, const Model& model, int freedoms,
       com_(com_form(model)) {
   if (mechanism.tool) tool_ = tool_form(mechanism, model);
   const int motors = static_cast<int>(mechanism.actuators.size());
-  if (motors < freedoms)
-    mismatch_ = under_actuated(motors, freedoms);
-  if (motors > freedoms)
-    notes_.push_back(over_actuated(motors, freedoms));
+  if (motors < freedoms) mismatch_ = under_actuated(motors, freedoms);
+  if (motors > freedoms) notes_.push_back(over_actuated(motors, freedoms));
   for (auto* values : {&seen_.position, &seen_.velocity, &seen_.acceleration})
     values->assign(mechanism.coordinates.size(), 0);
   seen_.effort.assign(mechanism.actuators.size(), 0);

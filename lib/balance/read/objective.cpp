@@ -136,7 +136,7 @@ namespace balance {
 
 std::vector<ObjectiveTerm> read_objective(const std::string& text, const Study& study) {
   using namespace read;
-  Problems problems("");
+  Problems problems = Problems::of_option("--minimize");
   std::vector<ObjectiveTerm> terms;
   problems.guard([&] {
     if (text.find_first_not_of(" \t\r\n") == std::string::npos)
@@ -145,9 +145,8 @@ std::vector<ObjectiveTerm> read_objective(const std::string& text, const Study& 
     Parameters none;
     terms = read_terms(Cursor(root, "", problems), none, study);
   });
-  if (problems.none()) return terms;
-  const Problem& first = *problems.first();
-  throw SpecError("--minimize: " + first.path + (first.path.empty() ? "" : ": ") + first.text);
+  problems.throw_first();
+  return terms;
 }
 
 }  // namespace balance

@@ -29,6 +29,8 @@ struct Problem : std::exception {
 class Problems {
  public:
   explicit Problems(std::string file) : file_(std::move(file)) {}
+  /// Of an option's value, where lines and columns say nothing.
+  static Problems of_option(std::string name);
 
   /// @throws SpecError once there are so many that reading on is pointless
   void add(Problem problem);
@@ -53,6 +55,7 @@ class Problems {
 
  private:
   std::string file_;
+  bool is_option_ = false;
   std::optional<Problem> first_;
   int count_ = 0;
 };

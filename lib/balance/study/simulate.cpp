@@ -63,8 +63,7 @@ class Run {
     }
     add_metrics(result, jumps);
     result.outcome = {MotionStatus::done, plan_.schedule->duration(), "", observer.actuation().notes()};
-    for (const IdleSpin& spin : tree_.held_spins)
-      result.outcome.notes.push_back(held_spin(mechanism_, spin));
+    for (const IdleSpin& spin : tree_.held_spins) result.outcome.notes.push_back(held_spin(mechanism_, spin));
     return result;
   }
 
