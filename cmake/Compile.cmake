@@ -30,9 +30,14 @@ function(balance_compile_options target)
   endif()
   if(BALANCE_SANITIZE)
     # What -fno-sanitize leaves out takes a quarter of the compiler's time on Eigen, and the address sanitizer sees it too.
+    # Checks that are called instead of written out take another quarter less.
     target_compile_definitions(${target} PRIVATE BALANCE_SANITIZED)
     target_compile_options(${target} PRIVATE -fsanitize=${BALANCE_SANITIZE} -fno-sanitize-recover=all
-                                             -fno-sanitize=null,alignment,vptr,object-size -fno-omit-frame-pointer)
+                                             -fno-sanitize=null,alignment,vptr,object-size,pointer-overflow
+                                             -fno-omit-frame-pointer)
+    if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+      target_compile_options(${target} PRIVATE --param asan-instrumentation-with-call-threshold=0)
+    endif()
     target_link_options(${target} PRIVATE -fsanitize=${BALANCE_SANITIZE})
   endif()
 endfunction()

@@ -121,7 +121,7 @@ Run run(const std::string& name, const Mechanism& mechanism, const balance::Traj
 namespace {
 
 void for_each_random_run(long samples, const std::function<void(const Run&)>& test) {
-  constexpr std::uint32_t seeds = 40;
+  constexpr std::uint32_t seeds = 40 / fewer;
   for (const balance::SpaceKind space : {balance::SpaceKind::planar, balance::SpaceKind::spatial}) {
     std::uint32_t made = 0;
     for (std::uint32_t seed = 1; seed <= seeds; ++seed) {

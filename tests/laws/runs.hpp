@@ -47,6 +47,13 @@ struct Run {
   Vector3 moment(const Samples& array, long k, long vector = 0) const;  ///< planar: along z
 };
 
+/// Sanitizers make every step many times as long: a part of the random mechanisms must do.
+#ifdef BALANCE_SANITIZED
+inline constexpr unsigned fewer = 4;
+#else
+inline constexpr unsigned fewer = 1;
+#endif
+
 std::vector<std::string> config_names();
 balance::Study load(const std::string& file);
 /// Result::outcome may say why there are no samples.

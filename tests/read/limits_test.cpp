@@ -40,7 +40,7 @@ TEST_CASE("aliases are values like others, but neither circles nor bombs") {
 }
 
 TEST_CASE("brackets, expressions and free numbers by the ten thousand are read or refused within a second") {
-  const auto begin = std::clock();
+  [[maybe_unused]] const auto begin = std::clock();
   CHECK(specs::complaint(repeated("[", 4'000'000)) ==
         "s.yaml:1:1: expected a spec of at most 600000 brackets, braces and commas, found 4000000");
   const auto table = [](const std::string& row, int rows) {
@@ -51,7 +51,9 @@ TEST_CASE("brackets, expressions and free numbers by the ten thousand are read o
   std::string rows;  // on one line
   for (int i = 1; i <= 20'000; ++i) rows += "[" + std::to_string(i) + ", {free: [0, 1]}, 0], ";
   CHECK(specs::read(specs::with(specs::planar, "[1, 3, 4]]", rows + "[30000, 3, 4]]")).free_numbers.size() == 20'001);
+#ifndef BALANCE_SANITIZED
   CHECK(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC < 4);
+#endif
 }
 
 TEST_CASE("what is no spec is refused with the place where that shows") {

@@ -40,7 +40,7 @@ LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& 
     rubbing_.push_back({source.column, source.ratio, friction.viscous, friction.coulomb,
                         options.friction_width * (slides ? full_.length : 1)});
   }
-  const std::size_t most = static_cast<std::size_t>(n + full_.closure_rows);
+  const std::size_t most = static_cast<std::size_t>(n) + static_cast<std::size_t>(full_.closure_rows);
   x_.assign(most, 0), rates_.assign(most, 0);
   weigh_columns();
   mass_.assign(n * n, 0), tau_.assign(n, 0), ddy0_.assign(n, 0);

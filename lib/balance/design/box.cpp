@@ -9,7 +9,7 @@ namespace balance::designing {
 namespace {
 
 /// Unit coordinates so near to a bound are meant to be at it.
-constexpr double slack = 1e-14;
+constexpr double near_bound = 1e-14;
 
 }  // namespace
 
@@ -34,9 +34,9 @@ VectorX Box::numbers(const VectorX& u) const {
   for (Eigen::Index i = 0; i < u.size(); ++i) {
     if (u[i] == start_[i])
       x[i] = start_numbers_[i];
-    else if (u[i] <= -1 + slack)
+    else if (u[i] <= -1 + near_bound)
       x[i] = lower_[i];
-    else if (u[i] >= 1 - slack)
+    else if (u[i] >= 1 - near_bound)
       x[i] = upper_[i];
     else
       x[i] = std::clamp(centre_[i] + half_[i] * u[i], lower_[i], upper_[i]);

@@ -52,8 +52,8 @@ class Planner {
   }
 
  private:
-  bool fail(MotionOutcome outcome) {
-    plan_.outcome = std::move(outcome);
+  bool fail(const MotionOutcome& outcome) {
+    plan_.outcome = outcome;
     return false;
   }
 
