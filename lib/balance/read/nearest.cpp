@@ -36,10 +36,17 @@ double edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::string nearest(std::string_view word, const std::vector<std::string>& names) {
-  const auto best = std::min_element(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
-    return edit_distance(word, a) < edit_distance(word, b);
-  });
-  return best == names.end() ? "" : *best;
+  const auto length = [](std::string_view text) { return std::min(text.size(), longest_compared); };
+  const std::string* best = nullptr;
+  double least = 0;
+  for (const std::string& name : names) {
+    // every character more or less is a difference: of thousands of names most need no closer look
+    const std::size_t apart = std::max(length(word), length(name)) - std::min(length(word), length(name));
+    if (best != nullptr && static_cast<double>(apart) >= least) continue;
+    const double distance = edit_distance(word, name);
+    if (best == nullptr || distance < least) best = &name, least = distance;
+  }
+  return best == nullptr ? "" : *best;
 }
 
 std::string nearest_hint(std::string_view word, const std::vector<std::string>& names) {
