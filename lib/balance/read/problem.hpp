@@ -36,8 +36,6 @@ class Problems {
   void add(Problem problem);
   bool none() const { return !first_; }
   int count() const { return count_; }
-  /// The one that comes first in the document.
-  const std::optional<Problem>& first() const { return first_; }
   /// @throws SpecError if there is any
   void throw_first() const;
 
@@ -56,7 +54,7 @@ class Problems {
  private:
   std::string file_;
   bool is_option_ = false;
-  std::optional<Problem> first_;
+  std::optional<Problem> first_;  ///< in the document
   int count_ = 0;
 };
 
