@@ -6,7 +6,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 using namespace laws;
@@ -50,7 +52,9 @@ struct Trial {
   /// What came out, after whatever was found has been held against the laws.
   /// @param distance from the singular configuration: round-off over its square is what directions are uncertain by
   MotionStatus run(const std::string& what, double distance = 1) const {
-    const double tolerance = distance >= 1e-4 ? 1e-7 : 1e-3;
+    // the closures are solved to some twenty ulps
+    const double tolerance =
+        std::clamp(20 * std::numeric_limits<double>::epsilon() / (distance * distance), 1e-7, 1e-3);
     const Run one = attempt(what, study.mechanism, trajectory);
     const balance::MotionOutcome& outcome = one.result.outcome;
     INFO(what << ": " << outcome.reason);

@@ -204,11 +204,15 @@ TEST_CASE("the gradient is what finite differences say, along random directions"
         // central differences of a smooth function miss by h², and by the round-off of its values over h
         constexpr double h = 1e-5;
         const VectorX ahead = pi + h * direction, behind = pi - h * direction;
-        const double slope = ((*function)(ahead, nullptr) - (*function)(behind, nullptr)) / (2 * h);
+        const double forward = ((*function)(ahead, nullptr) - value) / h;
+        const double backward = (value - (*function)(behind, nullptr)) / h;
+        const double slope = (forward + backward) / 2, along = gradient.dot(direction);
         const double scale = value + gradient.cwiseAbs().dot(direction.cwiseAbs());
-        CHECK_MESSAGE(std::abs(gradient.dot(direction) - slope) < 1e-7 * scale,
-                      quantity << " figure " << static_cast<int>(figure) << ": " << gradient.dot(direction)
-                               << " against " << slope);
+        // where another place becomes the peak within h, the gradient is that of one side
+        const double beside = std::min(std::abs(along - forward), std::abs(along - backward));
+        const bool corner = std::abs(forward - backward) > 1e-3 * scale && beside < 1e-5 * scale;
+        CHECK_MESSAGE((corner || std::abs(along - slope) < 1e-7 * scale),
+                      quantity << " figure " << static_cast<int>(figure) << ": " << along << " against " << slope);
       }
   });
 }

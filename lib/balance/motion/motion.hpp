@@ -18,6 +18,7 @@ enum class MotionStatus {
   actuation_singularity,   ///< the actuators no longer hold the mechanism
   assembly_jump,           ///< the motion could only go on in another assembly mode
   mismatch,                ///< drive or actuators do not match the degrees of freedom
+  overflow,                ///< numbers became larger than can be computed with
 };
 
 /// How a run ended; `reason` is one sentence for the user, with time and configuration where they matter.

@@ -18,6 +18,12 @@ MotionOutcome no_longer_held(double time) {
       {}};
 }
 
+MotionOutcome numbers_overflow(double time, const std::string& what) {
+  char text[64];
+  std::snprintf(text, sizeof text, "numbers overflow at t = %.9g s: ", time);
+  return {MotionStatus::overflow, time, text + what + " is larger than can be computed with", {}};
+}
+
 std::string under_actuated(int motors, int freedoms) {
   return "under-actuated: " + std::to_string(motors) + " actuators for " + std::to_string(freedoms) +
          " degrees of freedom; name as many coordinates in `actuators`";

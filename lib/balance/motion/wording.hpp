@@ -15,6 +15,9 @@ std::string at_time(double time);
 /// The end of a run whose actuators no longer hold the mechanism. @param time [s]
 MotionOutcome no_longer_held(double time);
 
+/// The end of a run whose numbers grew too large to be computed with. @param time [s] @param what grew: "torque[A1]"
+MotionOutcome numbers_overflow(double time, const std::string& what);
+
 std::string under_actuated(int motors, int freedoms);
 std::string over_actuated(int motors, int freedoms);
 std::string over_constrained();

@@ -84,9 +84,9 @@ class ControlRun {
     }
     if (done_rows < samples_) {
       cut_rows(done_rows, result_);
-      cut_rows(2 * static_cast<long>(jumps_.next_sample.size()), jumps_.sides);
+      cut_rows(static_cast<long>(between_.next_sample.size()), between_.rows);
     }
-    if (result_.time.size() >= 2) add_metrics(result_, jumps_);
+    if (result_.time.size() >= 2) add_metrics(result_, between_);
     result_.outcome = outcome_;
     result_.outcome.notes = plant_.notes();
     return std::move(result_);
@@ -134,7 +134,7 @@ class ControlRun {
 
   void shape() {
     const auto ticks = std::count_if(events_.begin() + 1, events_.end(), [](const Event& event) { return event.tick; });
-    for (const auto& [result, rows] : {std::pair{&result_, samples_}, {&jumps_.sides, 2 * static_cast<long>(ticks)}}) {
+    for (const auto& [result, rows] : {std::pair{&result_, samples_}, {&between_.rows, 2 * static_cast<long>(ticks)}}) {
       name_columns(mechanism_, *result);
       for (const int c : law_.sliding()) {
         const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(c)];
@@ -152,8 +152,7 @@ class ControlRun {
     const Event& event = events_[e];
     if (e > 0 && !good(plant_.advance(event.time, efforts_))) return false;
     if (event.tick) {
-      const long row = 2 * static_cast<long>(jumps_.next_sample.size());
-      if (e > 0) write(jumps_.sides, row, e);
+      if (e > 0) write(between_.rows, between_.add(event.sample), e);
       const DesiredState wanted = desired(e);
       sensor_.read(actuated(plant_.position()), actuated(plant_.velocity()), actuated(wanted.velocity));
       if (inverts(controller_) && !good(watch_.look(event.time, plant_.position(), plant_.velocity()))) return false;
@@ -161,11 +160,7 @@ class ControlRun {
       if (e > 0) variation_ += (law_.efforts() - efforts_).cwiseAbs();
       efforts_ = law_.efforts();
       saturated_ = law_.at_limit();
-      if (e > 0) {
-        write(jumps_.sides, row + 1, e);
-        jumps_.next_sample.push_back(event.sample);
-        jumps_.on_sample.push_back(event.on_sample);
-      }
+      if (e > 0 && !event.on_sample) write(between_.rows, between_.add(event.sample), e);
     }
     if (!event.on_sample) return true;
     write(result_, event.sample, e);
@@ -255,7 +250,7 @@ class ControlRun {
   VectorX efforts_, variation_, saturated_;
   Eigen::Vector4d last_quaternion_ = Eigen::Vector4d::Zero();
   Result result_;
-  Jumps jumps_;
+  BetweenSamples between_;
   MotionOutcome outcome_;
 };
 

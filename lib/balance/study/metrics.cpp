@@ -2,32 +2,42 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <numbers>
 #include <numeric>
+#include <utility>
 
 namespace balance {
 
 namespace {
 
-/// One row of the run or of a jump's side, in the order of time.
+/// One row of the run or of what lies between its samples.
 struct Place {
   double time;
   const Result* result;
   long row;
 };
 
-std::vector<Place> in_order(const Result& result, const Jumps& jumps) {
+std::vector<Place> in_order(const Result& result, const BetweenSamples& between) {
   std::vector<Place> places;
-  places.reserve(static_cast<std::size_t>(result.time.size()) + 2 * jumps.next_sample.size());
+  places.reserve(static_cast<std::size_t>(result.time.size()) + between.next_sample.size());
   std::size_t j = 0;
   for (long k = 0; k < result.time.size(); ++k) {
-    for (; j < jumps.next_sample.size() && jumps.next_sample[j] == k; ++j) {
-      const long before = 2 * static_cast<long>(j);
-      places.push_back({jumps.sides.time[before], &jumps.sides, before});
-      if (!jumps.on_sample[j]) places.push_back({jumps.sides.time[before + 1], &jumps.sides, before + 1});
+    for (; j < between.next_sample.size() && between.next_sample[j] == k; ++j) {
+      const long row = static_cast<long>(j);
+      places.push_back({between.rows.time[row], &between.rows, row});
     }
     places.push_back({result.time[k], &result, k});
   }
   return places;
+}
+
+/// Every second place, both ends included.
+std::vector<Place> every_second(const std::vector<Place>& places) {
+  std::vector<Place> chosen;
+  for (std::size_t i = 0; i < places.size(); i += 2) chosen.push_back(places[i]);
+  if (places.size() % 2 == 0) chosen.push_back(places.back());
+  return chosen;
 }
 
 /// Columns of one of Result's arrays that together are one quantity.
@@ -62,7 +72,7 @@ Metric measure(std::string quantity, std::string unit, const Track& series, cons
   const auto first_peak = std::find_if(places.begin(), places.end(), [&](const Place& place) {
     return series.magnitude(place) >= (1 - 1e-10) * metric.peak;
   });
-  metric.peak_time = first_peak->time;
+  metric.peak_time = first_peak == places.end() ? places.front().time : first_peak->time;  // end: nothing is a number
   const double duration = places.back().time - places.front().time;
   metric.rms = std::sqrt(squares / duration);
   metric.mean = sum / duration;
@@ -150,10 +160,61 @@ double energy(const Result& result, const std::vector<Place>& places) {
   return result.actuator_names.empty() ? 0 : sum;
 }
 
+/// Quantities that show first that places are too few: what the motors and the frame feel.
+std::vector<Metric> telling_figures(const Result& result, const std::vector<Place>& places) {
+  std::vector<Metric> all;
+  for (std::size_t a = 0; a < result.actuator_names.size(); ++a)
+    all.push_back(measure("torque[" + result.actuator_names[a] + "]", result.actuator_units[a],
+                          {&Result::torque, static_cast<int>(a), 1}, places));
+  all.push_back(measure("shaking_force", "N", {&Result::shaking_force, 0, result.axes}, places));
+  all.push_back(measure("shaking_moment", "N m", {&Result::shaking_moment, 0, result.moment_axes}, places));
+  return all;
+}
+
+/// The largest turn of a joint from one place to the next [rad], and whose.
+std::pair<std::string, double> largest_turn(const Result& result, const std::vector<Place>& places) {
+  std::pair<std::string, double> largest{"", 0};
+  const auto position = [&](const Place& place, Eigen::Index c) { return place.result->joint_position(place.row, c); };
+  for (std::size_t joint = 0; joint < result.coordinate_names.size(); ++joint) {
+    if (result.coordinate_units[joint] != "rad") continue;
+    const auto c = static_cast<Eigen::Index>(joint);
+    for (std::size_t i = 1; i < places.size(); ++i) {
+      const double turn = std::abs(position(places[i], c) - position(places[i - 1], c));
+      if (turn > largest.second) largest = {result.coordinate_names[joint], turn};
+    }
+  }
+  return largest;
+}
+
 }  // namespace
 
-void add_metrics(Result& result, const Jumps& jumps) {
-  const std::vector<Place> places = in_order(result, jumps);
+std::string sampling_note(const Result& result, const BetweenSamples& between) {
+  constexpr double much = 0.02;
+  constexpr double far = 0.5;  // rad: the peak of what a turn makes once may then be missed by 3 %
+  const std::vector<Place> places = in_order(result, between), half = every_second(places);
+  if (const auto [joint, angle] = largest_turn(result, places); angle > far) {
+    char degrees[32];
+    std::snprintf(degrees, sizeof degrees, "%.3g", angle * 180 / std::numbers::pi);
+    return "figures rest on places that are far apart: " + joint + " turns by " + degrees +
+           " degrees from one to the next; ask for more samples";
+  }
+  if (half.size() < 3) return "";
+  const std::vector<Metric> fine = telling_figures(result, places), coarse = telling_figures(result, half);
+  for (std::size_t i = 0; i < fine.size(); ++i) {
+    const double change = std::max(std::abs(fine[i].peak - coarse[i].peak), std::abs(fine[i].rms - coarse[i].rms));
+    // of what is nothing but round-off every digit changes
+    const bool counts = fine[i].peak > 1e-9 * result.kinetic_energy.cwiseAbs().maxCoeff();
+    if (counts && change > much * fine[i].peak)
+      return std::to_string(places.size()) +
+             " places along the motion are few for its figures: without every second one " + fine[i].quantity +
+             " would change by " + std::to_string(static_cast<int>(std::lround(100 * change / fine[i].peak))) +
+             " %; ask for more samples";
+  }
+  return "";
+}
+
+void add_metrics(Result& result, const BetweenSamples& between) {
+  const std::vector<Place> places = in_order(result, between);
   result.metrics.clear();
   add_control(result, places);
   add_actuators(result, "torque", &Result::torque, result.actuator_units, places);

@@ -25,8 +25,8 @@ class Rerun {
 
   const Tree<S>& tree() const { return tree_; }
 
-  /// Calls see(stepper) once for every sample and every side of a jump that no sample holds: the places that averages are
-  /// taken over. The stepper's state is that of the place.
+  /// Calls see(stepper) once for every place of the walk and every side of a jump that no other place holds: the places that
+  /// averages are taken over. The stepper's state is that of the place.
   template <class See>
   MotionOutcome run(Detail detail, See&& see) {
     const Actuation<S>& actuation = observer_.actuation();
@@ -34,7 +34,7 @@ class Rerun {
     Hold hold;
     bool holds = true;
     const bool done = walk(stepper_, *plan_.schedule, trajectory_.samples, [&](const Stop& stop) {
-      if (stop.kind == Stop::Kind::after_jump && stop.on_sample) return true;
+      if (stop.kind == Stop::Kind::after_jump && stop.followed) return true;
       const bool held = observer_.observe(stepper_, detail);
       holds = hold.keeps(held, actuation.determinant_sign());
       if (holds) see(stepper_);

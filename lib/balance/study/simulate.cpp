@@ -6,6 +6,7 @@
 #include "balance/motion/wording.hpp"
 #include "balance/study/hold.hpp"
 #include "balance/study/metrics.hpp"
+#include "balance/study/overflow.hpp"
 #include "balance/study/result_columns.hpp"
 #include "balance/study/walk.hpp"
 
@@ -52,34 +53,35 @@ class Run {
     Stepper<S> stepper(mechanism_, tree_, plan_);
     name_columns(mechanism_, result);
     result.about = trajectory_.about;
-    Jumps jumps;
-    name_columns(mechanism_, jumps.sides);
+    BetweenSamples between;
+    name_columns(mechanism_, between.rows);
     size_arrays(mechanism_, trajectory_.samples, Contents::everything, result);
-    size_arrays(mechanism_, 2 * static_cast<long>(plan_.schedule->jumps().size()), Contents::everything, jumps.sides);
-    if (!follow(stepper, observer, result, jumps)) {
+    size_arrays(mechanism_, most_rows_between(*plan_.schedule, trajectory_.samples), Contents::everything,
+                between.rows);
+    if (!follow(stepper, observer, result, between)) {
       Result stopped;
       stopped.outcome = lost_;
       return stopped;
     }
-    add_metrics(result, jumps);
+    add_metrics(result, between);
+    if (const auto overflow = find_overflow(result, between)) {
+      Result stopped;
+      stopped.outcome = *overflow;
+      return stopped;
+    }
     result.outcome = {MotionStatus::done, plan_.schedule->duration(), "", observer.actuation().notes()};
+    if (const std::string note = sampling_note(result, between); !note.empty()) result.outcome.notes.push_back(note);
     for (const IdleSpin& spin : tree_.held_spins) result.outcome.notes.push_back(held_spin(mechanism_, spin));
     return result;
   }
 
  private:
-  /// Through all samples and jumps in the order of time.
-  bool follow(Stepper<S>& stepper, Observer<S>& observer, Result& result, Jumps& jumps) {
+  /// Through the whole walk.
+  bool follow(Stepper<S>& stepper, Observer<S>& observer, Result& result, BetweenSamples& between) {
     const bool done = walk(stepper, *plan_.schedule, trajectory_.samples, [&](const Stop& stop) {
-      switch (stop.kind) {
-        case Stop::Kind::before_jump:
-          jumps.next_sample.push_back(stop.next_sample);
-          jumps.on_sample.push_back(stop.on_sample);
-          return record(stepper, observer, jumps.sides, 2 * stop.index);
-        case Stop::Kind::after_jump: return record(stepper, observer, jumps.sides, 2 * stop.index + 1);
-        case Stop::Kind::sample: break;
-      }
-      return record(stepper, observer, result, stop.index);
+      if (stop.kind == Stop::Kind::sample) return record(stepper, observer, result, stop.index);
+      if (stop.followed && stop.kind == Stop::Kind::after_jump) return true;
+      return record(stepper, observer, between.rows, between.add(stop.next_sample));
     });
     if (!done && lost_.status == MotionStatus::unsolved) lost_ = stepper.outcome();
     return done;

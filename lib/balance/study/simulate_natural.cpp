@@ -4,6 +4,7 @@
 #include "balance/kinematics/joint_coordinates.hpp"
 #include "balance/natural/simulation.hpp"
 #include "balance/study/metrics.hpp"
+#include "balance/study/overflow.hpp"
 #include "balance/study/result_columns.hpp"
 #include "balance/study/walk.hpp"
 
@@ -65,25 +66,30 @@ class NaturalRun {
     if (result.outcome.status != MotionStatus::done) return result;
     name_columns(mechanism_, result);
     result.about = trajectory_.about;
-    Jumps jumps;
-    name_columns(mechanism_, jumps.sides);
+    BetweenSamples between;
+    name_columns(mechanism_, between.rows);
     const Schedule& schedule = simulation_.schedule();
     size_arrays(mechanism_, trajectory_.samples, Contents::without_reactions, result);
-    size_arrays(mechanism_, 2 * static_cast<long>(schedule.jumps().size()), Contents::without_reactions, jumps.sides);
+    size_arrays(mechanism_, most_rows_between(schedule, trajectory_.samples), Contents::without_reactions,
+                between.rows);
     const bool done = walk(simulation_, schedule, trajectory_.samples, [&](const Stop& stop) {
       if (stop.kind == Stop::Kind::sample) return record(result, stop.index);
-      if (stop.kind == Stop::Kind::after_jump) return record(jumps.sides, 2 * stop.index + 1);
-      jumps.next_sample.push_back(stop.next_sample);
-      jumps.on_sample.push_back(stop.on_sample);
-      return record(jumps.sides, 2 * stop.index);
+      if (stop.followed && stop.kind == Stop::Kind::after_jump) return true;
+      return record(between.rows, between.add(stop.next_sample));
     });
     if (!done) {
       Result stopped;
       stopped.outcome = simulation_.outcome();
       return stopped;
     }
-    add_metrics(result, jumps);
+    add_metrics(result, between);
+    if (const auto overflow = find_overflow(result, between)) {
+      Result stopped;
+      stopped.outcome = *overflow;
+      return stopped;
+    }
     result.outcome = {MotionStatus::done, schedule.duration(), "", simulation_.notes()};
+    if (const std::string note = sampling_note(result, between); !note.empty()) result.outcome.notes.push_back(note);
     return result;
   }
 

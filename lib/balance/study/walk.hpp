@@ -1,20 +1,34 @@
 #pragma once
-/// The way through a trajectory: every sample and both sides of every jump, in the order of time.
+/// The way through a trajectory: every sample, both sides of every jump and, where samples are few, more places between them,
+/// in the order of time.
 
 #include "balance/motion/schedule.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 namespace balance {
 
+/// Peaks, averages and energies rest on at least so many steps, however few samples are asked for: by the trapezoidal rule the
+/// averages of a motion from rest to rest are then good to some 1e-5.
+inline constexpr long least_steps = 400;
+
+/// Steps from one sample to the next.
+inline long steps_per_sample(long samples) { return std::max(1L, (least_steps + samples - 2) / (samples - 1)); }
+
+/// Places of a walk that are no samples, at most.
+inline long most_rows_between(const Schedule& schedule, long samples) {
+  return 2 * static_cast<long>(schedule.jumps().size()) + (samples - 1) * (steps_per_sample(samples) - 1);
+}
+
 /// Where a walk stands.
 struct Stop {
-  enum class Kind { sample, before_jump, after_jump };
+  enum class Kind { sample, between, before_jump, after_jump };
   Kind kind = Kind::sample;
-  long index = 0;          ///< of the sample or of the jump
-  long next_sample = 0;    ///< the first sample at or after it
-  bool on_sample = false;  ///< a jump that happens at that very sample, which holds its after side
+  long index = 0;         ///< of the sample or of the jump
+  long next_sample = 0;   ///< the first sample at or after it
+  bool followed = false;  ///< a jump whose after side the very next stop holds, at the same time
 };
 
 /// Leads a stepper of either formulation from stop to stop.
@@ -32,10 +46,17 @@ bool walk(Stepper& stepper, const Schedule& schedule, long samples, See&& see) {
   };
   const double duration = schedule.duration();
   const std::vector<double>& jumps = schedule.jumps();
+  const long pieces = steps_per_sample(samples), steps = (samples - 1) * pieces;
+  const auto time_of = [&](long step) {
+    if (step == steps) return duration;
+    // samples where they are without steps between them, to the last digit
+    return step % pieces == 0 ? duration * static_cast<double>(step / pieces) / static_cast<double>(samples - 1)
+                              : duration * static_cast<double>(step) / static_cast<double>(steps);
+  };
   std::size_t j = 0;
-  for (long k = 0; k < samples; ++k) {
-    const double time =
-        k == samples - 1 ? duration : duration * static_cast<double>(k) / static_cast<double>(samples - 1);
+  for (long step = 0; step <= steps; ++step) {
+    const double time = time_of(step);
+    const long k = (step + pieces - 1) / pieces;
     for (; j < jumps.size() && jumps[j] <= time * (1 + 1e-12); ++j) {
       const bool here = std::abs(jumps[j] - time) <= 1e-12 * duration;
       if (!move(here ? time : jumps[j])) return false;
@@ -44,7 +65,8 @@ bool walk(Stepper& stepper, const Schedule& schedule, long samples, See&& see) {
       stepper.accelerate(Side::after);
       if (!see(Stop{Stop::Kind::after_jump, static_cast<long>(j), k, here})) return false;
     }
-    if (!move(time) || !see(Stop{Stop::Kind::sample, k, k, true})) return false;
+    const Stop::Kind kind = step % pieces == 0 ? Stop::Kind::sample : Stop::Kind::between;
+    if (!move(time) || !see(Stop{kind, k, k, false})) return false;
   }
   return true;
 }

@@ -38,6 +38,7 @@ const char* name_of(MotionStatus status) {
     case MotionStatus::actuation_singularity: return "actuation-singularity";
     case MotionStatus::assembly_jump: return "assembly-jump";
     case MotionStatus::mismatch: return "mismatch";
+    case MotionStatus::overflow: return "overflow";
   }
   return "";
 }
