@@ -7,6 +7,7 @@
 #include "signals.hpp"
 #include "views.hpp"
 
+#include "balance/base/error.hpp"
 #include "balance/base/version.hpp"
 #include "balance/read/result_file.hpp"
 #include "balance/report/page.hpp"
@@ -91,8 +92,21 @@ Page begin_page(const ReportOptions& options, const Study& study) {
   return page;
 }
 
+/// @throws SystemError unless the run is one of the mechanism in its spec
+void check_belonging(const RunFile& run, const Study& study) {
+  std::vector<std::string> coordinates, joints;
+  for (const Coordinate& coordinate : study.mechanism.coordinates) coordinates.push_back(coordinate.name);
+  for (const Joint& joint : study.mechanism.joints) joints.push_back(joint.name);
+  const Result& r = run.result;
+  const bool planar = study.mechanism.space == SpaceKind::planar;
+  if (r.coordinate_names != coordinates || (!r.joint_names.empty() && r.joint_names != joints) ||
+      r.axes != (planar ? 2 : 3))
+    throw SystemError(run.path + ": is damaged: its run belongs to another mechanism than its spec");
+}
+
 /// The run of a result file, with the spec that it was made from.
 Page file_page(const ReportOptions& options, const RunFile& run, const Study& study) {
+  check_belonging(run, study);
   Page page = begin_page(options, study);
   if (!run.ended_early.empty()) page.notes.push_back("the run ended early: " + run.ended_early);
   PageTrajectory shown{run.trajectory, run.law, run.drive, run.result, std::nullopt};

@@ -9,23 +9,42 @@
 #include <limits>
 #include <map>
 #include <stdexcept>
+#include <string_view>
+#include <unordered_map>
 
 namespace balance {
 namespace {
 
 constexpr double round_off = 1e-12;  ///< of a quantity's largest peak: what is smaller has no meaning of its own
 
-std::string unit_of(const std::string& quantity, const std::vector<MetricTable>& tables) {
+/// The first metric of every quantity's name in one table.
+using MetricIndex = std::unordered_map<std::string_view, const Metric*>;
+
+std::vector<MetricIndex> index_metrics(const std::vector<MetricTable>& tables) {
+  std::vector<MetricIndex> all;
   for (const MetricTable& table : tables) {
+    MetricIndex& index = all.emplace_back();
+    for (const Metric& metric : table.metrics) index.emplace(metric.quantity, &metric);
+  }
+  return all;
+}
+
+const Metric* find_metric(const MetricIndex& index, const std::string& quantity) {
+  const auto found = index.find(quantity);
+  return found == index.end() ? nullptr : found->second;
+}
+
+std::string unit_of(const std::string& quantity, const std::vector<MetricIndex>& tables) {
+  for (const MetricIndex& table : tables) {
     if (const Metric* metric = find_metric(table, quantity)) return metric->unit;
   }
   return "";
 }
 
-ComparedQuantity compare_metrics(const std::string& quantity, const std::vector<MetricTable>& tables) {
+ComparedQuantity compare_metrics(const std::string& quantity, const std::vector<MetricIndex>& tables) {
   ComparedQuantity compared{quantity, unit_of(quantity, tables), {}, {}};
   compared.differences.resize(tables.size());
-  for (const MetricTable& table : tables) {
+  for (const MetricIndex& table : tables) {
     const Metric* metric = find_metric(table, quantity);
     const bool there = metric != nullptr && metric->unit == compared.unit;
     compared.metrics.push_back(there ? std::optional(*metric) : std::nullopt);
@@ -84,8 +103,9 @@ ComparedRuns compare_runs(const std::vector<NamedRun>& runs) {
                              static_cast<long>(run.result.time.size()), duration_of(run.result), run.result.energy});
   }
   const std::vector<MetricTable> tables = tabulate(runs);
+  const std::vector<MetricIndex> indices = index_metrics(tables);
   for (const std::string& quantity : list_quantity_names(tables))
-    compared.quantities.push_back(compare_metrics(quantity, tables));
+    compared.quantities.push_back(compare_metrics(quantity, indices));
   add_differences(compared, runs);
   add_notes(compared, runs);
   return compared;

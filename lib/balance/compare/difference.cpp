@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+#include <unordered_map>
 
 namespace balance {
 namespace {
@@ -86,13 +88,13 @@ std::vector<std::pair<std::string, Difference>> list_differences(const Result& b
   if (base.time.size() == 0 || other.time.size() == 0) return {};
   const Differencer differencer(base, other);
   const std::vector<QuantitySeries> others = list_series(other);
+  std::unordered_map<std::string_view, const QuantitySeries*> by_name;
+  for (const QuantitySeries& series : others) by_name.emplace(series.quantity, &series);
   std::vector<std::pair<std::string, Difference>> all, worst;
   for (const QuantitySeries& series : list_series(base)) {
-    const auto found = std::find_if(others.begin(), others.end(), [&](const QuantitySeries& one) {
-      return one.quantity == series.quantity && one.count == series.count;
-    });
-    if (found == others.end()) continue;
-    const std::optional<Difference> difference = differencer.of(series, *found);
+    const auto found = by_name.find(series.quantity);
+    if (found == by_name.end() || found->second->count != series.count) continue;
+    const std::optional<Difference> difference = differencer.of(series, *found->second);
     if (!difference) continue;
     all.emplace_back(series.quantity, *difference);
     add_to_worst(worst, series.quantity, *difference);

@@ -1,6 +1,7 @@
 #include "balance/compare/metric_table.hpp"
 
 #include <algorithm>
+#include <unordered_set>
 
 namespace balance {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 void add_worst(MetricTable& table, const std::string& quantity) {
   std::vector<Metric>& metrics = table.metrics;
   if (find_metric(table, quantity) != nullptr) return;
-  const auto is_part = [&](const Metric& metric) { return metric.quantity.starts_with(quantity + "["); };
+  const auto is_part = [part = quantity + "["](const Metric& metric) { return metric.quantity.starts_with(part); };
   const auto first = std::find_if(metrics.begin(), metrics.end(), is_part);
   if (first == metrics.end()) return;
   Metric worst = *first;
@@ -56,9 +57,10 @@ double find_figure(const MetricTable& table, Figure figure, std::string_view qua
 
 std::vector<std::string> list_quantity_names(const std::vector<MetricTable>& tables) {
   std::vector<std::string> names;
+  std::unordered_set<std::string_view> known;
   for (const MetricTable& table : tables) {
     for (const Metric& metric : table.metrics) {
-      if (std::find(names.begin(), names.end(), metric.quantity) == names.end()) names.push_back(metric.quantity);
+      if (known.insert(metric.quantity).second) names.push_back(metric.quantity);
     }
   }
   return names;

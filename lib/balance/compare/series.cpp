@@ -1,6 +1,7 @@
 #include "balance/compare/series.hpp"
 
-#include <algorithm>
+#include <string_view>
+#include <unordered_map>
 
 namespace balance {
 
@@ -15,11 +16,12 @@ std::vector<QuantitySeries> list_series(const Result& result) {
     for (std::size_t i = 0; i < names.size(); ++i)
       add(quantity + "[" + names[i] + "]", samples, static_cast<int>(i) * count, count);
   };
-  for (const std::string& name : result.actuator_names) {
-    const auto at = std::find(result.coordinate_names.begin(), result.coordinate_names.end(), name);
-    add("tracking_error[" + name + "]", result.tracking_error, static_cast<int>(at - result.coordinate_names.begin()),
-        1);
-  }
+  std::unordered_map<std::string_view, int> column_of;
+  int columns = 0;
+  for (const std::string& name : result.coordinate_names) column_of.emplace(name, columns++);
+  for (const std::string& name : result.actuator_names)
+    if (const auto at = column_of.find(name); at != column_of.end())
+      add("tracking_error[" + name + "]", result.tracking_error, at->second, 1);
   add("tool_error", result.tool_error, 0, result.axes);
   add("tool_angle_error", result.tool_angle_error, 0, 1);
   add_each("sliding_variable", result.sliding_names, result.sliding_variable, 1);

@@ -1,5 +1,9 @@
 #pragma once
-/// Reading HDF5 files. The only place of this room that knows the library.
+/// Reading HDF5 files of strangers. HDF5 may crash, hang or write over its memory on a damaged file, so a child process has the
+/// library read the file, and this process takes from it plain values, which it checks.
+
+#include "balance/read/expendable.hpp"
+#include "balance/read/wire.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -16,14 +20,20 @@ struct Hdf5Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// An open file. Paths are `group/name` from the root, "" the root itself.
+/// What a file may make of this process's memory.
+struct Hdf5Limits {
+  std::size_t labels = 100'000;   ///< texts in one dataset, groups in one group
+  std::size_t label = 4096;       ///< bytes of one of them
+  std::size_t text = 8 << 20;     ///< bytes of an attribute
+  std::size_t values = 16 << 20;  ///< of all datasets read, besides one for each byte of the file
+};
+
+/// An open file. Paths are `group/name` from the root, "" the root itself. Every member but the destructor
+/// @throws Hdf5Error also if the child dies: the file is damaged
 class Hdf5Source {
  public:
-  /// Whoever opens one holds a Hdf5Turn: use read_hdf5. @throws Hdf5Error if it is no HDF5 file or cannot be opened
-  explicit Hdf5Source(const std::string& file);
-  ~Hdf5Source();
-  Hdf5Source(const Hdf5Source&) = delete;
-  Hdf5Source& operator=(const Hdf5Source&) = delete;
+  /// @throws Hdf5Error if it is no HDF5 file or cannot be opened, or has not the checksum that it was written with (base/seal.hpp)
+  explicit Hdf5Source(const std::string& file, const Hdf5Limits& limits = {});
 
   bool has(const std::string& path) const;
 
@@ -35,10 +45,10 @@ class Hdf5Source {
   /// @throws Hdf5Error if there is none at `path` or it has more dimensions or values than allowed
   Numbers numbers(const std::string& path, std::size_t most_sizes = 3, std::size_t most_values = 1'000'000'000) const;
 
-  /// A dataset of texts with one dimension. @throws Hdf5Error
+  /// A dataset of texts with one dimension: lines that can be printed. @throws Hdf5Error
   std::vector<std::string> texts(const std::string& path) const;
 
-  /// An attribute of a group or dataset; nothing if it does not exist. @throws Hdf5Error if it is something else
+  /// An attribute of a group or dataset; nothing if it does not exist. @throws Hdf5Error if it is something else or no UTF-8
   std::optional<std::string> text_attribute(const std::string& path, const std::string& name) const;
   std::optional<std::vector<double>> numbers_attribute(const std::string& path, const std::string& name) const;
 
@@ -46,14 +56,15 @@ class Hdf5Source {
   std::vector<std::string> groups(const std::string& path) const;
 
  private:
-  std::int64_t file_ = -1;
-  std::size_t bytes_ = 0;  ///< of the file
-};
+  Message ask(const Message& question, std::size_t most) const;
+  std::vector<std::size_t> checked_sizes(Message& answer, const std::string& path, std::size_t most_sizes,
+                                         std::size_t most_values) const;
+  std::vector<std::string> labels(const Message& question, const std::string& path) const;
 
-/// Reads a file, in turn with other threads. HDF5 may crash, hang or leak on a damaged file, so a file without an intact seal (base/seal.hpp)
-/// is read in a child process first, and here only if that went well.
-/// @param read is called with the open file, possibly twice in two processes
-/// @throws Hdf5Error what `read` throws, or that the file is damaged
-void read_hdf5(const std::string& path, const std::function<void(const Hdf5Source&)>& read);
+  Hdf5Limits limits_;
+  std::size_t values_ = 0;  ///< that may be read
+  mutable std::size_t values_left_ = 0;
+  std::optional<Expendable> child_;
+};
 
 }  // namespace balance::read

@@ -8,7 +8,7 @@ namespace balance::read {
 
 namespace {
 
-constexpr std::size_t most_rows = 10'000'000;
+constexpr std::size_t most_rows = 1'000'000;
 
 std::vector<double> read_column(const Hdf5Source& file, const std::string& name) {
   auto found = file.numbers(name, 1, most_rows);
@@ -35,9 +35,7 @@ RawTable read_columns(const Hdf5Source& file, const std::vector<std::string>& na
 
 RawTable read_hdf5_table(const std::string& path, const std::vector<std::string>& names) {
   try {
-    RawTable table;
-    read_hdf5(path, [&](const Hdf5Source& file) { table = read_columns(file, names); });
-    return table;
+    return read_columns(Hdf5Source(path), names);
   } catch (const Hdf5Error& error) {
     throw TableError(error.what());
   }

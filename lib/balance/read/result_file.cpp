@@ -3,12 +3,14 @@
 #include "balance/base/error.hpp"
 #include "balance/read/hdf5_source.hpp"
 #include "balance/read/nearest.hpp"
+#include "balance/read/printable.hpp"
 #include "balance/study/result_layout.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 namespace balance {
@@ -17,9 +19,9 @@ namespace {
 
 using read::Hdf5Error;
 using read::Hdf5Source;
-using read::read_hdf5;
 
 constexpr const char* convention = "balance-1";
+constexpr double most_iterations = 1e9;  // of one sample: an int holds them
 
 struct Place {
   std::string path, group;
@@ -93,7 +95,8 @@ class Reader {
 
   void samples() {
     const auto time = file_.numbers(prefix_ + "time", 1);
-    expect(!time.values.empty() && std::is_sorted(time.values.begin(), time.values.end()), "time");
+    expect(!time.values.empty() && are_finite(time.values) && std::is_sorted(time.values.begin(), time.values.end()),
+           "time");
     r_.time = Eigen::Map<const VectorX>(time.values.data(), static_cast<Eigen::Index>(time.values.size()));
     for (const Quantity& quantity : all_quantities(r_)) {
       const std::string path = prefix_ + quantity.name;
@@ -101,7 +104,7 @@ class Reader {
       const auto found = file_.numbers(path);
       const Eigen::Index rows = r_.time.size(), wide = columns(quantity.columns);
       expect(!found.sizes.empty() && static_cast<Eigen::Index>(found.sizes[0]) == rows &&
-                 static_cast<Eigen::Index>(found.values.size()) == rows * wide,
+                 static_cast<Eigen::Index>(found.values.size()) == rows * wide && are_finite(found.values),
              quantity.name);
       r_.*quantity.member = Eigen::Map<const Samples>(found.values.data(), rows, wide);
       if (quantity.about) about(path);
@@ -111,14 +114,16 @@ class Reader {
     const std::string iterations = prefix_ + "newton_iterations";
     if (!file_.has(iterations)) return;
     const auto found = file_.numbers(iterations, 1);
-    expect(found.values.size() == time.values.size(), "newton_iterations");
+    const auto is_count = [](double value) { return value >= 0 && value <= most_iterations; };
+    expect(found.values.size() == time.values.size() && std::all_of(found.values.begin(), found.values.end(), is_count),
+           "newton_iterations");
     r_.newton_iterations =
         Eigen::Map<const VectorX>(found.values.data(), static_cast<Eigen::Index>(found.values.size())).cast<int>();
   }
 
   void about(const std::string& path) {
     const auto point = file_.numbers_attribute(path, "about");
-    expect(point && static_cast<int>(point->size()) == r_.axes, "about");
+    expect(point && static_cast<int>(point->size()) == r_.axes && are_finite(*point), "about");
     for (int i = 0; i < r_.axes; ++i) r_.about[i] = (*point)[static_cast<std::size_t>(i)];
   }
 
@@ -141,6 +146,10 @@ class Reader {
     read("rms", &Metric::rms);
     read("mean", &Metric::mean);
     read("range", &Metric::range);
+  }
+
+  static bool are_finite(const std::vector<double>& values) {
+    return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
   }
 
   static void expect(bool good, const std::string& name) {
@@ -174,22 +183,23 @@ RunFile read_run(const Hdf5Source& file, const Place& place) {
   if (file.text_attribute("", "Conventions") != convention)
     throw Hdf5Error("is no result of balance: its attribute 'Conventions' is not " + std::string(convention));
   check_group(file, place.group);
-  const auto text = [&](const std::string& group, const char* attribute) {
-    return file.text_attribute(group, attribute).value_or("");
+  const auto whole = [&](const char* attribute) { return file.text_attribute("", attribute).value_or(""); };
+  const auto line = [&](const std::string& group, const char* attribute) {
+    return read::printable(file.text_attribute(group, attribute).value_or(""));
   };
   RunFile run{.path = place.path,
               .group = place.group,
-              .title = text("", "title"),
-              .version = text("", "balance_version"),
-              .spec_text = text("", "spec"),
-              .command_line = text("", "command_line"),
-              .trajectory = text(place.group, "trajectory"),
-              .law = text(place.group, "law"),
-              .drive = text(place.group, "drive"),
-              .formulation = text(place.group, "formulation"),
-              .controller = text(place.group, "controller"),
-              .controller_type = text(place.group, "controller_type")};
-  if (!run.controller.empty() && text(place.group, "status") != "done") run.ended_early = text(place.group, "reason");
+              .title = line("", "title"),
+              .version = line("", "balance_version"),
+              .spec_text = whole("spec"),
+              .command_line = whole("command_line"),
+              .trajectory = line(place.group, "trajectory"),
+              .law = line(place.group, "law"),
+              .drive = line(place.group, "drive"),
+              .formulation = line(place.group, "formulation"),
+              .controller = line(place.group, "controller"),
+              .controller_type = line(place.group, "controller_type")};
+  if (!run.controller.empty() && line(place.group, "status") != "done") run.ended_early = line(place.group, "reason");
   run.result = Reader(file, place.group).result();
   return run;
 }
@@ -207,10 +217,9 @@ RunFile read_result_file(const std::string& name) {
   const auto status = std::filesystem::status(place.path, error);
   if (!std::filesystem::exists(status)) throw SystemError(place.path + ": no such file");
   if (std::filesystem::is_directory(status)) throw SystemError(place.path + ": is a folder, not a result file");
+  if (!std::filesystem::is_regular_file(status)) throw SystemError(place.path + ": is not a regular file");
   try {
-    RunFile run;
-    read_hdf5(place.path, [&](const Hdf5Source& file) { run = read_run(file, place); });
-    return run;
+    return read_run(Hdf5Source(place.path), place);
   } catch (const Hdf5Error& wrong) {
     throw SystemError(name + ": " + wrong.what());
   }

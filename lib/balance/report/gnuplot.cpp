@@ -5,12 +5,14 @@
 #include <fmt/format.h>
 
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -19,6 +21,8 @@
 
 namespace balance {
 namespace {
+
+constexpr rlim_t most_seconds = 8;  // of the processor; a picture takes a fraction of one
 
 [[noreturn]] void fail(const std::string& what, int error) {
   throw SystemError(fmt::format("{}: {}", what, std::strerror(error)));
@@ -86,6 +90,9 @@ pid_t start(const NamelessFile& in, const NamelessFile& out, const NamelessFile&
   if (error == ENOENT || error == EACCES || error == ENOTDIR)
     throw SystemError("gnuplot, which draws the pictures, is not in PATH; on Debian: apt install gnuplot-nox");
   if (error != 0) fail("cannot start gnuplot", error);
+  // Numbers of strangers may be such that it never ends.
+  const rlimit time{most_seconds, most_seconds + 1};
+  ::prlimit(child, RLIMIT_CPU, &time, nullptr);
   return child;
 }
 
@@ -110,6 +117,8 @@ std::string run_gnuplot(const std::string& script) {
   NamelessFile in, out, err;
   in.fill(script);
   const int status = wait_for(start(in, out, err));
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
+    throw SystemError(fmt::format("gnuplot was stopped: it took longer than {} s", most_seconds));
   if (WIFSIGNALED(status)) throw SystemError(fmt::format("gnuplot was stopped by signal {}", WTERMSIG(status)));
   if (WEXITSTATUS(status) != 0)
     throw SystemError(fmt::format("gnuplot failed (exit code {}): {}", WEXITSTATUS(status), said(err.read())));

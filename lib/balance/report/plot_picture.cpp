@@ -9,6 +9,7 @@ namespace balance {
 namespace {
 
 constexpr std::size_t most_points = 4000;  // of a line: more than a page resolves
+constexpr std::size_t most_curves = 300;   // of a panel: more than an eye tells apart
 
 /// "m/s^2" as it is printed.
 std::string printed_unit(std::string unit) {
@@ -55,6 +56,10 @@ PicturePanel panel_over_time(const std::vector<PlotRun>& runs, const std::string
       throw std::invalid_argument(
           fmt::format("{} is {} in {}, {} in {}", name, quantity.unit, runs[i].label, panel.y_label, runs[0].label));
     }
+    if (panel.lines.size() + quantity.curves.size() > most_curves)
+      throw std::invalid_argument(
+          fmt::format("{0} has more than {1} curves, the most that a panel holds: name one, such as {0}[{2}]", name,
+                      most_curves, quantity.curves.front().label.substr(0, quantity.curves.front().label.find(' '))));
     const std::vector<Eigen::Index> jumps = find_jumps(*runs[i].result);
     for (std::size_t j = 0; j < quantity.curves.size(); ++j) {
       // Colours tell curves apart and dashes runs; where there is one of either, both do.
