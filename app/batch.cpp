@@ -1,6 +1,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "failure.hpp"
+#include "progress_line.hpp"
 #include "signals.hpp"
 #include "suggestion.hpp"
 
@@ -10,11 +11,9 @@
 #include "balance/write/pending_file.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 #include <nlohmann/json.hpp>
 
 #include <charconv>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <thread>
@@ -51,29 +50,12 @@ std::string folder_of(const BatchCommandOptions& options) {
   return std::filesystem::path(options.suite).stem().string() + "-results";
 }
 
-/// One line that is written over and over, on a terminal only.
-class ProgressLine {
- public:
-  explicit ProgressLine(bool quiet) : shown_(!quiet && ::isatty(STDERR_FILENO) == 1) {}
-  ~ProgressLine() {
-    if (shown_ && drawn_) std::fputs("\r\033[K", stderr);
-  }
-  ProgressLine(const ProgressLine&) = delete;
-  ProgressLine& operator=(const ProgressLine&) = delete;
-
-  void draw(const BatchProgress& progress) {
-    if (!shown_) return;
-    std::string text = fmt::format("\r\033[K{} of {} cases", progress.finished, progress.total);
-    if (progress.reused > 0) text += fmt::format(", {} found finished", progress.reused);
-    if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
-    std::fputs(text.c_str(), stderr);
-    drawn_ = true;
-  }
-
- private:
-  const bool shown_;
-  bool drawn_ = false;
-};
+std::string in_words(const BatchProgress& progress) {
+  std::string text = fmt::format("{} of {} cases", progress.finished, progress.total);
+  if (progress.reused > 0) text += fmt::format(", {} found finished", progress.reused);
+  if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
+  return text;
+}
 
 /// The cases and the files that they are made of, for scripts.
 ExitCode list(const Plan& plan, const BatchCommandOptions& options, const std::optional<Shard>& shard) {
@@ -148,7 +130,7 @@ ExitCode run(const BatchCommandOptions& options) {
     batch.jobs = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
     batch.shard = shard;
     batch.force = options.force;
-    batch.progress = [&line](const BatchProgress& progress) { line.draw(progress); };
+    batch.progress = [&line](const BatchProgress& progress) { line.draw(in_words(progress)); };
     outcome = run_batch(plan, batch);
   }
   if (!options.quiet && outcome.progress.reused > 0)

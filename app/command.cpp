@@ -3,7 +3,11 @@
 #include "failure.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/write/pending_file.hpp"
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <filesystem>
 #include <string_view>
 
@@ -42,7 +46,17 @@ DesignSpace read_space(const SpecOptions& options) {
   }
 }
 
+void check_standard_output(const std::vector<std::string>& files, bool json, bool binary) {
+  const auto wishes = std::count(files.begin(), files.end(), standard_output);
+  if (wishes == 0) return;
+  if (wishes > 1) throw UsageError("two files cannot both go to standard output");
+  if (json) throw UsageError("--json goes to standard output, where a file named - cannot go, too");
+  if (binary && ::isatty(STDOUT_FILENO) == 1)
+    throw UsageError("standard output is a terminal, which has no use for HDF5; send it to a file or a program");
+}
+
 bool same_file(const std::string& a, const std::string& b) {
+  if (a == standard_output || b == standard_output) return false;
   namespace fs = std::filesystem;
   std::error_code error;
   return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);

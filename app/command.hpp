@@ -37,8 +37,12 @@ DesignSpace read_space(const SpecOptions& options);
 /// The overrides alone. @throws UsageError for one that is not `name=value`
 ReadOptions read_options(const SpecOptions& options);
 
-/// Whether two names are one file, which need not exist.
+/// Whether two names are one file, which need not exist. Standard input and output are no files.
 bool same_file(const std::string& a, const std::string& b);
+
+/// Refuses more than standard output can take: two files, a file and JSON, or binary data on a terminal.
+/// @param files to be written; empty names: none @throws UsageError
+void check_standard_output(const std::vector<std::string>& files, bool json, bool binary);
 
 Command setup_batch(CLI::App& program);
 Command setup_check(CLI::App& program);

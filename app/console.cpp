@@ -1,10 +1,12 @@
 #include "console.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/write/pending_file.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -24,6 +26,11 @@ void print(const std::string& text) {
   if (!written || std::fflush(stdout) != 0) {
     throw SystemError(std::string("cannot write to standard output: ") + std::strerror(errno));
   }
+}
+
+void print_beside(const std::vector<std::string>& files, const std::string& text) {
+  if (std::find(files.begin(), files.end(), standard_output) == files.end()) return print(text);
+  std::fputs(text.c_str(), stderr);
 }
 
 void tell(const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); }

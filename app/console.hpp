@@ -2,6 +2,7 @@
 /// Results go to stdout, messages to stderr.
 
 #include <string>
+#include <vector>
 
 namespace balance::app {
 
@@ -10,6 +11,9 @@ void reserve_standard_descriptors();
 
 /// Writes a result to stdout at once. @throws SystemError if it does not arrive (full disk, closed descriptor)
 void print(const std::string& text);
+
+/// What is told of a run that wrote files: on stdout, or on stderr where stdout took one of them.
+void print_beside(const std::vector<std::string>& files, const std::string& text);
 
 /// Writes a line to stderr. A message that cannot be delivered is lost.
 void tell(const std::string& text);

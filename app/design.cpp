@@ -50,9 +50,10 @@ ExitCode run(const DesignCommandOptions& options) {
   } else if (!options.quiet) {
     std::string text = design_text(view);
     for (const std::string& file : files)
-      text += (&file == &files.front() ? "\nwritten" : "written") + std::string(balanced ? ": " : ", not balanced: ") +
-              file + "\n";
-    print(text);
+      if (file != standard_output)
+        text += (&file == &files.front() ? "\nwritten" : "written") +
+                std::string(balanced ? ": " : ", not balanced: ") + file + "\n";
+    print_beside(files, text);
   }
   return balanced ? ExitCode::done : ExitCode::not_met;
 }

@@ -106,6 +106,7 @@ DesignStudyOptions study_options(const DesignCommandOptions& options, const Stud
 
 void check_outputs(const DesignCommandOptions& options) {
   const Existing existing = options.force ? Existing::replace : Existing::keep;
+  check_standard_output({options.output, options.h5}, options.spec.json, options.h5 == standard_output);
   if (!options.output.empty() && !options.force && same_file(options.output, options.spec.spec))
     throw UsageError("the design would replace the spec, with its free numbers: " + options.output +
                      "; --force allows it");

@@ -3,6 +3,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "failure.hpp"
+#include "help_text.hpp"
 #include "signals.hpp"
 
 #include "balance/base/error.hpp"
@@ -19,15 +20,13 @@ namespace balance::app {
 namespace {
 
 constexpr const char* footer =
+    "balance COMMAND --help shows a command's options and examples. A spec named - is read from\n"
+    "standard input, a file named - goes to standard output.\n\n"
     "Examples:\n"
     "  balance new 3rrr > 3rrr.yaml\n"
-    "  balance check 3rrr.yaml\n"
-    "  balance compare original.h5 balanced.h5 --require 'peak(shaking_force) <= 0.9 * base'\n"
-    "  balance conditions 5r.yaml --goal static\n"
-    "  balance control 5r.yaml --trajectory cycloid --controller computed-torque\n"
     "  balance design 5r.yaml -o balanced.yaml\n"
-    "  balance report 3rrr.yaml -o 3rrr.html\n"
-    "  balance simulate 3rrr.yaml --trajectory cycloid -o out.h5\n\n"
+    "  balance simulate 3rrr.yaml --trajectory cycloid -o out.h5\n"
+    "  balance compare original.h5 balanced.h5 --require 'peak(shaking_force) <= 0.9 * base'\n\n"
     "Exit codes: 0 done; 1 a requirement is not met or a design is only a compromise; 2 wrong usage;\n"
     "3 invalid spec; 4 the mechanism cannot do it; 5 file or system error.";
 
@@ -48,8 +47,30 @@ ExitCode fail(ExitCode code, const std::string& message, const std::string& json
 ExitCode finish_parsing(const CLI::App& program, const CLI::ParseError& error) {
   std::ostringstream out, err;
   if (program.exit(error, out, err) != 0) throw CallError(error.what());
-  print(out.str());
+  print(wrapped(out.str(), help_width()));
   return ExitCode::done;
+}
+
+/// `balance help` and `balance help design` are other words for --help.
+std::vector<std::string> words_of(int argc, char** argv) {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  if (words.empty() || words.front() != "help") return words;
+  words.erase(words.begin());
+  words.push_back("--help");
+  return words;
+}
+
+/// What people try that have another program's options in mind.
+std::string cure_for(const std::string& word) {
+  if (word == "--verbose" || word == "-v")
+    return ": there is none; what matters is always said, --quiet (-q) says less and --json more";
+  return "";
+}
+
+[[noreturn]] void fail_with(const CLI::ExtrasError& error, const std::vector<std::string>& words) {
+  for (const std::string& word : words)
+    if (const std::string cure = cure_for(word); !cure.empty()) throw CallError(word + cure);
+  throw CallError(error.what());
 }
 
 /// @throws CallError: no command was called; `words` are those that the parser could not place
@@ -59,6 +80,7 @@ ExitCode finish_parsing(const CLI::App& program, const CLI::ParseError& error) {
     if (!command.parser->get_group().empty()) names.push_back(command.parser->get_name());  // not the hidden ones
   }
   if (words.empty()) throw CallError("a command is needed: " + read::one_of(names));
+  if (const std::string cure = cure_for(words.front()); !cure.empty()) throw CallError(words.front() + cure);
   if (words.front().starts_with('-')) {
     throw CallError(read::in_quotes(words.front()) + " must stand behind a command: " + read::one_of(names));
   }
@@ -66,28 +88,37 @@ ExitCode finish_parsing(const CLI::App& program, const CLI::ParseError& error) {
                   read::nearest_hint(words.front(), names));
 }
 
+/// Where the list of commands shows one, by its purpose.
+Command in_group(const char* purpose, Command command) {
+  command.parser->group(purpose);
+  return command;
+}
+
 ExitCode parse_and_run(int argc, char** argv) {
   CLI::App program("balance: balancing conditions, torques and shaking forces of mechanisms", "balance");
-  program.set_version_flag("--version", std::string("balance ") + version(), "Print the version and exit");
+  program.set_version_flag("-V,--version", std::string("balance ") + version(), "Print the version and exit");
   program.footer(footer);
   const std::vector<Command> commands = {
-      setup_batch(program),       //
-      setup_check(program),       //
-      setup_compare(program),     //
-      setup_completion(program),  //
-      setup_conditions(program),  //
-      setup_control(program),     //
-      setup_design(program),      //
-      setup_man(program),         //
-      setup_new(program),         //
-      setup_plot(program),        //
-      setup_report(program),      //
-      setup_simulate(program),
+      in_group("Describe", setup_new(program)),
+      in_group("Describe", setup_check(program)),
+      in_group("Balance", setup_conditions(program)),
+      in_group("Balance", setup_design(program)),
+      in_group("Move", setup_simulate(program)),
+      in_group("Move", setup_control(program)),
+      in_group("Compare", setup_compare(program)),
+      in_group("Compare", setup_batch(program)),
+      in_group("Show", setup_plot(program)),
+      in_group("Show", setup_report(program)),
+      setup_completion(program),
+      setup_man(program),
   };
   program.require_subcommand(0, 1);
   program.allow_extras();  // after the commands, which would inherit it: only here can the message be a good one
+  std::vector<std::string> given = words_of(argc, argv);
   try {
-    program.parse(argc, argv);
+    program.parse(std::vector<std::string>(given.rbegin(), given.rend()));  // CLI11 takes them from the end
+  } catch (const CLI::ExtrasError& error) {
+    fail_with(error, given);
   } catch (const CLI::ParseError& error) {
     return finish_parsing(program, error);
   }

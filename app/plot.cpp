@@ -67,7 +67,7 @@ ExitCode run(const PlotOptions& options) {
   if (options.json) {
     print(description(picture, page, options.output));
   } else if (!options.quiet) {
-    print("written: " + options.output + "\n");
+    print_beside({options.output}, "written: " + options.output + "\n");
   }
   return ExitCode::done;
 }

@@ -33,7 +33,7 @@ std::size_t position(const char* option, const std::string& word, const std::vec
 }
 
 PictureFormat choose_format(const std::string& output) {
-  if (output.empty()) return PictureFormat::svg;
+  if (output.empty() || output == standard_output) return PictureFormat::svg;
   std::string suffix = std::filesystem::path(output).extension().string();
   if (!suffix.empty()) suffix.erase(0, 1);
   if (std::find(suffixes.begin(), suffixes.end(), suffix) == suffixes.end())
@@ -135,7 +135,8 @@ void add_plot_options(CLI::App& parser, PlotOptions& o) {
   CLI::Option* path = parser.add_flag("--path", o.path, "draw the ways of tool and centre of mass instead");
   path->excludes(quantity);
   suggest_files(
-      parser.add_option("-o,--output", o.output, "the picture; .svg, .pdf or .png says its format")->type_name("FILE"),
+      parser.add_option("-o,--output", o.output, "the picture; .svg, .pdf or .png says its format, - is SVG on stdout")
+          ->type_name("FILE"),
       suffixes);
   const auto choice = [&](const char* name, std::string& value, const char* text,
                           const std::vector<std::string>& words) {

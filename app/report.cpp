@@ -194,7 +194,8 @@ ExitCode run(const ReportOptions& options) {
   if (options.spec.json)
     print(summary_json(page, file, html.size()));
   else if (!options.quiet)
-    print(fmt::format("written: {} ({:.0f} kB)\n", file, std::max(1.0, static_cast<double>(html.size()) / 1000)));
+    print_beside(
+        {file}, fmt::format("written: {} ({:.0f} kB)\n", file, std::max(1.0, static_cast<double>(html.size()) / 1000)));
   return ExitCode::done;
 }
 

@@ -51,6 +51,9 @@ std::vector<std::string> choose_trajectories(const ReportOptions& options, const
 }
 
 std::string choose_output(const ReportOptions& options) {
+  if (options.output.empty() && options.spec.spec == "-")
+    throw UsageError("--output is needed for a spec from standard input");
+  check_standard_output({options.output}, options.spec.json, false);
   const std::string file =
       options.output.empty() ? std::filesystem::path(options.spec.spec).stem().string() + ".html" : options.output;
   if (same_file(file, options.spec.spec)) throw UsageError("the page would replace the spec: " + file);

@@ -4,6 +4,7 @@
 #include "signals.hpp"
 
 #include "balance/write/json.hpp"
+#include "balance/write/pending_file.hpp"
 #include "balance/write/result_csv.hpp"
 #include "balance/write/result_hdf5.hpp"
 #include "balance/write/text.hpp"
@@ -46,8 +47,9 @@ void print_result(const SimulateOptions& options, const Result& result, const Fi
   if (options.spec.json) return print(result_json(result, description, files));
   if (options.quiet) return;
   std::string text = summary_text(result, description);
-  for (const std::string& file : files) text += "written: " + file + "\n";
-  print(text);
+  for (const std::string& file : files)
+    if (file != standard_output) text += "written: " + file + "\n";
+  print_beside(files, text);
 }
 
 }  // namespace balance::app

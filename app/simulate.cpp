@@ -1,4 +1,5 @@
 #include "failure.hpp"
+#include "progress_line.hpp"
 #include "run_output.hpp"
 #include "simulate_options.hpp"
 
@@ -11,10 +12,12 @@
 namespace balance::app {
 namespace {
 
-Result simulate_or_throw(const Study& study, const Trajectory& trajectory, const std::string& formulation) {
+Result simulate_or_throw(const Study& study, const Trajectory& trajectory, const SimulateOptions& options) {
+  ProgressLine line(options.quiet);
+  const auto progress = [&](double part) { line.draw_part(trajectory.name, part); };
   try {
-    Result result = formulation == "natural" ? simulate_natural(study.mechanism, trajectory)
-                                             : simulate(study.mechanism, trajectory);
+    Result result = options.formulation == "natural" ? simulate_natural(study.mechanism, trajectory)
+                                                     : simulate(study.mechanism, trajectory, progress);
     if (result.outcome.status != MotionStatus::done) throw MotionFailure(result.outcome);
     return result;
   } catch (const std::invalid_argument& error) {
@@ -29,7 +32,7 @@ ExitCode run(const SimulateOptions& options) {
   check_formulation(options, study);
   check_outputs(options);
   tell_what_is_run(options, study, trajectory);
-  const Result result = simulate_or_throw(study, trajectory, options.formulation);
+  const Result result = simulate_or_throw(study, trajectory, options);
   tell_notes(options, result);
   const FileDescription description = describe(options, study, trajectory);
   print_result(options, result, description, write_files(options, result, description));

@@ -6,6 +6,7 @@
 #include "balance/base/error.hpp"
 #include "balance/read/limits.hpp"
 #include "balance/read/nearest.hpp"
+#include "balance/write/pending_file.hpp"
 #include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
@@ -115,6 +116,7 @@ Trajectory choose_trajectory(const SimulateOptions& options, const Study& study)
 
 void check_outputs(const SimulateOptions& options) {
   const Existing existing = options.force ? Existing::replace : Existing::keep;
+  check_standard_output({options.output, options.csv}, options.spec.json, options.output == standard_output);
   for (const std::string& file : {options.output, options.csv}) {
     if (file.empty()) continue;
     if (same_file(file, options.spec.spec)) throw UsageError("the result would replace the spec: " + file);

@@ -11,8 +11,8 @@ from _program import CONFIGS, Case, run
 
 def commands():
     """The commands that `balance --help` lists."""
-    listed = run("--help").stdout.split("Subcommands:\n", 1)[1].split("\n\n", 1)[0]
-    return re.findall(r"^  ([a-z0-9-]+) ", listed, re.MULTILINE)
+    listed = run("--help").stdout.split("Examples:\n", 1)[0]
+    return re.findall(r"^  ([a-z0-9-]+)  ", listed, re.MULTILINE)
 
 
 def options(command):

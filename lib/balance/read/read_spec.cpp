@@ -16,7 +16,7 @@ Study read_spec(const std::string& text, const std::string& file_name, const Rea
 }
 
 Study read_spec_file(const std::string& path, const ReadOptions& options) {
-  return read_spec(read_text_file(path, "spec"), path, options);
+  return read_spec(read_text_file(path, "spec"), shown_name(path), options);
 }
 
 DesignSpace read_design_space(const std::string& text, const std::string& file_name, const ReadOptions& options) {
@@ -31,7 +31,7 @@ DesignSpace read_design_space(const std::string& text, const std::string& file_n
 }
 
 DesignSpace read_design_space_file(const std::string& path, const ReadOptions& options) {
-  return read_design_space(read_text_file(path, "spec"), path, options);
+  return read_design_space(read_text_file(path, "spec"), shown_name(path), options);
 }
 
 }  // namespace balance

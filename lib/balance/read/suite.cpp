@@ -134,7 +134,7 @@ Suite read_suite(const std::string& text, const std::string& file_name) {
   return suite;
 }
 
-Suite read_suite_file(const std::string& path) { return read_suite(read_text_file(path, "suite"), path); }
+Suite read_suite_file(const std::string& path) { return read_suite(read_text_file(path, "suite"), shown_name(path)); }
 
 std::vector<std::string> files_named_in(const std::string& spec_text) {
   std::vector<std::string> files;

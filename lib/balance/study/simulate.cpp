@@ -35,9 +35,10 @@ void put_orientation(Samples& array, long row, const Observation<Spatial>& seen)
 template <class S>
 class Run {
  public:
-  Run(const Mechanism& mechanism, const Trajectory& trajectory)
+  Run(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress)
       : mechanism_(mechanism),
         trajectory_(trajectory),
+        progress_(progress),
         tree_(compile<S>(mechanism, prescribed_coordinates(trajectory))),
         plan_(make_plan(mechanism, tree_, trajectory)) {}
 
@@ -79,6 +80,9 @@ class Run {
   /// Through the whole walk.
   bool follow(Stepper<S>& stepper, Observer<S>& observer, Result& result, BetweenSamples& between) {
     const bool done = walk(stepper, *plan_.schedule, trajectory_.samples, [&](const Stop& stop) {
+      constexpr long between_reports = 1 << 12;
+      if (progress_ && stop.index % between_reports == between_reports - 1)
+        progress_(static_cast<double>(stop.index) / static_cast<double>(trajectory_.samples));
       if (stop.kind == Stop::Kind::sample) return record(stepper, observer, result, stop.index);
       if (stop.followed && stop.kind == Stop::Kind::after_jump) return true;
       return record(stepper, observer, between.rows, between.add(stop.next_sample));
@@ -126,6 +130,7 @@ class Run {
 
   const Mechanism& mechanism_;
   const Trajectory& trajectory_;
+  const Progress& progress_;
   Tree<S> tree_;
   Plan<S> plan_;
   Hold hold_;
@@ -134,10 +139,10 @@ class Run {
 
 }  // namespace
 
-Result simulate(const Mechanism& mechanism, const Trajectory& trajectory) {
+Result simulate(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress) {
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
-  return mechanism.space == SpaceKind::planar ? Run<Planar>(mechanism, trajectory).run()
-                                              : Run<Spatial>(mechanism, trajectory).run();
+  return mechanism.space == SpaceKind::planar ? Run<Planar>(mechanism, trajectory, progress).run()
+                                              : Run<Spatial>(mechanism, trajectory, progress).run();
 }
 
 }  // namespace balance

@@ -79,16 +79,41 @@ void sync_folder(const std::string& target) {
   ::close(folder);
 }
 
+/// A file without a name in the folder for temporary files. @return its descriptor, or -1
+int open_nameless() {
+  std::error_code error;
+  const fs::path folder = fs::temp_directory_path(error);
+  std::string name = ((error ? fs::path("/tmp") : folder) / "balance.XXXXXX").string();
+  const int descriptor = ::mkostemp(name.data(), O_CLOEXEC);
+  if (descriptor >= 0) ::unlink(name.c_str());
+  return descriptor;
+}
+
+void write_all(int descriptor, std::string_view bytes, const std::string& shown_name) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail(shown_name, errno);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
 }  // namespace
 
 void check_writable(const std::string& path, Existing existing) {
+  if (path == standard_output) return;
   const std::string target = follow_links(path);
   check_target(path, target, existing);
   if (::access(folder_of(target).c_str(), W_OK | X_OK) != 0) fail(path, errno);
 }
 
-PendingFile::PendingFile(const std::string& path, Existing existing)
-    : path_(path), target_(follow_links(path)), existing_(existing) {
+PendingFile::PendingFile(const std::string& path, Existing existing) : path_(path), existing_(existing) {
+  if (path == standard_output) {
+    descriptor_ = open_nameless();
+    if (descriptor_ < 0) fail("a temporary file", errno);
+    return;
+  }
+  target_ = follow_links(path);
   check_target(path_, target_, existing_);
   constexpr int attempts = 8;  // two equal random names are already unlikely
   for (int attempt = 0; attempt < attempts; ++attempt) {
@@ -105,16 +130,22 @@ PendingFile::~PendingFile() {
   if (!temporary_.empty()) ::unlink(temporary_.c_str());
 }
 
-void PendingFile::write(std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail(path_, errno);
-    bytes.remove_prefix(static_cast<std::size_t>(written));
+void PendingFile::write(std::string_view bytes) { write_all(descriptor_, bytes, path_); }
+
+void PendingFile::send() {
+  if (::lseek(descriptor_, 0, SEEK_SET) < 0) fail(path_, errno);
+  std::string block(1 << 20, '\0');
+  while (true) {
+    const ssize_t count = ::read(descriptor_, block.data(), block.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(path_, errno);
+    if (count == 0) return;
+    write_all(STDOUT_FILENO, {block.data(), static_cast<std::size_t>(count)}, "standard output");
   }
 }
 
 void PendingFile::commit(Durability durability) {
+  if (path_ == standard_output) return send();
   if (durability == Durability::wait && ::fsync(descriptor_) != 0) fail(path_, errno);
   const int descriptor = descriptor_;
   descriptor_ = -1;

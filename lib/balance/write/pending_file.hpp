@@ -24,9 +24,13 @@ class Cancelled : public std::runtime_error {
 ///         regular file, or if its folder does not exist or cannot be written
 void check_writable(const std::string& path, Existing existing);
 
+/// The path that means standard output.
+inline constexpr const char* standard_output = "-";
+
 class PendingFile {
  public:
-  /// @param path the name that the file gets in the end; a symbolic link is followed
+  /// @param path the name that the file gets in the end; a symbolic link is followed. Of standard_output, where the complete
+  ///        file is sent to in the end, the temporary file has no name
   /// @throws SystemError as check_writable, or if the temporary file cannot be made
   PendingFile(const std::string& path, Existing existing);
 
@@ -48,6 +52,8 @@ class PendingFile {
   void commit(Durability durability = Durability::wait);
 
  private:
+  void send();
+
   std::string path_, target_, temporary_;  ///< as the user named it; links followed; where the bytes grow
   Existing existing_;
   int descriptor_ = -1;

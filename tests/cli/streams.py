@@ -1,0 +1,112 @@
+"""Standard input and output as files, words that people try, and help that fits (D6)."""
+
+import fcntl
+import json
+import os
+import pty
+import struct
+import subprocess
+import termios
+import unittest
+
+from _program import CONFIGS, PROGRAM, Case, run
+
+SPEC = os.path.join(CONFIGS, "four-bar.yaml")
+
+
+def piped(*arguments, text="", binary=False):
+    done = subprocess.run([PROGRAM, *arguments], input=text.encode(), capture_output=True, check=False, timeout=60)
+    return done.returncode, done.stdout if binary else done.stdout.decode(), done.stderr.decode()
+
+
+def on_terminal(*arguments, columns=80):
+    """What a command prints on a terminal of so many columns."""
+    parent, child = pty.openpty()
+    fcntl.ioctl(child, termios.TIOCSWINSZ, struct.pack("HHHH", 40, columns, 0, 0))
+    with subprocess.Popen([PROGRAM, *arguments], stdin=child, stdout=child, stderr=child) as process:
+        os.close(child)
+        text = b""
+        while True:
+            try:
+                block = os.read(parent, 65536)
+            except OSError:
+                break
+            if not block:
+                break
+            text += block
+        process.wait()
+    os.close(parent)
+    return process.returncode, text.decode().replace("\r\n", "\n")
+
+
+class Streams(Case):
+    def test_a_spec_is_read_from_standard_input(self):
+        with open(SPEC, encoding="utf-8") as file:
+            text = file.read()
+        self.assertEqual(piped("check", "-", text=text)[:2], (0, run("check", SPEC).stdout))
+        code, _, error = piped("check", "-", text="space: plana\n")
+        self.assertEqual(code, 3)
+        self.assertTrue(error.startswith("<stdin>:1:"), error)
+
+    def test_samples_go_to_standard_output_and_the_summary_beside_them(self):
+        self.assert_quiet_success(run("simulate", SPEC, "-t", "cycloid", "--csv", self.path("a.csv")))
+        code, table, error = piped("simulate", SPEC, "-t", "cycloid", "--csv", "-")
+        with open(self.path("a.csv"), encoding="utf-8") as file:
+            self.assertEqual((code, table), (0, file.read()))
+        self.assertIn("shaking_force", error)
+        code, data, _ = piped("simulate", SPEC, "-t", "cycloid", "-o", "-", binary=True)
+        self.assertEqual((code, data[:8]), (0, b"\x89HDF\r\n\x1a\n"))
+        with open(self.path("piped.h5"), "wb") as file:
+            file.write(data)
+        self.assert_quiet_success(run("simulate", SPEC, "-t", "cycloid", "-o", self.path("named.h5")))
+        self.assert_quiet_success(run("compare", self.path("named.h5"), self.path("piped.h5")))
+        self.assertEqual(sorted(os.listdir(self.folder)), ["a.csv", "named.h5", "piped.h5"])
+        self.assertFalse(os.path.exists("-"))
+
+    def test_a_design_goes_through_a_pipe(self):
+        spec = os.path.join(CONFIGS, "rr.yaml")
+        with open(spec, encoding="utf-8") as file:
+            text = file.read()
+        code, balanced, _ = piped("design", "-", "-o", "-", text=text)
+        self.assertEqual(code, 0)
+        self.assertEqual(piped("check", "-", text=balanced)[0], 0)
+
+    def test_standard_output_takes_one_thing(self):
+        self.assert_failure(run("simulate", SPEC, "-o", "-", "--csv", "-"), 2, "standard output")
+        self.assert_failure(run("simulate", SPEC, "-o", "-", "--json"), 2, "standard output")
+        code, text = on_terminal("simulate", SPEC, "-o", "-")
+        self.assertEqual(code, 2)
+        self.assertIn("terminal", text)
+
+    def test_words_that_people_try(self):
+        self.assertEqual(run("help").stdout, run("--help").stdout)
+        self.assertEqual(run("help", "design").stdout, run("design", "--help").stdout)
+        self.assertEqual(run("-V").stdout, run("--version").stdout)
+        for arguments in (["--verbose"], ["simulate", SPEC, "--verbose"]):
+            self.assert_failure(run(*arguments), 2, "--verbose", "--quiet")
+
+    def test_help_fits_the_terminal(self):
+        for columns in (60, 80, 100):
+            for command in ([], ["simulate"], ["batch"], ["design"], ["plot"]):
+                code, text = on_terminal(*command, "--help", columns=columns)
+                self.assertEqual(code, 0)
+                for line in text.split("Examples:")[0].splitlines():
+                    self.assertLessEqual(len(line), columns, line)
+        words = run("simulate", "--help").stdout.split()
+        self.assertEqual(on_terminal("simulate", "--help", columns=60)[1].split(), words)
+
+    def test_the_list_of_commands_fits_one_screen(self):
+        self.assertLessEqual(len(run("--help").stdout.splitlines()), 45)
+
+    def test_a_long_run_shows_how_far_it_is_on_a_terminal_only(self):
+        arguments = ("simulate", SPEC, "-t", "cycloid", "--samples", "1000000", "-q")
+        code, text = on_terminal(*arguments)
+        self.assertEqual(code, 0)
+        self.assertEqual(text, "")  # --quiet
+        code, text = on_terminal(*arguments[:-1])
+        self.assertIn(" %", text)
+        self.assertEqual(json.loads(run(*arguments[:-1], "--json").stdout)["samples"], 1000000)
+
+
+if __name__ == "__main__":
+    unittest.main()
