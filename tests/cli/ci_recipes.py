@@ -41,7 +41,7 @@ class Recipes(Case):
 
     def test_the_github_job(self):
         job = yaml.safe_load(blocks()[".github/workflows/balance.yml"])["jobs"]["shaking-force"]
-        steps = [step["run"] for step in job["steps"] if "run" in step]
+        steps = [step["run"] for step in job["steps"] if "run" in step and "apt-get" not in step["run"]]
         os.mkdir(self.path("work"))
         self.write("work/suite.yaml", blocks()["suite.yaml"])
         self.write("work/reference.yaml", self.good)
