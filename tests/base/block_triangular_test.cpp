@@ -92,3 +92,48 @@ TEST_CASE("a pattern that no values make regular is refused, a singular matrix i
     CHECK(solver.factorise() == 0);
   }
 }
+
+TEST_CASE("a way on which singular values cross zero is not near, however many cross at once in one block (A1)") {
+  std::mt19937_64 random(3);
+  for (int trial = 0; trial < 400; ++trial) {
+    const int n = 2 + trial % 8, crossing = trial % 3;
+    const Eigen::HouseholderQR<MatrixX> left(MatrixX::Random(n, n)), right(MatrixX::Random(n, n));
+    const MatrixX U = left.householderQ(), V = right.householderQ();
+    VectorX before = VectorX::Ones(n), after = VectorX::Ones(n);
+    for (int k = 0; k < std::min(crossing, n); ++k) before[k] = 0.01 + 0.002 * k, after[k] = -0.02;
+    BlockTriangular solver = filled({Eigen::MatrixXi::Ones(n, n), U * before.asDiagonal() * V.transpose()});
+    REQUIRE(solver.factorise() > 0);
+    const int sign = solver.determinant_sign();
+    solver.keep();
+    CHECK(solver.near_kept(0));  // nothing has changed
+    const MatrixX now = U * after.asDiagonal() * V.transpose();
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) solver.at(i, j) = now(i, j);
+    REQUIRE(solver.factorise() > 0);
+    CHECK(solver.near_kept(0.99) == (crossing == 0));
+    CHECK((solver.determinant_sign() == sign) == (crossing != 1));  // two crossings do not show in it
+  }
+}
+
+TEST_CASE("whatever counts as near has no singular matrix on the straight way") {
+  std::mt19937_64 random(4);
+  int near = 0;
+  for (int trial = 0; trial < 600; ++trial) {
+    const int n = 1 + trial % 7;
+    const Sparse from = random_sparse(n, 0.5, random);
+    BlockTriangular solver = filled(from);
+    if (!(solver.factorise() > 1e-3)) continue;
+    solver.keep();
+    const MatrixX to = from.values + 0.3 * MatrixX::Random(n, n).cwiseProduct(from.pattern.cast<double>());
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j)
+        if (from.pattern(i, j)) solver.at(i, j) = to(i, j);
+    if (!(solver.factorise() > 1e-3) || !solver.near_kept(0.9)) continue;
+    ++near;
+    for (int k = 0; k <= 50; ++k) {
+      const MatrixX between = from.values + k / 50.0 * (to - from.values);
+      CHECK(between.determinant() * to.determinant() > 0);
+    }
+  }
+  CHECK(near > 50);
+}

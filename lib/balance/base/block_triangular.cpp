@@ -3,6 +3,7 @@
 #include "balance/base/small_blocks.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace balance {
 
@@ -109,7 +110,7 @@ bool BlockTriangular::analyse(const Eigen::MatrixXi& pattern) {
   int position = 0, offset = 0;
   for (const std::vector<int>& component : Components(pattern, matching).run()) {
     const int size = static_cast<int>(component.size());
-    blocks_.push_back({position, size, offset});
+    blocks_.push_back({position, size, offset, 0});
     offset += size * size;
     for (const int row : component) {
       row_position_[row] = position;
@@ -123,8 +124,10 @@ bool BlockTriangular::analyse(const Eigen::MatrixXi& pattern) {
         first_[row_position_[row]] = std::min(first_[row_position_[row]], column_position_[column]);
   values_.assign(static_cast<std::size_t>(n) * n, 0);
   factors_.assign(offset, 0);
+  kept_.assign(offset, 0);
   pivots_.assign(n, 0);
   work_.assign(n, 0);
+  sums_.assign(n, 0);
   pairs_.assign(n, {0, 0});
   return true;
 }
@@ -133,22 +136,73 @@ double BlockTriangular::factorise() {
   const int n = size();
   double quality = 1;
   sign_ = 1;
-  for (const Block& block : blocks_) {
+  for (Block& block : blocks_) {
     double* factors = factors_.data() + block.offset;
     for (int i = 0; i < block.size; ++i) {
       const double* row = &values_[(block.begin + i) * n + block.begin];
       for (int j = 0; j < block.size; ++j) factors[i * block.size + j] = row[j];
     }
-    const double smallest = by_size(block.size, [&](auto block_size) {
+    block.quality = by_size(block.size, [&](auto block_size) {
       if constexpr (block_size > 0 && block_size <= inverted)
         return invert(block_size, factors, sign_);
       else
         return factorise_block<block_size>(factors, &pivots_[block.begin], block.size, sign_);
     });
-    quality = std::min(quality, smallest);
+    quality = std::min(quality, block.quality);
     if (quality == 0) return 0;
   }
   return quality;
+}
+
+void BlockTriangular::keep() {
+  const int n = size();
+  double* kept = kept_.data();
+  for (const Block& block : blocks_)
+    for (int i = 0; i < block.size; ++i)
+      kept = std::copy_n(&values_[(block.begin + i) * n + block.begin], block.size, kept);
+}
+
+bool BlockTriangular::near_kept(double limit) {
+  const int n = size();
+  for (const Block& block : blocks_) {
+    const double* kept = kept_.data() + block.offset;
+    double widest = 0;
+    for (int i = 0; i < block.size; ++i) {
+      const double* row = &values_[(block.begin + i) * n + block.begin];
+      double sum = 0;
+      for (int j = 0; j < block.size; ++j) sum += std::abs(row[j] - *kept++);
+      widest = std::max(widest, sum);
+    }
+    // The inverse is hardly ever larger than size / quality: most steps need no more than this.
+    const bool plain = 4 * block.size * widest <= limit * block.quality;
+    if (!plain && !block_near_kept(block, limit)) return false;
+  }
+  return true;
+}
+
+bool BlockTriangular::block_near_kept(const Block& block, double limit) {
+  const int n = size();
+  const double* kept = kept_.data() + block.offset;
+  std::fill_n(sums_.begin(), block.size, 0);
+  for (int j = 0; j < block.size; ++j) {
+    for (int i = 0; i < block.size; ++i)
+      work_[i] = values_[(block.begin + i) * n + block.begin + j] - kept[i * block.size + j];
+    solve_block(block, work_.data());
+    for (int i = 0; i < block.size; ++i) sums_[i] += std::abs(work_[i]);
+  }
+  const auto within = [limit](double sum) { return sum <= limit; };  // false for NaN
+  return std::all_of(sums_.begin(), sums_.begin() + block.size, within);
+}
+
+template <class X>
+void BlockTriangular::solve_block(const Block& block, X* x) const {
+  by_size(block.size, [&](auto block_size) {
+    const double* factors = factors_.data() + block.offset;
+    if constexpr (block_size > 0 && block_size <= inverted)
+      multiply<block_size>(factors, x);
+    else
+      small_blocks::solve_block<block_size>(factors, &pivots_[block.begin], block.size, x);
+  });
 }
 
 template <class X>
@@ -161,13 +215,7 @@ void BlockTriangular::substitute(X* work) const {
       for (int j = first_[i]; j < block.begin; ++j) subtract(sum, values[j], work[j]);
       work[i] = sum;
     }
-    by_size(block.size, [&](auto block_size) {
-      const double* factors = factors_.data() + block.offset;
-      if constexpr (block_size > 0 && block_size <= inverted)
-        multiply<block_size>(factors, work + block.begin);
-      else
-        solve_block<block_size>(factors, &pivots_[block.begin], block.size, work + block.begin);
-    });
+    solve_block(block, work + block.begin);
   }
 }
 

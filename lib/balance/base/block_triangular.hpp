@@ -30,6 +30,12 @@ class BlockTriangular {
   /// @return the smallest |pivot| or 1/|entry of an inverse|, 0 if singular; a measure of regularity for matrices with entries of the order of one
   double factorise();
 
+  /// Remembers the matrix last factorised for near_kept().
+  void keep();
+  /// Whether every matrix on the straight way from the kept one K to the one last factorised, A, is regular by a margin: in every
+  /// diagonal block ‖A⁻¹ (A − K)‖ ≤ limit < 1 (largest sum along a row). Allocates nothing.
+  bool near_kept(double limit);
+
   /// Sign of the determinant of the matrix last factorised, up to a factor that never changes.
   int determinant_sign() const { return sign_; }
 
@@ -43,23 +49,29 @@ class BlockTriangular {
  private:
   struct Block {
     int begin, size, offset;  ///< first row, rows, where its factors start
+    double quality;           ///< smallest |pivot| of the last factorisation
   };
 
   /// Forward substitution over the blocks, in the permuted order, of one or two right-hand sides.
   template <class X>
   void substitute(X* work) const;
+  /// x := A_bb⁻¹ x for a diagonal block.
+  template <class X>
+  void solve_block(const Block& block, X* x) const;
+  bool block_near_kept(const Block& block, double limit);
 
   std::vector<int> row_position_, column_position_;  ///< of an original row or column in the permuted matrix
   std::vector<int> first_;                           ///< per permuted row: its first column that may be non-zero
   std::vector<Block> blocks_;
   std::vector<double> values_;   ///< permuted matrix, row-major
   std::vector<double> factors_;  ///< of the diagonal blocks, row-major one after another
+  std::vector<double> kept_;     ///< the diagonal blocks of an earlier matrix, in the same order
   std::vector<int> pivots_;      ///< row exchanges, per permuted row
   struct Pair {
     double x, z;
   };
 
-  std::vector<double> work_;
+  std::vector<double> work_, sums_;
   std::vector<Pair> pairs_;
   int sign_ = 0;
 };

@@ -1,11 +1,11 @@
 #include "balance/dynamics/actuation.hpp"
 
-#include "balance/base/factorizations.hpp"
 #include "balance/motion/regularity.hpp"
 #include "balance/motion/wording.hpp"
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 namespace balance {
 
@@ -70,7 +70,7 @@ template <class S>
 bool Actuation<S>::solve_regular(const Equations<S>& equations, const double* tau) {
   for (std::size_t a = 0; a < actuated_.size(); ++a) efforts_[a] = tau[actuated_[a].column] / actuated_[a].ratio;
   if (closures_ == 0) return true;
-  if (!factorise(equations)) return false;
+  if (factorise(equations) < least_regularity) return false;
   const std::vector<double>&columns = equations.column_scale(), &rows = equations.row_scale();
   for (int k = 0; k < closures_; ++k) multipliers_[k] = columns[passive_columns_[k]] * tau[passive_columns_[k]];
   passive_.solve_transposed(multipliers_.data());
@@ -85,9 +85,37 @@ bool Actuation<S>::solve_regular(const Equations<S>& equations, const double* ta
 
 /// The loops' share of the passive coordinates, at the present configuration.
 template <class S>
-bool Actuation<S>::factorise(const Equations<S>& equations) {
+double Actuation<S>::factorise(const Equations<S>& equations) {
+  if (of_ == &equations && factorised_ == equations.filled()) return regularity_;
   for (const Gathered& entry : gathered_) passive_.storage()[entry.index] = equations.entry(entry.row, entry.column);
-  return passive_.factorise() >= least_regularity;
+  regularity_ = passive_.factorise();
+  of_ = &equations;
+  factorised_ = equations.filled();
+  return regularity_;
+}
+
+template <class S>
+double Actuation<S>::look(const Equations<S>& equations) {
+  if (closures_ == 0) return 1;
+  if (regular_) return factorise(equations);
+  MatrixX matrix(closures_ + static_cast<Eigen::Index>(actuated_.size()), columns_);
+  matrix << closure_matrix(equations), selection(equations);
+  return grip_.look(std::move(matrix));
+}
+
+template <class S>
+void Actuation<S>::keep() {
+  if (closures_ == 0) return;
+  if (regular_)
+    passive_.keep();
+  else
+    grip_.keep();
+}
+
+template <class S>
+bool Actuation<S>::near_kept(double limit) {
+  if (closures_ == 0) return true;
+  return regular_ ? passive_.near_kept(limit) : grip_.near_kept(limit);
 }
 
 namespace {
@@ -165,7 +193,7 @@ bool Actuation<S>::project(const Equations<S>& equations, MatrixX& projection) {
 /// solve_regular transposed: one system per actuator instead of one per generalised force.
 template <class S>
 bool Actuation<S>::project_regular(const Equations<S>& equations, MatrixX& projection) {
-  if (closures_ > 0 && !factorise(equations)) return false;
+  if (closures_ > 0 && factorise(equations) < least_regularity) return false;
   const std::vector<double>& columns = equations.column_scale();
   std::vector<double> moved(closures_);
   for (std::size_t a = 0; a < actuated_.size(); ++a) {

@@ -2,7 +2,8 @@
 /// From the tree's generalised forces to actuator efforts and loop multipliers: τ = Sᵀ u + Φᵀ λ, which is P0's projection
 /// u = Cᵀ τ with C normalised on the actuated rows (P0 eq. 17, 29–34). Private to dynamics and the rooms that open it up.
 
-#include "balance/motion/equations.hpp"
+#include "balance/base/tall_matrix.hpp"
+#include "balance/motion/guard.hpp"
 #include "balance/motion/motion.hpp"
 
 #include <string>
@@ -11,7 +12,7 @@
 namespace balance {
 
 template <class S>
-class Actuation {
+class Actuation : public Guard<S> {
  public:
   /// @param freedoms by rank
   Actuation(const Mechanism& mechanism, const Tree<S>& tree, int freedoms);
@@ -34,8 +35,11 @@ class Actuation {
   const std::vector<double>& efforts() const { return efforts_; }          ///< per actuator [N m or N]
   const std::vector<double>& multipliers() const { return multipliers_; }  ///< per closure row [N or N m]
 
-  /// Changes when the configuration passes a singularity of actuation; 0 where it is not watched.
-  int determinant_sign() const { return regular_ && closures_ > 0 ? passive_.determinant_sign() : 0; }
+  /// The matrix that decides whether the actuators hold the mechanism: the closures' passive columns where these are square, else
+  /// closures and actuated coordinates together.
+  double look(const Equations<S>& equations) override;
+  void keep() override;
+  bool near_kept(double limit) override;
 
  private:
   struct Selected {
@@ -50,7 +54,7 @@ class Actuation {
   void prepare_regular(const Tree<S>& tree);
   bool solve_regular(const Equations<S>& equations, const double* tau);
   bool solve_general(const Equations<S>& equations, const double* tau);
-  bool factorise(const Equations<S>& equations);
+  double factorise(const Equations<S>& equations);
   bool project_regular(const Equations<S>& equations, MatrixX& projection);
   bool project_general(const Equations<S>& equations, MatrixX& projection) const;
   MatrixX closure_matrix(const Equations<S>& equations) const;
@@ -62,6 +66,10 @@ class Actuation {
   std::vector<int> passive_columns_;
   BlockTriangular passive_;  ///< closure rows × passive columns
   std::vector<Gathered> gathered_;
+  long factorised_ = -1;  ///< Equations::filled() where `passive_` was factorised
+  const Equations<S>* of_ = nullptr;
+  double regularity_ = 1;
+  TallMatrix grip_;                        ///< closures and actuated coordinates
   std::vector<std::vector<int>> rows_at_;  ///< per actuator: closure rows that its column occurs in
   std::vector<double> efforts_, multipliers_;
   std::string mismatch_;

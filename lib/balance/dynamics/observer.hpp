@@ -50,6 +50,8 @@ class Observer {
   Observer(const Mechanism& mechanism, const Tree<S>& tree, int freedoms, const typename S::Vector& about);
 
   const Actuation<S>& actuation() const { return actuation_; }
+  /// For a stepper to watch whether the actuators hold the mechanism all along its way.
+  Guard<S>& guard() { return actuation_; }
   const Observation<S>& last() const { return seen_; }
 
   /// The stepper's present moment, with the accelerations that it holds now.

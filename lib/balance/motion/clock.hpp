@@ -36,6 +36,7 @@ class Clock {
   }
 
   double start() const { return start_; }
+  double duration() const { return duration_; }
 
   /// Times inside the leg at which the law's second derivative jumps, increasing [s].
   std::vector<double> jumps() const {

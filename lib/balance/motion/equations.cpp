@@ -1,7 +1,5 @@
 #include "balance/motion/equations.hpp"
 
-#include "balance/motion/regularity.hpp"
-
 #include <algorithm>
 #include <set>
 
@@ -87,6 +85,7 @@ void Equations<S>::build() {
 
 template <class S>
 void Equations<S>::fill(const State<S>& state, const double* y, const DriveSample& target, double* residual) {
+  ++filled_;
   fill_closures(state, residual);
   int row = tree_.closure_rows;
   if (!drive_.point.empty()) fill_point(state, target, residual + row);
@@ -188,14 +187,27 @@ void Equations<S>::fill_rotation(const State<S>& state, const DriveSample& targe
 }
 
 template <class S>
-bool Equations<S>::factorise() {
+bool Equations<S>::factorise(double least) {
   if (!redundant_) {
     regularity_ = sparse_.factorise();
-    return regularity_ > least_regularity;
+    return regularity_ > least;
   }
-  qr_.setThreshold(least_regularity);
   qr_.compute(dense_);
-  return qr_.rank() == columns();
+  regularity_ = smallest_pivot(qr_);
+  return regularity_ > least;
+}
+
+template <class S>
+void Equations<S>::keep() {
+  if (redundant_)
+    kept_ = dense_;
+  else
+    sparse_.keep();
+}
+
+template <class S>
+bool Equations<S>::near_kept(double limit) {
+  return redundant_ ? balance::near_kept(qr_, dense_, kept_, limit) : sparse_.near_kept(limit);
 }
 
 template <class S>

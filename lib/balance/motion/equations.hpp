@@ -4,9 +4,10 @@
 /// Private to motion and dynamics.
 
 #include "balance/base/block_triangular.hpp"
-#include "balance/base/factorizations.hpp"
+#include "balance/base/tall_matrix.hpp"
 #include "balance/kinematics/drive.hpp"
 #include "balance/model/drive_sample.hpp"
+#include "balance/motion/regularity.hpp"
 
 #include <vector>
 
@@ -27,9 +28,10 @@ class Equations {
 
   /// Writes the matrix and the residual at the poses in `state`.
   void fill(const State<S>& state, const double* y, const DriveSample& target, double* residual);
+  /// @param least smallest pivot that counts as regular
   /// @return false if the matrix is singular
-  bool factorise();
-  /// Smallest pivot of the matrix last factorised, a measure of regularity; only where the constraints are independent.
+  bool factorise(double least = least_regularity);
+  /// Smallest pivot of the matrix last factorised, a measure of regularity.
   double regularity() const { return regularity_; }
   /// Turns `rows()` right-hand sides into `columns()` unknowns, in place, unscaled on return. Array length: max of both.
   void solve(double* x);
@@ -38,6 +40,13 @@ class Equations {
   /// `columns()` right-hand sides into `rows()` unknowns of the transposed system, in place: generalised forces into multipliers.
   /// Only where the constraints are independent.
   void solve_transposed(double* x);
+  /// Remembers the matrix last factorised for near_kept().
+  void keep();
+  /// Whether every matrix on the straight way from the kept one to the one last factorised is regular by a margin: the
+  /// pseudo-inverse of the latter times their difference is at most `limit` < 1. See docs/theory.md, section 2.
+  bool near_kept(double limit);
+  /// Counts the calls of fill().
+  long filled() const { return filled_; }
   int determinant_sign() const { return redundant_ ? 0 : sparse_.determinant_sign(); }
 
   /// Right-hand sides for rates and accelerations. State: for the latter velocities and velocity-caused accelerations.
@@ -81,6 +90,8 @@ class Equations {
   Matrix3 gap_matrix_ = Matrix3::Identity();  ///< of the tool's rotation where last filled
   BlockTriangular sparse_;
   Samples dense_;
+  MatrixX kept_;  ///< of dense_
+  long filled_ = 0;
   Eigen::ColPivHouseholderQR<MatrixX> qr_;
 };
 

@@ -1,6 +1,7 @@
 #include "balance/motion/plan.hpp"
 
 #include "balance/base/rotation.hpp"
+#include "balance/motion/com_drive.hpp"
 #include "balance/motion/drive_choice.hpp"
 
 #include <algorithm>
@@ -47,7 +48,8 @@ class Planner {
       : mechanism_(mechanism), tree_(tree), trajectory_(trajectory) {}
 
   Plan<S> run() {
-    if (start_pose() && pick_drive() && end_values() && make_schedule()) plan_.outcome.status = MotionStatus::done;
+    if (com_moves() && start_pose() && pick_drive() && end_values() && make_schedule())
+      plan_.outcome.status = MotionStatus::done;
     return std::move(plan_);
   }
 
@@ -55,6 +57,19 @@ class Planner {
   bool fail(const MotionOutcome& outcome) {
     plan_.outcome = outcome;
     return false;
+  }
+
+  /// Said before a start is looked for: where the centre of mass stands still, none would be found.
+  bool com_moves() {
+    if (trajectory_.drive != DriveKind::com) return true;
+    System<S> closures(tree_, Drive<S>{});
+    const Solution assembled = find_pose(mechanism_, tree_, closures, {});
+    if (!assembled.found) return true;
+    const int freedoms = tree_.columns - generic_closure_rank(tree_, assembled.y).rank;
+    const DriveQuantities quantities = choose_quantities(mechanism_, trajectory_, freedoms);
+    if (!quantities.mismatch.empty()) return true;
+    const std::string reason = com_stands_still(tree_, assembled.y, quantities.com);
+    return reason.empty() || fail(failed(MotionStatus::mismatch, reason));
   }
 
   bool start_pose() {

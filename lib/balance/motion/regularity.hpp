@@ -7,4 +7,8 @@ namespace balance {
 /// ε, round-off leaves positions 1e-16 / ε uncertain and with them the directions of the equations 1e-16 / ε²: here, 1e-5.
 inline constexpr double least_regularity = 3e-6;
 
+/// Smallest pivot below which a motion is told to come near a singularity: rates and forces are of the order of its reciprocal, and
+/// round-off leaves 1e-10 of them uncertain.
+inline constexpr double near_singular = 1e-3;
+
 }  // namespace balance

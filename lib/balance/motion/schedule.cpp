@@ -82,6 +82,20 @@ void Schedule::at(double time, Side side, DriveSample& sample) const {
   std::visit([&](const auto& turn) { turn.fill(progress, sample); }, leg.turn);
 }
 
+double Schedule::longest_step(double time) const {
+  constexpr double part = 1.0 / 24, least = 1e-6;  // of a leg: its law has one rise, at most two bends
+  const double same = same_time * duration();
+  const Leg& leg = implementation_->leg_at(time, Side::after);
+  const double whole = leg.clock.duration();
+  double step = part * whole;
+  if (const auto* curve = std::get_if<SplineCurve>(&leg.curve)) {
+    const double stretch = curve->spline.stretch(leg.clock.at(time, Side::after).s);
+    step = std::clamp(stretch * whole, least * whole, step);
+  }
+  const double left = leg.clock.start() + whole - time;
+  return left > same ? std::min(step, left) : step;
+}
+
 double Schedule::duration() const { return implementation_->itinerary.duration; }
 
 int Schedule::size() const { return implementation_->itinerary.size; }

@@ -40,6 +40,10 @@ class Schedule {
   /// @throws std::invalid_argument if time is further outside than round-off explains (1e-9 of the duration)
   void at(double time, Side side, DriveSample& sample) const;
 
+  /// The longest step [s] from a time on that cannot leave out what the path does: a part of its leg, and no more than a
+  /// spline takes from knot to knot.
+  double longest_step(double time) const;
+
   double duration() const;
   /// Number k of scalar components.
   int size() const;

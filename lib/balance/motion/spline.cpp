@@ -85,4 +85,9 @@ void CubicSpline::at(double parameter, Eigen::Ref<VectorX> value, Eigen::Ref<Vec
   }
 }
 
+double CubicSpline::stretch(double parameter) const {
+  const auto right = std::upper_bound(knots_.begin() + 1, knots_.end() - 1, parameter);
+  return *right - *(right - 1);
+}
+
 }  // namespace balance

@@ -25,6 +25,9 @@ class CubicSpline {
   /// Outside the knots the outermost cubic goes on.
   void at(double parameter, Eigen::Ref<VectorX> value, Eigen::Ref<VectorX> first, Eigen::Ref<VectorX> second) const;
 
+  /// Length of the stretch between two knots that holds the parameter.
+  double stretch(double parameter) const;
+
   /// Number k of components.
   int size() const { return static_cast<int>(values_.cols()); }
 

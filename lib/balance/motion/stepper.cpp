@@ -2,12 +2,11 @@
 
 #include "balance/base/factorizations.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
-#include "balance/motion/configuration_text.hpp"
-#include "balance/motion/wording.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 namespace balance {
 
@@ -17,6 +16,24 @@ constexpr double solved = 1e-12;            // scaled residual after which one c
 constexpr double longest_correction = 0.1;  // of a prediction, in radians or characteristic lengths
 constexpr int newton_steps = 8;
 constexpr int halvings = 24;
+// What a step may change of a matrix: less than 1 together, so that it stays regular in between (docs/theory.md, section 2).
+constexpr double most_change = 0.7;  // along the straight way
+constexpr double most_bend = 0.2;    // how far the way may lie off the straight one
+
+/// Columns whose coordinate changes entries of the equations' matrix.
+template <class S>
+std::vector<int> bending_columns(const Tree<S>& tree, const Drive<S>& drive) {
+  std::set<int> columns;
+  const auto add = [&](int node) {
+    if (tree.nodes[node].motion != NodeMotion::weld) columns.insert(tree.nodes[node].column);
+  };
+  for (const Closure<S>& closure : tree.closures)
+    for (const PathStep& step : closure.path) add(step.node);
+  if (!drive.point.empty() || !drive.rotation.empty())
+    for (const int node : drive.tool_path) add(node);
+  for (std::size_t node = 1; !drive.com.empty() && node < tree.nodes.size(); ++node) add(static_cast<int>(node));
+  return {columns.begin(), columns.end()};
+}
 
 }  // namespace
 
@@ -27,9 +44,11 @@ Stepper<S>::Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& pl
       plan_(plan),
       equations_(tree, plan.drive, plan.redundant),
       round_off_(solved * ground_extent(mechanism)),
-      state_(tree.nodes.size()) {
+      state_(tree.nodes.size()),
+      bending_(bending_columns(tree, plan.drive)) {
   const int n = tree.columns;
-  for (Moment* moment : {&now_, &before_, &older_}) moment->y.setZero(n), moment->dy.setZero(n), moment->ddy.setZero(n);
+  for (Moment* moment : {&now_, &before_, &older_, &next_})
+    moment->y.setZero(n), moment->dy.setZero(n), moment->ddy.setZero(n);
   predicted_.setZero(n);
   trial_.setZero(n);
   x_.assign(std::max(n, equations_.rows()), 0);
@@ -56,9 +75,20 @@ bool Stepper<S>::begin() {
     return false;
   }
   now_.y = trial_;
-  sign_ = equations_.determinant_sign();
-  differentiate();
-  return true;
+  differentiate(now_);
+  if (settle()) return true;
+  stop(Attempt::not_held, 0);
+  return false;
+}
+
+/// The watched matrices are to be compared with those of this moment.
+template <class S>
+bool Stepper<S>::settle() {
+  equations_.keep();
+  if (guard_ == nullptr) return true;
+  const bool held = guard_->look(equations_) >= floor_;
+  guard_->keep();
+  return held;
 }
 
 template <class S>
@@ -82,7 +112,7 @@ bool Stepper<S>::newton(VectorX& y) {
     equations_.fill(state_, y.data(), sample_, x_.data());
     double worst = 0;
     for (int r = 0; r < equations_.rows(); ++r) worst = std::max(worst, std::abs(x_[r]));
-    if (!std::isfinite(worst) || !equations_.factorise()) return false;
+    if (!std::isfinite(worst) || !equations_.factorise(floor_)) return false;
     equations_.rate_rows(sample_, rates_.data());
     equations_.solve_pair(x_.data(), rates_.data());
     for (int c = 0; c < tree_.columns; ++c) y[c] -= x_[c];
@@ -131,18 +161,55 @@ typename Stepper<S>::Attempt Stepper<S>::step(double time) {
   const std::vector<double>& scale = equations_.column_scale();
   for (int c = 0; c < tree_.columns; ++c)
     if (std::abs(trial_[c] - predicted_[c]) > longest_correction * scale[c]) return Attempt::far;
-  if (equations_.determinant_sign() != sign_) return Attempt::flipped;
+  next_.time = time;
+  next_.y = trial_;
+  differentiate(next_);
+  const Attempt attempt = judge(next_);
+  return attempt == Attempt::done ? accept() : attempt;
+}
+
+/// How far the mechanism turns on the way to the next moment [rad, characteristic lengths]: the most of any coordinate that matters, by the
+/// rates at both ends too, for it may turn back in between.
+template <class S>
+double Stepper<S>::turned(const Moment& next) const {
+  const double h = next.time - now_.time;
+  const std::vector<double>& scale = equations_.column_scale();
+  double most = 0;
+  for (const int c : bending_) {
+    const double rate = std::max(std::abs(now_.dy[c]), std::abs(next.dy[c]));
+    most = std::max(most, std::max(std::abs(next.y[c] - now_.y[c]), h * rate) / scale[c]);
+  }
+  return most;
+}
+
+/// Could a watched matrix have been singular since the present moment? The equations are those of the next one.
+template <class S>
+typename Stepper<S>::Attempt Stepper<S>::judge(const Moment& next) {
+  const double way = turned(next), bend = way * way;  // h²/8 of second derivatives, three turns in a chain
+  if (!(bend <= most_bend * equations_.regularity()) || !equations_.near_kept(most_change)) return Attempt::singular;
+  nearest_.see(equations_.regularity(), next.time);
+  if (guard_ == nullptr) return Attempt::done;
+  const double pivot = guard_->look(equations_);
+  const bool held = pivot >= floor_ && bend <= most_bend * pivot && guard_->near_kept(most_change);
+  if (!held) return Attempt::not_held;
+  nearest_hold_.see(pivot, next.time);
+  return Attempt::done;
+}
+
+template <class S>
+typename Stepper<S>::Attempt Stepper<S>::accept() {
   std::swap(older_, before_);
   std::swap(before_, now_);
+  std::swap(now_, next_);
   past_ = std::min(past_ + 1, 2);
-  now_.time = time;
-  now_.y = trial_;
   if (turn_balls_back(1)) {  // same configuration, other coordinates
     if (!newton(now_.y)) return Attempt::no_convergence;
-    sign_ = equations_.determinant_sign();
+    differentiate(now_);
     past_ = 0;
+    return settle() ? Attempt::done : Attempt::not_held;
   }
-  differentiate();
+  equations_.keep();
+  if (guard_ != nullptr) guard_->keep();
   return Attempt::done;
 }
 
@@ -160,14 +227,14 @@ bool Stepper<S>::turn_balls_back(double limit) {
 }
 
 template <class S>
-void Stepper<S>::differentiate() {
-  std::copy_n(rates_.data(), tree_.columns, now_.dy.data());
-  angular_velocities(tree_, now_.dy.data(), state_);
-  if (tree_.slides) origin_velocities(tree_, now_.dy.data(), state_);
-  accelerations<S>(tree_, now_.dy.data(), nullptr, S::Vector::Zero(), state_);
+void Stepper<S>::differentiate(Moment& moment) {
+  std::copy_n(rates_.data(), tree_.columns, moment.dy.data());
+  angular_velocities(tree_, moment.dy.data(), state_);
+  if (tree_.slides) origin_velocities(tree_, moment.dy.data(), state_);
+  accelerations<S>(tree_, moment.dy.data(), nullptr, S::Vector::Zero(), state_);
   equations_.acceleration_rows(state_, sample_, x_.data());
   equations_.solve(x_.data());
-  std::copy_n(x_.data(), tree_.columns, now_.ddy.data());
+  std::copy_n(x_.data(), tree_.columns, moment.ddy.data());
 }
 
 template <class S>
@@ -183,75 +250,26 @@ void Stepper<S>::accelerate(Side side) {
 
 template <class S>
 bool Stepper<S>::advance(double time) {
-  Attempt attempt = step(time);
-  if (attempt == Attempt::done) return true;
-  const double start = now_.time;
-  double size = (time - start) / 2;
-  const double smallest = std::ldexp(time - start, -halvings);
-  int total = iterations_;
+  if (direct_) return step(time) == Attempt::done;
+  const double smallest = std::ldexp(std::min(time - now_.time, plan_.schedule->duration() / 1024), -halvings);
+  double size = std::min(time - now_.time, stride_);
+  int total = 0;
   while (now_.time < time) {
     // the last piece ends exactly where it should
-    const double next = time - now_.time < 1.5 * size ? time : now_.time + size;
-    attempt = step(next);
+    double next = time - now_.time < 1.5 * size ? time : now_.time + size;
+    const double longest = plan_.schedule->longest_step(now_.time);
+    if (next - now_.time > (1 + 1e-6) * longest) next = now_.time + longest;
+    const Attempt attempt = step(next);
     total += iterations_;
     if (attempt == Attempt::done) {
-      size *= 2;
-    } else if ((size /= 2) < smallest) {
-      stop(attempt, now_.time);
+      stride_ = size *= 2;
+    } else if ((size = std::min(size, next - now_.time) / 2) < smallest) {
+      stop(attempt, smallest);
       return false;
     }
   }
   iterations_ = total;
   return true;
-}
-
-template <class S>
-double Stepper<S>::mobility() {
-  if (direct_) return 1;
-  const int rows = equations_.rows(), n = tree_.columns;
-  MatrixX matrix(rows, n);
-  for (int r = 0; r < rows; ++r)
-    for (int c = 0; c < n; ++c) matrix(r, c) = equations_.entry(r, c);
-  const MatrixX normal = matrix.transpose() * matrix;
-  const double smallest = Eigen::SelfAdjointEigenSolver<MatrixX>(normal, Eigen::EigenvaluesOnly).eigenvalues()[0];
-  return std::sqrt(std::max(0.0, smallest));
-}
-
-/// Which matrix has lost rank at the last good configuration?
-template <class S>
-void Stepper<S>::stop(Attempt attempt, double time) {
-  System<S> system(tree_, plan_.drive);
-  VectorX residual;
-  MatrixX jacobian;
-  plan_.schedule->at(std::min(time, plan_.schedule->duration()), Side::after, sample_);
-  system.evaluate(now_.y, sample_, residual, jacobian);
-  const int rank = tree_.columns - plan_.freedoms;
-  const auto relative = [](const MatrixX& matrix, int k) {
-    if (k == 0 || matrix.size() == 0) return 1.0;
-    const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
-    return values[0] > 0 ? values[k - 1] / values[0] : 0.0;
-  };
-  const double loops = relative(jacobian.topRows(tree_.closure_rows), rank);
-  const double all = relative(jacobian, std::min<int>(tree_.columns, static_cast<int>(jacobian.rows())));
-  constexpr double lost = 0.02;  // at distance ε from a singularity the values are of the order √ε
-  outcome_.time = time;
-  const char* what;
-  if (loops < lost && loops < 10 * all) {
-    outcome_.status = MotionStatus::constraint_singularity;
-    what = "constraint singularity: the loop closures lose rank, the mechanism gains a freedom";
-  } else if (all < lost) {
-    outcome_.status = MotionStatus::drive_singularity;
-    what =
-        "drive singularity: the prescribed quantities no longer determine the motion (the path may leave the workspace "
-        "here)";
-  } else if (attempt == Attempt::no_convergence) {
-    outcome_.status = MotionStatus::unreachable;
-    what = "the prescribed values cannot be reached";
-  } else {
-    outcome_.status = MotionStatus::assembly_jump;
-    what = "the motion could only go on by a jump to another assembly mode";
-  }
-  outcome_.reason = at_time(time) + what + "; configuration: " + configuration_text(mechanism_, tree_, now_.y.data());
 }
 
 template class Stepper<Planar>;

@@ -2,9 +2,12 @@
 /// Follows a plan through time: predictor from the last configurations, Newton on closures and prescribed quantities,
 /// then velocities and accelerations from the same factorised matrix. Private to motion and dynamics.
 
-#include "balance/motion/equations.hpp"
+#include "balance/motion/guard.hpp"
 #include "balance/motion/plan.hpp"
 
+#include <cmath>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace balance {
@@ -14,6 +17,9 @@ class Stepper {
  public:
   /// @param tree, plan must outlive the stepper; the plan must be done. The stepper may rereference the tree's balls.
   Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& plan);
+
+  /// Another matrix to be watched, from begin() on; it must outlive the stepper.
+  void watch(Guard<S>& guard) { guard_ = &guard; }
 
   /// Time 0. Also true of advance: on false outcome() says why, and the last good configuration stays.
   bool begin();
@@ -28,6 +34,8 @@ class Stepper {
   double time() const { return now_.time; }
   int iterations() const { return iterations_; }
   const MotionOutcome& outcome() const { return outcome_; }
+  /// How near the way has come to singularities; empty if it stays away from them.
+  std::vector<std::string> notes() const;
   const Equations<S>& equations() const { return equations_; }
 
   /// No equation has to be solved: every coordinate is prescribed. Then state() holds nothing.
@@ -44,15 +52,35 @@ class Stepper {
     VectorX y, dy, ddy;
   };
 
-  enum class Attempt { done, no_convergence, far, flipped };
+  enum class Attempt {
+    done,
+    no_convergence,
+    far,       ///< from what was predicted
+    singular,  ///< or may have been on the way
+    not_held   ///< the guarded matrix is singular or may have been
+  };
 
   Attempt step(double time);
   bool newton(VectorX& y);
   void predict(double time);
-  void differentiate();
+  void differentiate(Moment& moment);
+  /// The nearest that a watched matrix has come to a singular one.
+  struct Nearest {
+    double pivot = near_singular, time = 0;
+    void see(double other_pivot, double other_time) {
+      if (other_pivot < pivot) pivot = other_pivot, time = other_time;
+    }
+  };
+
+  Attempt judge(const Moment& next);
+  Attempt accept();
+  bool settle();
+  void locate(Attempt attempt, double smallest);
+  double turned(const Moment& next) const;
   bool turn_balls_back(double limit);
   void set_direct(double time);
-  void stop(Attempt attempt, double time);
+  void stop(Attempt attempt, double smallest);
+  std::pair<MotionStatus, const char*> diagnose(Attempt attempt);
 
   const Mechanism& mechanism_;
   Tree<S>& tree_;
@@ -62,9 +90,13 @@ class Stepper {
   double round_off_;  ///< scaled residual that cannot be improved upon
   State<S> state_;
   DriveSample sample_;
-  Moment now_, before_, older_;
-  int past_ = 0;  ///< how many of before_, older_ continue smoothly into now_
-  int sign_ = 0;  ///< of the determinant
+  Guard<S>* guard_ = nullptr;
+  std::vector<int> bending_;         ///< columns on which the matrix depends
+  double floor_ = least_regularity;  ///< smallest pivot that counts as regular
+  Nearest nearest_, nearest_hold_;
+  Moment now_, before_, older_, next_;
+  int past_ = 0;              ///< how many of before_, older_ continue smoothly into now_
+  double stride_ = INFINITY;  ///< step to be tried next [s]
   int iterations_ = 0;
   VectorX predicted_, trial_;
   std::vector<double> x_;      ///< right-hand side, then solution

@@ -10,12 +10,23 @@ std::string at_time(double time) {
   return text;
 }
 
-MotionOutcome no_longer_held(double time) {
-  return {
-      MotionStatus::actuation_singularity,
-      time,
-      at_time(time) + "actuation singularity: the actuators do not hold the mechanism in a configuration reached there",
-      {}};
+MotionOutcome no_longer_held(double time, const std::string& configuration) {
+  return {MotionStatus::actuation_singularity,
+          time,
+          at_time(time) +
+              "actuation singularity: the actuators do not hold the mechanism in a configuration reached there" +
+              (configuration.empty() ? "" : "; configuration: " + configuration),
+          {}};
+}
+
+std::string passes_near(const std::string& what, double distance, double time) {
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "comes near %s at t = %.6g s, to %.2g of a regular configuration: rates and forces are large there and "
+                "good to about "
+                "%.0e of their size",
+                what.c_str(), time, distance, 1e-16 / (distance * distance));
+  return text;
 }
 
 MotionOutcome numbers_overflow(double time, const std::string& what) {

@@ -12,8 +12,13 @@ namespace balance {
 /// How a reason begins: "at t = 0.03 s: ".
 std::string at_time(double time);
 
-/// The end of a run whose actuators no longer hold the mechanism. @param time [s]
-MotionOutcome no_longer_held(double time);
+/// The end of a run whose actuators no longer hold the mechanism.
+/// @param time [s]
+/// @param configuration see configuration_text(); may be empty
+MotionOutcome no_longer_held(double time, const std::string& configuration);
+
+/// @param distance smallest pivot of the matrix that becomes singular
+std::string passes_near(const std::string& what, double distance, double time);
 
 /// The end of a run whose numbers grew too large to be computed with. @param time [s] @param what grew: "torque[A1]"
 MotionOutcome numbers_overflow(double time, const std::string& what);

@@ -1,5 +1,6 @@
 #include "balance/natural/equations.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -67,13 +68,7 @@ bool Equations::factorise(const Coordinates& position) {
   }
   lu_.compute(matrix);
   const auto diagonal = lu_.matrixLU().diagonal();
-  int negative = 0;
-  for (const double pivot : diagonal) {
-    if (!(std::abs(pivot) > 1e-300)) return false;
-    negative += pivot < 0;
-  }
-  sign_ = (negative % 2 == 0 ? 1 : -1) * static_cast<int>(lu_.permutationP().determinant());
-  return true;
+  return std::all_of(diagonal.begin(), diagonal.end(), [](double pivot) { return std::abs(pivot) > 1e-300; });
 }
 
 VectorX Equations::solve(const VectorX& right) const {

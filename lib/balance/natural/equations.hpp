@@ -38,8 +38,6 @@ class Equations {
   /// Velocities per unit rate of the driven rows: spans what the constraints allow. Of the matrix last factorised.
   MatrixX motions() const;
   int iterations() const { return iterations_; }
-  /// Sign of the determinant last factorised; 0 if there are more rows than unknowns.
-  int sign() const { return sign_; }
 
  private:
   bool factorise(const Coordinates& position);
@@ -50,7 +48,7 @@ class Equations {
   bool square_;
   Eigen::PartialPivLU<MatrixX> lu_;
   Eigen::ColPivHouseholderQR<MatrixX> qr_;
-  int iterations_ = 0, sign_ = 0;
+  int iterations_ = 0;
   double round_off_;
 };
 

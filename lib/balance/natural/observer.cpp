@@ -138,7 +138,6 @@ bool Observer::find_efforts(const Stepper& stepper) {
   Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
   qr.setThreshold(1e-10);
   qr.compute(grip.transpose());
-  actuation_sign_ = motors == freedoms_ && motors > 0 ? (grip.determinant() > 0 ? 1 : -1) : 0;
   const VectorX efforts = qr.solve(right);
   for (Eigen::Index a = 0; a < motors; ++a) {
     const auto i = static_cast<std::size_t>(a);
@@ -146,6 +145,18 @@ bool Observer::find_efforts(const Stepper& stepper) {
     seen_.power[i] = efforts[a] * seen_.velocity[static_cast<std::size_t>(mechanism_.actuators[i])];
   }
   return qr.rank() == freedoms_;
+}
+
+MatrixX Observer::held(const Equations& equations, const Coordinates& position) const {
+  const auto motors = static_cast<Eigen::Index>(mechanism_.actuators.size());
+  MatrixX out = MatrixX::Zero(equations.constraints() + motors, equations.unknowns());
+  out.topRows(equations.constraints()) = equations.constraint_jacobian(position);
+  for (Eigen::Index a = 0; a < motors; ++a) {
+    const auto c = static_cast<std::size_t>(mechanism_.actuators[static_cast<std::size_t>(a)]);
+    for (const ScalarTerm& term : model_.coordinates[c].form.terms)
+      out(equations.constraints() + a, 2 * model_.basic.moving + term.scalar) += term.coefficient;
+  }
+  return out;
 }
 
 }  // namespace balance::natural

@@ -34,8 +34,8 @@ class Observer {
   /// @return false if the actuators do not hold the mechanism there
   bool observe(const Stepper& stepper);
   const Observation& last() const { return seen_; }
-  /// Changes where a singularity of actuation is passed; 0 if there are more actuators than freedoms.
-  int actuation_sign() const { return actuation_sign_; }
+  /// Constraints and actuated coordinates together: has full rank where the actuators hold the mechanism.
+  MatrixX held(const Equations& equations, const Coordinates& position) const;
 
  private:
   void read_coordinates(const Stepper& stepper);
@@ -53,7 +53,6 @@ class Observer {
   std::vector<std::string> notes_;
   std::vector<Complex> inertia_;  ///< M q̈ per point
   Wrench loads_;
-  int actuation_sign_ = 0;
   Observation seen_;
 };
 

@@ -12,7 +12,6 @@ struct Simulation::Parts {
   Plan plan;
   std::optional<Stepper> stepper;
   std::optional<Observer> observer;
-  int actuation_sign = 0;
 };
 
 Simulation::Simulation(const Mechanism& mechanism, const Trajectory& trajectory, const Start& start)
@@ -43,7 +42,10 @@ int Simulation::freedoms() const { return parts_->plan.freedoms; }
 const std::vector<std::string>& Simulation::notes() const { return parts_->observer.value().notes(); }
 
 bool Simulation::begin() {
-  if (parts_->stepper.value().begin(parts_->plan.start)) return true;
+  const Parts& p = *parts_;
+  parts_->stepper.value().watch(
+      [&p](const Coordinates& position) { return p.observer->held(p.stepper->equations(), position); });
+  if (parts_->stepper->begin(p.plan.start)) return true;
   outcome_ = parts_->stepper->outcome();
   return false;
 }
@@ -60,13 +62,8 @@ void Simulation::accelerate(Side side) { parts_->stepper.value().accelerate(side
 
 bool Simulation::observe() {
   Parts& p = *parts_;
-  const bool held = p.observer.value().observe(p.stepper.value());
-  const int sign = p.observer->actuation_sign();
-  if (held && (p.actuation_sign == 0 || sign == p.actuation_sign)) {
-    p.actuation_sign = sign;
-    return true;
-  }
-  outcome_ = no_longer_held(time());
+  if (p.observer.value().observe(p.stepper.value())) return true;
+  outcome_ = no_longer_held(time(), "");
   return false;
 }
 

@@ -2,6 +2,7 @@
 
 #include "balance/motion/wording.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -11,6 +12,10 @@ namespace {
 
 constexpr double longest_correction = 0.1;  // of a prediction, in radians or characteristic lengths
 constexpr int halvings = 24;
+constexpr double singular = 1e-7;  // smallest pivot: half of the digits are lost
+// What a step may change of a matrix: less than 1 together, so that it stays regular in between (docs/theory.md, section 2).
+constexpr double most_change = 0.7;  // along the straight way
+constexpr double most_bend = 0.2;    // how far the way may lie off the straight one
 
 }  // namespace
 
@@ -31,9 +36,14 @@ bool Stepper::begin(const Coordinates& near) {
     return false;
   }
   iterations_ = equations_.iterations();
-  sign_ = equations_.sign();
   read_angles(model_.body_angles);
-  return true;
+  all_.look(equations_.jacobian(now_.position));
+  all_.keep();
+  if (!held_) return true;
+  const bool holds = grip_.look(held_(now_.position)) >= singular;
+  grip_.keep();
+  if (!holds) stop(Attempt::not_held);
+  return holds;
 }
 
 double Stepper::spin(int body) const {
@@ -86,13 +96,38 @@ Stepper::Attempt Stepper::step(double time) {
   iterations_ += equations_.iterations();
   if (far_from(predicted, next.position)) return Attempt::far;
   if (!equations_.differentiate(next, sample_)) return Attempt::no_convergence;
-  if (equations_.sign() != sign_) return Attempt::flipped;
+  const Attempt attempt = judge(next);
+  if (attempt != Attempt::done) return attempt;
   std::vector<double> expected(model_.bodies.size());
   for (std::size_t b = 0; b < expected.size(); ++b)
     expected[b] = angles_[b] + h * spin(static_cast<int>(b)) + h * h / 2 * spin_rate(static_cast<int>(b));
   now_ = std::move(next);
+  all_.keep();
+  grip_.keep();
   read_angles(expected);
   return Attempt::done;
+}
+
+/// Largest change of an entry off the straight way: entries are linear in the points, or in directions that turn with them.
+double Stepper::bend(const State& next) const {
+  double most = 0;
+  for (const State* state : {&now_, &next}) {
+    for (const Complex p : state->acceleration.points) most = std::max(most, std::abs(p));
+    for (const BodyModel& body : model_.bodies)
+      most = std::max(most, std::abs(body.direction.rate(state->acceleration)));
+  }
+  const double h = next.time - now_.time;
+  return h * h / 4 * most;
+}
+
+/// Could one of the matrices have lost rank since the present state?
+Stepper::Attempt Stepper::judge(const State& next) {
+  const double off = bend(next), pivot = all_.look(equations_.jacobian(next.position));
+  if (!(pivot >= singular && off <= most_bend * pivot && all_.near_kept(most_change))) return Attempt::singular;
+  if (!held_) return Attempt::done;
+  const double grip = grip_.look(held_(next.position));
+  return grip >= singular && off <= most_bend * grip && grip_.near_kept(most_change) ? Attempt::done
+                                                                                     : Attempt::not_held;
 }
 
 bool Stepper::advance(double time) {
@@ -101,7 +136,9 @@ bool Stepper::advance(double time) {
   const double smallest = std::ldexp(size, -halvings);
   while (now_.time < time) {
     // the last piece ends exactly where it should
-    const double next = time - now_.time < 1.5 * size ? time : now_.time + size;
+    double next = time - now_.time < 1.5 * size ? time : now_.time + size;
+    const double longest = schedule_.longest_step(now_.time);
+    if (next - now_.time > (1 + 1e-6) * longest) next = now_.time + longest;
     const Attempt attempt = step(next);
     if (attempt == Attempt::done) {
       size *= 2;
@@ -120,6 +157,10 @@ void Stepper::accelerate(Side side) {
 
 /// Which matrix has lost rank at the last good configuration?
 void Stepper::stop(Attempt attempt) {
+  if (attempt == Attempt::not_held) {
+    outcome_ = no_longer_held(now_.time, "");
+    return;
+  }
   const int rank = model_.unknowns() - freedoms_;
   const auto relative = [](const MatrixX& matrix, int k) {
     if (k <= 0 || matrix.rows() < k) return 1.0;

@@ -2,9 +2,13 @@
 /// Follows prescribed values through time: Taylor's prediction, Newton on all equations, then velocities and accelerations.
 /// Private to natural.
 
+#include "balance/base/tall_matrix.hpp"
 #include "balance/motion/motion.hpp"
 #include "balance/motion/schedule.hpp"
 #include "balance/natural/equations.hpp"
+
+#include <functional>
+#include <utility>
 
 namespace balance::natural {
 
@@ -13,6 +17,8 @@ class Stepper {
   /// @param model, schedule must outlive the stepper
   Stepper(const Model& model, DriveRows drive, const Schedule& schedule, int freedoms);
 
+  /// Another matrix that must keep full column rank, from begin() on.
+  void watch(std::function<MatrixX(const Coordinates&)> held) { held_ = std::move(held); }
   /// Time 0, from a configuration near it. Also true of advance: on false outcome() says why, and the last good state stays.
   bool begin(const Coordinates& near);
   /// On to a later time, in as many steps as it takes to stay on the same assembly mode.
@@ -31,9 +37,11 @@ class Stepper {
   const MotionOutcome& outcome() const { return outcome_; }
 
  private:
-  enum class Attempt { done, no_convergence, far, flipped };
+  enum class Attempt { done, no_convergence, far, singular, not_held };
 
   Attempt step(double time);
+  Attempt judge(const State& next);
+  double bend(const State& next) const;
   bool far_from(const Coordinates& predicted, const Coordinates& found) const;
   void read_angles(const std::vector<double>& expected);
   void stop(Attempt attempt);
@@ -46,7 +54,8 @@ class Stepper {
   std::vector<double> angles_;
   DriveSample sample_;
   int iterations_ = 0;
-  int sign_ = 0;
+  TallMatrix all_, grip_;
+  std::function<MatrixX(const Coordinates&)> held_;
   MotionOutcome outcome_;
 };
 

@@ -3,7 +3,7 @@
 
 #include "balance/dynamics/observer.hpp"
 #include "balance/motion/configuration_text.hpp"
-#include "balance/study/hold.hpp"
+#include "balance/motion/wording.hpp"
 #include "balance/study/walk.hpp"
 
 namespace balance {
@@ -19,7 +19,9 @@ class Rerun {
         plan_(plan),
         tree_(tree),
         observer_(mechanism, tree_, plan.freedoms, to_vector<S>(trajectory.about)),
-        stepper_(mechanism, tree_, plan) {}
+        stepper_(mechanism, tree_, plan) {
+    stepper_.watch(observer_.guard());
+  }
   Rerun(const Rerun&) = delete;
   Rerun& operator=(const Rerun&) = delete;
 
@@ -31,16 +33,14 @@ class Rerun {
   MotionOutcome run(Detail detail, See&& see) {
     const Actuation<S>& actuation = observer_.actuation();
     if (!actuation.mismatch().empty()) return {MotionStatus::mismatch, 0, actuation.mismatch(), {}};
-    Hold hold;
     bool holds = true;
     const bool done = walk(stepper_, *plan_.schedule, trajectory_.samples, [&](const Stop& stop) {
       if (stop.kind == Stop::Kind::after_jump && stop.followed) return true;
-      const bool held = observer_.observe(stepper_, detail);
-      holds = hold.keeps(held, actuation.determinant_sign());
+      holds = observer_.observe(stepper_, detail);
       if (holds) see(stepper_);
       return holds;
     });
-    if (!holds) return Hold::lost(stepper_.time(), configuration_text(mechanism_, tree_, stepper_.y()));
+    if (!holds) return no_longer_held(stepper_.time(), configuration_text(mechanism_, tree_, stepper_.y()));
     if (!done) return stepper_.outcome();
     return {MotionStatus::done, plan_.schedule->duration(), "", actuation.notes()};
   }

@@ -4,13 +4,13 @@
 #include "balance/dynamics/observer.hpp"
 #include "balance/motion/configuration_text.hpp"
 #include "balance/motion/wording.hpp"
-#include "balance/study/hold.hpp"
 #include "balance/study/metrics.hpp"
 #include "balance/study/overflow.hpp"
 #include "balance/study/result_columns.hpp"
 #include "balance/study/walk.hpp"
 
 #include <stdexcept>
+#include <utility>
 
 namespace balance {
 
@@ -52,6 +52,7 @@ class Run {
       return result;
     }
     Stepper<S> stepper(mechanism_, tree_, plan_);
+    stepper.watch(observer.guard());
     name_columns(mechanism_, result);
     result.about = trajectory_.about;
     BetweenSamples between;
@@ -72,6 +73,7 @@ class Run {
     }
     result.outcome = {MotionStatus::done, plan_.schedule->duration(), "", observer.actuation().notes()};
     if (const std::string note = sampling_note(result, between); !note.empty()) result.outcome.notes.push_back(note);
+    for (std::string& note : stepper.notes()) result.outcome.notes.push_back(std::move(note));
     for (const IdleSpin& spin : tree_.held_spins) result.outcome.notes.push_back(held_spin(mechanism_, spin));
     return result;
   }
@@ -92,9 +94,8 @@ class Run {
   }
 
   bool record(Stepper<S>& stepper, Observer<S>& observer, Result& result, long row) {
-    const bool held = observer.observe(stepper, Detail::everything);
-    if (!hold_.keeps(held, observer.actuation().determinant_sign())) {
-      lost_ = Hold::lost(stepper.time(), configuration_text(mechanism_, tree_, stepper.y()));
+    if (!observer.observe(stepper, Detail::everything)) {
+      lost_ = no_longer_held(stepper.time(), configuration_text(mechanism_, tree_, stepper.y()));
       return false;
     }
     write(stepper, observer.last(), result, row);
@@ -133,7 +134,6 @@ class Run {
   const Progress& progress_;
   Tree<S> tree_;
   Plan<S> plan_;
-  Hold hold_;
   MotionOutcome lost_;  ///< why the run ended early
 };
 

@@ -1,0 +1,33 @@
+#include "balance/base/tall_matrix.hpp"
+
+#include <cmath>
+#include <utility>
+
+namespace balance {
+
+double smallest_pivot(const ColumnPivoting& factors) {
+  const Eigen::Index n = factors.cols();
+  if (n == 0) return 1;
+  if (factors.rows() < n) return 0;
+  const double largest = factors.maxPivot();
+  return largest > 0 ? std::abs(factors.matrixQR()(n - 1, n - 1)) / largest : 0;
+}
+
+bool near_kept(const ColumnPivoting& factors, const MatrixX& now, const MatrixX& kept, double limit) {
+  if (now.cols() == 0) return true;
+  const MatrixX change = now - kept;
+  // The pseudo-inverse is hardly ever larger than the reciprocal of the smallest pivot times the size.
+  const double widest = change.cwiseAbs().rowwise().sum().maxCoeff();
+  const double pivot = smallest_pivot(factors) * factors.maxPivot();
+  if (4 * static_cast<double>(now.cols()) * widest <= limit * pivot) return true;
+  const MatrixX relative = factors.solve(change);
+  return relative.cwiseAbs().rowwise().sum().maxCoeff() <= limit;  // false for NaN
+}
+
+double TallMatrix::look(MatrixX matrix) {
+  now_ = std::move(matrix);
+  factors_.compute(now_);
+  return smallest_pivot(factors_);
+}
+
+}  // namespace balance

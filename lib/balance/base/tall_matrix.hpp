@@ -1,0 +1,34 @@
+#pragma once
+/// How regular a matrix with at least as many rows as columns is, and whether it can have lost rank on a way: what
+/// BlockTriangular says of square ones. Private to base, motion, dynamics and natural.
+
+#include "balance/base/factorizations.hpp"
+
+namespace balance {
+
+using ColumnPivoting = Eigen::ColPivHouseholderQR<MatrixX>;
+
+/// Smallest pivot by the largest, 0 if there are fewer rows than columns.
+double smallest_pivot(const ColumnPivoting& factors);
+
+/// Whether every matrix on the straight way from `kept` to `now` has full column rank by a margin: ‖A⁺ (A − K)‖ ≤ limit < 1 (largest
+/// sum along a row).
+/// @param factors of `now`
+bool near_kept(const ColumnPivoting& factors, const MatrixX& now, const MatrixX& kept, double limit);
+
+/// A matrix that is looked at again and again along a way.
+class TallMatrix {
+ public:
+  /// @return smallest pivot by the largest
+  double look(MatrixX matrix);
+  /// Remembers the matrix last looked at.
+  void keep() { kept_ = now_; }
+  /// As the function above, of the matrices kept and last looked at.
+  bool near_kept(double limit) const { return balance::near_kept(factors_, now_, kept_, limit); }
+
+ private:
+  MatrixX now_, kept_;
+  ColumnPivoting factors_;
+};
+
+}  // namespace balance

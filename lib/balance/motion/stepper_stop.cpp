@@ -1,0 +1,110 @@
+// Where a motion cannot go on: the place, and which matrix has become singular there.
+
+#include "balance/motion/configuration_text.hpp"
+#include "balance/motion/stepper.hpp"
+#include "balance/motion/wording.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+
+template <class S>
+double Stepper<S>::mobility() {
+  if (direct_) return 1;
+  const int rows = equations_.rows(), n = tree_.columns;
+  MatrixX matrix(rows, n);
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < n; ++c) matrix(r, c) = equations_.entry(r, c);
+  const MatrixX normal = matrix.transpose() * matrix;
+  const double smallest = Eigen::SelfAdjointEigenSolver<MatrixX>(normal, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  return std::sqrt(std::max(0.0, smallest));
+}
+
+/// On from the last good moment, nearer to the singular configuration than results are wanted: to where steps fail for good, or to
+/// the smallest pivot if it is only touched. Leaves the present moment there.
+template <class S>
+void Stepper<S>::locate(Attempt attempt, double smallest) {
+  const bool hold = attempt == Attempt::not_held;
+  const double duration = plan_.schedule->duration();
+  // Round-off moves a configuration by 1e-16 / pivot of what determines it, so that the pivot itself is no better known than this.
+  floor_ = hold ? 1e-11 : 2e-8;
+  const auto pivot = [&] { return hold ? guard_->look(equations_) : equations_.regularity(); };
+  double size = smallest, least = INFINITY;
+  Moment nearest = now_;
+  while (now_.time < duration) {
+    const double next = duration - now_.time < 1.5 * size ? duration : now_.time + size;
+    if (step(next) == Attempt::done) {
+      const double reached = pivot();
+      if (reached > 2 * least) break;
+      if (reached < least) least = reached, nearest = now_;
+      size *= 2;
+    } else if ((size = std::min(size, next - now_.time) / 2) < smallest) {
+      break;
+    }
+  }
+  now_ = nearest;
+}
+
+/// What to tell the user, by which matrix has lost rank at the last good configuration.
+/// @param smallest step that was tried [s]; 0 if there was none
+template <class S>
+void Stepper<S>::stop(Attempt attempt, double smallest) {
+  if (smallest > 0) locate(attempt, smallest);
+  const std::string where = configuration_text(mechanism_, tree_, now_.y.data());
+  if (attempt == Attempt::not_held) {
+    outcome_ = no_longer_held(now_.time, where);
+    return;
+  }
+  outcome_.time = now_.time;
+  const auto [status, what] = diagnose(attempt);
+  outcome_.status = status;
+  outcome_.reason = at_time(now_.time) + what + "; configuration: " + where;
+}
+
+template <class S>
+std::pair<MotionStatus, const char*> Stepper<S>::diagnose(Attempt attempt) {
+  System<S> system(tree_, plan_.drive);
+  VectorX residual;
+  MatrixX jacobian;
+  plan_.schedule->at(std::min(now_.time, plan_.schedule->duration()), Side::after, sample_);
+  system.evaluate(now_.y, sample_, residual, jacobian);
+  const int rank = tree_.columns - plan_.freedoms;
+  const auto relative = [](const MatrixX& matrix, int k) {
+    if (k == 0 || matrix.size() == 0) return 1.0;
+    const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
+    return values[0] > 0 ? values[k - 1] / values[0] : 0.0;
+  };
+  const double loops = relative(jacobian.topRows(tree_.closure_rows), rank);
+  const double all = relative(jacobian, std::min<int>(tree_.columns, static_cast<int>(jacobian.rows())));
+  constexpr double lost = 0.02;  // at distance ε from a singularity the values are of the order √ε
+  if (loops < lost && loops < 10 * all)
+    return {MotionStatus::constraint_singularity,
+            "constraint singularity: the loop closures lose rank, the mechanism gains a freedom"};
+  if (all < lost)
+    return {MotionStatus::drive_singularity,
+            "drive singularity: the prescribed quantities no longer determine the motion (the path may leave the "
+            "workspace here)"};
+  if (attempt == Attempt::no_convergence) return {MotionStatus::unreachable, "the prescribed values cannot be reached"};
+  return {MotionStatus::assembly_jump, "the motion could only go on by a jump to another assembly mode"};
+}
+
+template <class S>
+std::vector<std::string> Stepper<S>::notes() const {
+  std::vector<std::string> notes;
+  if (nearest_.pivot < near_singular)
+    notes.push_back(passes_near("a singularity of the motion", nearest_.pivot, nearest_.time));
+  if (nearest_hold_.pivot < near_singular)
+    notes.push_back(passes_near("a singularity of actuation", nearest_hold_.pivot, nearest_hold_.time));
+  return notes;
+}
+
+#define BALANCE_INSTANTIATE(S)                                 \
+  template double Stepper<S>::mobility();                      \
+  template std::vector<std::string> Stepper<S>::notes() const; \
+  template void Stepper<S>::stop(Stepper<S>::Attempt, double);
+BALANCE_INSTANTIATE(Planar)
+BALANCE_INSTANTIATE(Spatial)
+#undef BALANCE_INSTANTIATE
+
+}  // namespace balance

@@ -1,0 +1,189 @@
+// A singular configuration between two samples is found whatever the samples are, however many parts pass theirs at once, in the
+// plane and in space. The times come from closed forms: where crank and rod lie in one line the slider stands still.
+
+#include "balance/read/read_spec.hpp"
+#include "balance/study/simulate.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace {
+
+using balance::MotionStatus;
+
+/// Crank of length r about the origin, rod of length l to a slider on the line y = offset; a four-bar where `base` is not zero: crank
+/// r, coupler l, rocker `rocker`, its pivot at (base, 0).
+struct Part {
+  double r = 0.1, l = 0.3, offset = 0, base = 0, rocker = 0;
+  double from = 1, to = -1;  ///< of the crank [rad]
+
+  bool four_bar() const { return base > 0; }
+
+  /// The crank's angle at which crank and rod are stretched.
+  double dead() const {
+    if (!four_bar()) return std::asin(offset / (r + l));
+    return std::acos((base * base + (r + l) * (r + l) - rocker * rocker) / (2 * base * (r + l)));
+  }
+  /// Slider's place or rocker's angle.
+  double output(double crank) const {
+    const double x = r * std::cos(crank), y = r * std::sin(crank);
+    if (!four_bar()) return x + std::sqrt(l * l - (offset - y) * (offset - y));
+    const double far = std::hypot(base - x, -y), along = std::atan2(-y, base - x);
+    const double turn = std::acos((far * far + l * l - rocker * rocker) / (2 * far * l));
+    return std::atan2(y + l * std::sin(along + turn), x + l * std::cos(along + turn) - base);
+  }
+};
+
+std::string exact(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.17g", value);
+  return text;
+}
+
+std::string point(double x, double y, bool space) { return "[" + exact(x) + ", " + exact(y) + (space ? ", 0]" : "]"); }
+
+std::string body(const std::string& name, double length, bool space) {
+  const std::string inertia = space ? "[0.002, 0.002, 0.002]" : "0.002";
+  return "  " + name + ": {mass: 1, com: " + point(length / 2, 0.01, space) + ", inertia: " + inertia +
+         ", points: {O: " + point(0, 0, space) + ", E: " + point(length, 0, space) + "}}\n";
+}
+
+/// As many mechanisms side by side, all driven by their cranks, with the motors at the sliders and rockers.
+std::string spec(const std::vector<Part>& parts, bool space, const std::string& way = "law: uniform") {
+  std::string ground, bodies, joints, motors, from, to, assembly;
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const Part& part = parts[k];
+    const std::string n = std::to_string(k), separator = k ? ", " : "";
+    const double y = static_cast<double>(k);
+    ground += "    O" + n + ": " + point(0, y, space) + "\n    P" + n + ": " +
+              point(part.base, part.four_bar() ? y : y + part.offset, space) + "\n";
+    bodies += body("c" + n, part.r, space) + body("r" + n, part.l, space) +
+              body("s" + n, part.four_bar() ? part.rocker : 0.02, space);
+    joints += "  A" + n + ": {type: revolute, connects: [ground.O" + n + ", c" + n + ".O]}\n";
+    joints += "  B" + n + ": {type: revolute, connects: [c" + n + ".E, r" + n + ".O]}\n";
+    if (part.four_bar()) {
+      joints += "  C" + n + ": {type: revolute, connects: [r" + n + ".E, s" + n + ".E]}\n";
+      joints += "  X" + n + ": {type: revolute, connects: [ground.P" + n + ", s" + n + ".O]}\n";
+    } else {
+      joints += "  C" + n + ": {type: revolute, connects: [r" + n + ".E, s" + n + ".O]}\n";
+      joints += "  X" + n + ": {type: prismatic, connects: [ground.P" + n + ", s" + n +
+                ".O], axis: " + point(1, 0, space) + "}\n";
+    }
+    motors += separator + "X" + n;
+    from += separator + "A" + n + ": " + exact(part.from);
+    to += separator + "A" + n + ": " + exact(part.to);
+    assembly += separator + "A" + n + ": " + exact(part.from) + ", X" + n + ": " + exact(part.output(part.from));
+  }
+  return std::string("name: parts\nspace: ") + (space ? "spatial" : "planar") + "\ngravity: " + point(0, -9.81, space) +
+         "\nground:\n  points:\n" + ground + "bodies:\n" + bodies + "joints:\n" + joints + "actuators: [" + motors +
+         "]\nmotion: {duration: 1, samples: 101, from: {joints: {" + from + "}}, to: {joints: {" + to +
+         "}}}\ntrajectories: {go: {drive: joints, " + way + "}}\nassembly: {" + assembly + "}\n";
+}
+
+balance::MotionOutcome go(const balance::Study& study, long samples) {
+  balance::Trajectory trajectory = study.trajectories.front();
+  trajectory.samples = samples;
+  return balance::simulate(study.mechanism, trajectory).outcome;
+}
+
+double unit(std::uint64_t& seed) {
+  seed = seed * 6364136223846793005u + 1442695040888963407u;
+  return static_cast<double>(seed >> 11) * 0x1.0p-53;
+}
+
+/// A part in which the crank can turn all round, passing its dead centre at a part of the duration.
+Part random_part(std::uint64_t& seed, double when) {
+  Part part;
+  part.r = 0.05 + 0.1 * unit(seed);
+  part.l = part.r + 0.1 + 0.3 * unit(seed);
+  if (unit(seed) < 0.5) {
+    part.offset = 0.05 * (2 * unit(seed) - 1);
+  } else {  // the crank is the shortest, the base the longest: it turns all round
+    part.rocker = part.l * (0.9 + 0.2 * unit(seed));
+    part.base = part.l + part.rocker - part.r - 0.02 - 0.02 * unit(seed);
+    part.base = std::max(part.base, std::max(part.l, part.rocker));
+  }
+  const double sweep = 0.3 + 1.0 * unit(seed);
+  part.from = part.dead() + sweep * when;
+  part.to = part.dead() - sweep * (1 - when);
+  return part;
+}
+
+void check_refused(const balance::Study& study, double when, double tolerance = 1e-6) {
+  for (const long samples : {2L, 3L, 5L, 10L, 64L, 101L, 1000L}) {
+    const balance::MotionOutcome outcome = go(study, samples);
+    INFO(samples << " samples: " << outcome.reason);
+    CHECK(outcome.status == MotionStatus::actuation_singularity);
+    CHECK(std::abs(outcome.time - when) < tolerance);
+  }
+}
+
+}  // namespace
+
+TEST_CASE(
+    "one, two and three simultaneous dead centres are refused at their time, in the plane and in space (A1, A2)") {
+  for (const bool space : {false, true})
+    for (const std::size_t copies : {1u, 2u, 3u}) {
+      INFO((space ? "space, " : "plane, ") << copies << " copies");
+      check_refused(balance::read_spec(spec(std::vector<Part>(copies), space), "parts.yaml"), 0.5);
+    }
+}
+
+TEST_CASE("random slider-cranks and four-bars are refused at their common dead centre (A1, A2)") {
+  std::uint64_t seed = 20240607;
+  for (int k = 0; k < 24; ++k) {
+    const double when = 0.1 + 0.8 * unit(seed);
+    std::vector<Part> parts;
+    for (int copy = 0; copy <= k % 3; ++copy) parts.push_back(random_part(seed, when));
+    const bool space = k % 2 == 1;
+    INFO("case " << k << "\n" << spec(parts, space));
+    check_refused(balance::read_spec(spec(parts, space), "parts.yaml"), when);
+  }
+}
+
+TEST_CASE("two dead centres shortly after each other are refused at the first (A1)") {
+  for (const bool space : {false, true})
+    for (const double apart : {1e-2, 1e-4, 1e-6, 1e-9}) {
+      std::vector<Part> parts(2);
+      parts[0].from = 1, parts[0].to = -1;
+      parts[1].from = 1 + apart, parts[1].to = -1 + apart;
+      check_refused(balance::read_spec(spec(parts, space), "parts.yaml"), 0.5);
+    }
+}
+
+TEST_CASE("a dead centre at the start, at the end, and a touch of it are refused whatever the samples (A1)") {
+  for (const bool space : {false, true}) {
+    Part part;
+    part.from = 0, part.to = 1;
+    check_refused(balance::read_spec(spec({part}, space), "start.yaml"), 0);
+    part.from = 1, part.to = 0;
+    check_refused(balance::read_spec(spec({part}, space), "end.yaml"), 1);
+    // there and back, so that the sign of no determinant changes: at a third of the way, on no sample of most grids
+    part.from = 1, part.to = 0.7;
+    const std::string touch = "law: cycloidal, path: {waypoints: [{joints: {A0: 0}}], times: [0.37]}";
+    const std::string text = spec({part}, space, touch);
+    check_refused(balance::read_spec(text, "touch.yaml"), 0.37, 0.02);  // the crank is nearly at rest there
+  }
+}
+
+TEST_CASE("what stays away from its dead centres is followed, and coarse samples are those of a fine grid") {
+  for (const bool space : {false, true}) {
+    std::vector<Part> parts(2);
+    parts[0].from = 1, parts[0].to = 0.02;
+    parts[1].from = -2.5, parts[1].to = -0.02;
+    const balance::Study study = balance::read_spec(spec(parts, space), "parts.yaml");
+    balance::Trajectory fine = study.trajectories.front(), coarse = fine;
+    fine.samples = 1001, coarse.samples = 2;
+    const balance::Result a = balance::simulate(study.mechanism, fine), b = balance::simulate(study.mechanism, coarse);
+    REQUIRE(a.outcome.status == MotionStatus::done);
+    REQUIRE(b.outcome.status == MotionStatus::done);
+    CHECK((a.torque.row(1000) - b.torque.row(1)).norm() < 1e-8 * a.torque.norm());
+  }
+}
