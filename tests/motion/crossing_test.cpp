@@ -3,6 +3,7 @@
 
 #include "balance/read/read_spec.hpp"
 #include "balance/study/simulate.hpp"
+#include "balance/study/simulate_natural.hpp"
 
 #include <doctest/doctest.h>
 
@@ -55,8 +56,10 @@ std::string body(const std::string& name, double length, bool space) {
          ", points: {O: " + point(0, 0, space) + ", E: " + point(length, 0, space) + "}}\n";
 }
 
-/// As many mechanisms side by side, all driven by their cranks, with the motors at the sliders and rockers.
-std::string spec(const std::vector<Part>& parts, bool space, const std::string& way = "law: uniform") {
+/// As many mechanisms side by side, all driven by their cranks.
+/// @param at joints with a motor: X, the sliders and rockers, or A, the cranks, or both
+std::string spec(const std::vector<Part>& parts, bool space, const std::string& way = "law: uniform",
+                 const std::string& at = "X") {
   std::string ground, bodies, joints, motors, from, to, assembly;
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const Part& part = parts[k];
@@ -76,7 +79,7 @@ std::string spec(const std::vector<Part>& parts, bool space, const std::string& 
       joints += "  X" + n + ": {type: prismatic, connects: [ground.P" + n + ", s" + n +
                 ".O], axis: " + point(1, 0, space) + "}\n";
     }
-    motors += separator + "X" + n;
+    for (const char joint : at) motors += (motors.empty() ? "" : ", ") + std::string(1, joint) + n;
     from += separator + "A" + n + ": " + exact(part.from);
     to += separator + "A" + n + ": " + exact(part.to);
     assembly += separator + "A" + n + ": " + exact(part.from) + ", X" + n + ": " + exact(part.output(part.from));
@@ -116,11 +119,12 @@ Part random_part(std::uint64_t& seed, double when) {
   return part;
 }
 
-void check_refused(const balance::Study& study, double when, double tolerance = 1e-6) {
+void check_refused(const balance::Study& study, double when, double tolerance = 1e-6,
+                   MotionStatus status = MotionStatus::actuation_singularity) {
   for (const long samples : {2L, 3L, 5L, 10L, 64L, 101L, 1000L}) {
     const balance::MotionOutcome outcome = go(study, samples);
     INFO(samples << " samples: " << outcome.reason);
-    CHECK(outcome.status == MotionStatus::actuation_singularity);
+    CHECK(outcome.status == status);
     CHECK(std::abs(outcome.time - when) < tolerance);
   }
 }
@@ -186,4 +190,87 @@ TEST_CASE("what stays away from its dead centres is followed, and coarse samples
     REQUIRE(b.outcome.status == MotionStatus::done);
     CHECK((a.torque.row(1000) - b.torque.row(1)).norm() < 1e-8 * a.torque.norm());
   }
+}
+
+TEST_CASE("parallelograms that become flat at once gain a freedom, which is refused at its time (A1, A2)") {
+  for (const bool space : {false, true})
+    for (const std::size_t copies : {1u, 2u, 3u})
+      for (const double to : {-1.0, -3.0, 1.0 - 4 * std::numbers::pi}) {
+        std::vector<Part> parts(copies);
+        for (Part& part : parts) part.rocker = part.r, part.base = part.l, part.to = to;
+        INFO((space ? "space, " : "plane, ") << copies << " copies, to " << to);
+        const double flat = 1 / (1 - to);
+        check_refused(balance::read_spec(spec(parts, space, "law: uniform", "A"), "parts.yaml"), flat, 1e-6,
+                      MotionStatus::constraint_singularity);
+      }
+}
+
+TEST_CASE("a dead centre of one motor that another one helps over is passed, at any sampling") {
+  for (const bool space : {false, true})
+    for (const long samples : {2L, 5L, 100L, 1001L}) {
+      const balance::Study study =
+          balance::read_spec(spec(std::vector<Part>(2), space, "law: uniform", "AX"), "parts.yaml");
+      const balance::MotionOutcome outcome = go(study, samples);
+      CHECK_MESSAGE(outcome.status == MotionStatus::done, outcome.reason);
+    }
+}
+
+TEST_CASE("a motion that comes near a singularity says so, and how good its figures are there (A1)") {
+  for (const bool space : {false, true}) {
+    Part part;
+    part.to = 1e-4;
+    const auto notes = go(balance::read_spec(spec({part}, space), "near.yaml"), 101).notes;
+    const auto near = [](const std::string& note) {
+      return note.find("comes near a singularity") != std::string::npos;
+    };
+    CHECK(std::any_of(notes.begin(), notes.end(), near));
+    part.to = 0.1;
+    const auto far = go(balance::read_spec(spec({part}, space), "far.yaml"), 101).notes;
+    CHECK(std::none_of(far.begin(), far.end(), near));
+  }
+}
+
+TEST_CASE("three parallel cranks out of line pass the change points of each pair") {
+  for (const bool space : {false, true}) {
+    const std::string z = space ? ", 0]" : "]", inertia = space ? "[0.01, 0.01, 0.01]" : "0.01";
+    const auto link = [&](const std::string& name, const std::string& points) {
+      return "  " + name + ": {mass: 1, com: [0.01, 0.02" + z + ", inertia: " + inertia + ", points: {" + points +
+             "}}\n";
+    };
+    const std::string crank = "O: [0, 0" + z + ", E: [0.1, 0" + z;
+    const std::string text =
+        std::string("name: cranks\nspace: ") + (space ? "spatial" : "planar") + "\ngravity: [0, -9.81" + z +
+        "\nground: {points: {O: [0, 0" + z + ", P: [0.3, 0" + z + ", Q: [0.15, 0.1" + z + "}}\nbodies:\n" +
+        link("c", crank) + link("d", crank) + link("e", crank) +
+        link("l", "O: [0, 0" + z + ", E: [0.3, 0" + z + ", F: [0.15, 0.1" + z) +
+        "joints:\n  A: {type: revolute, connects: [ground.O, c.O]}\n  B: {type: revolute, connects: [c.E, l.O]}\n"
+        "  C: {type: revolute, connects: [l.E, d.E]}\n  D: {type: revolute, connects: [ground.P, d.O]}\n"
+        "  E: {type: revolute, connects: [l.F, e.E]}\n  G: {type: revolute, connects: [ground.Q, e.O]}\n"
+        "actuators: [A]\nassembly: {A: 1, D: 1, G: 1, B: -1}\n"
+        "motion: {duration: 1, samples: 2, from: {joints: {A: 1}}, to: {joints: {A: -6}}}\n"
+        "trajectories: {go: {law: uniform, drive: joints}}\n";
+    for (const long samples : {2L, 10L, 101L}) {
+      const balance::MotionOutcome outcome = go(balance::read_spec(text, "cranks.yaml"), samples);
+      CHECK_MESSAGE(outcome.status == MotionStatus::done, outcome.reason);
+    }
+  }
+}
+
+TEST_CASE("natural coordinates refuse the same, at the same time (A1)") {
+  for (const bool flat : {false, true})
+    for (const std::size_t copies : {1u, 2u, 3u}) {
+      std::vector<Part> parts(copies);
+      for (Part& part : parts)
+        if (flat) part.rocker = part.r, part.base = part.l;
+      const balance::Study study =
+          balance::read_spec(spec(parts, false, "law: uniform", flat ? "A" : "X"), "parts.yaml");
+      for (const long samples : {2L, 64L, 101L}) {
+        balance::Trajectory trajectory = study.trajectories.front();
+        trajectory.samples = samples;
+        const balance::MotionOutcome outcome = balance::simulate_natural(study.mechanism, trajectory).outcome;
+        INFO(copies << " copies, " << samples << " samples: " << outcome.reason);
+        CHECK(outcome.status == (flat ? MotionStatus::constraint_singularity : MotionStatus::actuation_singularity));
+        CHECK(std::abs(outcome.time - 0.5) < 1e-5);
+      }
+    }
 }

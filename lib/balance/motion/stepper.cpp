@@ -187,12 +187,12 @@ template <class S>
 typename Stepper<S>::Attempt Stepper<S>::judge(const Moment& next) {
   const double way = turned(next), bend = way * way;  // h²/8 of second derivatives, three turns in a chain
   if (!(bend <= most_bend * equations_.regularity()) || !equations_.near_kept(most_change)) return Attempt::singular;
-  nearest_.see(equations_.regularity(), next.time);
-  if (guard_ == nullptr) return Attempt::done;
-  const double pivot = guard_->look(equations_);
-  const bool held = pivot >= floor_ && bend <= most_bend * pivot && guard_->near_kept(most_change);
-  if (!held) return Attempt::not_held;
-  nearest_hold_.see(pivot, next.time);
+  if (guard_ != nullptr) {
+    const double pivot = guard_->look(equations_);
+    if (!(pivot >= floor_ && bend <= most_bend * pivot && guard_->near_kept(most_change))) return Attempt::not_held;
+    hold_approach_.see(pivot, next.time);
+  }
+  approach_.see(equations_.regularity(), next.time);
   return Attempt::done;
 }
 

@@ -2,6 +2,7 @@
 /// Follows a plan through time: predictor from the last configurations, Newton on closures and prescribed quantities,
 /// then velocities and accelerations from the same factorised matrix. Private to motion and dynamics.
 
+#include "balance/motion/approach.hpp"
 #include "balance/motion/guard.hpp"
 #include "balance/motion/plan.hpp"
 
@@ -64,14 +65,6 @@ class Stepper {
   bool newton(VectorX& y);
   void predict(double time);
   void differentiate(Moment& moment);
-  /// The nearest that a watched matrix has come to a singular one.
-  struct Nearest {
-    double pivot = near_singular, time = 0;
-    void see(double other_pivot, double other_time) {
-      if (other_pivot < pivot) pivot = other_pivot, time = other_time;
-    }
-  };
-
   Attempt judge(const Moment& next);
   Attempt accept();
   bool settle();
@@ -91,9 +84,9 @@ class Stepper {
   State<S> state_;
   DriveSample sample_;
   Guard<S>* guard_ = nullptr;
-  std::vector<int> bending_;         ///< columns on which the matrix depends
-  double floor_ = least_regularity;  ///< smallest pivot that counts as regular
-  Nearest nearest_, nearest_hold_;
+  std::vector<int> bending_;           ///< columns on which the matrix depends
+  double floor_ = least_regularity;    ///< smallest pivot that counts as regular
+  Approach approach_, hold_approach_;  ///< of the matrix that determines the motion, of the guarded one
   Moment now_, before_, older_, next_;
   int past_ = 0;              ///< how many of before_, older_ continue smoothly into now_
   double stride_ = INFINITY;  ///< step to be tried next [s]

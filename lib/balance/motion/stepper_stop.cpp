@@ -51,15 +51,17 @@ void Stepper<S>::locate(Attempt attempt, double smallest) {
 template <class S>
 void Stepper<S>::stop(Attempt attempt, double smallest) {
   if (smallest > 0) locate(attempt, smallest);
+  const Approach& approach = attempt == Attempt::not_held ? hold_approach_ : approach_;
+  const double time = std::min(approach.vanishes(now_.time), plan_.schedule->duration());
   const std::string where = configuration_text(mechanism_, tree_, now_.y.data());
   if (attempt == Attempt::not_held) {
-    outcome_ = no_longer_held(now_.time, where);
+    outcome_ = no_longer_held(time, where);
     return;
   }
-  outcome_.time = now_.time;
+  outcome_.time = time;
   const auto [status, what] = diagnose(attempt);
   outcome_.status = status;
-  outcome_.reason = at_time(now_.time) + what + "; configuration: " + where;
+  outcome_.reason = at_time(time) + what + "; configuration: " + where;
 }
 
 template <class S>
@@ -92,10 +94,12 @@ std::pair<MotionStatus, const char*> Stepper<S>::diagnose(Attempt attempt) {
 template <class S>
 std::vector<std::string> Stepper<S>::notes() const {
   std::vector<std::string> notes;
-  if (nearest_.pivot < near_singular)
-    notes.push_back(passes_near("a singularity of the motion", nearest_.pivot, nearest_.time));
-  if (nearest_hold_.pivot < near_singular)
-    notes.push_back(passes_near("a singularity of actuation", nearest_hold_.pivot, nearest_hold_.time));
+  const auto add = [&](const char* what, const Approach& approach) {
+    if (approach.nearest() < near_singular)
+      notes.push_back(passes_near(what, approach.nearest(), approach.nearest_time()));
+  };
+  add("a singularity of the motion", approach_);
+  add("a singularity of actuation", hold_approach_);
   return notes;
 }
 

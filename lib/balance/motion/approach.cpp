@@ -1,0 +1,25 @@
+#include "balance/motion/approach.hpp"
+
+#include <cmath>
+
+namespace balance {
+
+double Approach::vanishes(double found) const {
+  const auto& [first, second, third] = trail_;
+  if (!(first.pivot > second.pivot && second.pivot > third.pivot && third.pivot > 0)) return found;
+  double best = found, least = 0.02 * (third.time - first.time);
+  for (const double power : {0.5, 1.0, 2.0}) {
+    const auto extrapolated = [power](const Moment& a, const Moment& b) {  // pivot^(1/power) is linear in the time
+      return b.time + (b.time - a.time) / (std::pow(a.pivot / b.pivot, 1 / power) - 1);
+    };
+    const double time = extrapolated(second, third);
+    const double doubt = std::abs(time - extrapolated(first, second));
+    if (!(doubt < least)) continue;
+    least = doubt;
+    best = time;
+  }
+  // what was found lies between there and the last of the trail
+  return best > third.time && best >= found - 0.1 * (best - third.time) ? best : found;
+}
+
+}  // namespace balance
