@@ -70,9 +70,9 @@ void add_batch_options(CLI::App& parser, BatchCommandOptions& o) {
   parser.add_option("--case-timeout", o.case_timeout, "longest time of a case in seconds; 3600 if not given, 0: none")
       ->type_name("SECONDS");
   parser
-      .add_option(
-          "--case-memory", o.case_memory,
-          "most memory of a case in MiB, or as 2GiB; the machine's, divided by --jobs, if not given, 0: no limit")
+      .add_option("--case-memory", o.case_memory,
+                  "most memory of a case in MiB, or as 2GiB; the machine's, divided by the cases at once, if not "
+                  "given, 0: no limit")
       ->type_name("SIZE");
   parser.add_flag("--metrics-only", o.metrics_only, "keep no samples: no HDF5 files, only metrics and summaries");
   parser.add_flag("--retry-failed", o.retry_failed, "compute cases again that failed, although nothing has changed");

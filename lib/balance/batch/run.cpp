@@ -26,7 +26,7 @@ class Crew {
     progress_.total = cases_.size();
     const std::size_t most = std::max<std::size_t>(cases_.size(), 1);
     jobs_ = static_cast<unsigned>(std::clamp<std::size_t>(options_.jobs, 1, most));
-    bytes_ = case_memory(options_.limits, std::max(options_.jobs, 1U));
+    bytes_ = case_memory(options_.limits, jobs_);
   }
 
   BatchOutcome run() {
@@ -77,49 +77,53 @@ class Crew {
       if (!records_[i]) waiting_.push_back(i);
     std::vector<Hand> hands(jobs_);
     std::size_t busy = 0;
-    for (Hand& hand : hands) busy += begin_next(hand) ? 1 : 0;
+    for (Hand& hand : hands) busy += begin_next(hand, busy > 0) ? 1 : 0;
     while (busy > 0) {
       std::vector<const FencedWorker*> working;
       for (const Hand& hand : hands)
         if (hand.worker) working.push_back(hand.worker.get());
       wait_for_any(working);
       for (Hand& hand : hands)
-        if (hand.worker && hand.worker->look() != FenceState::busy && !go_on(hand)) --busy;
+        if (hand.worker && hand.worker->look() != FenceState::busy && !go_on(hand, busy > 1)) --busy;
     }
   }
 
-  /// @return whether there was another case; without one the hand rests and has no process
-  bool begin_next(Hand& hand) {
+  /// @param others whether other hands are at work
+  /// @return whether the hand has another case; without one it rests and has no process
+  bool begin_next(Hand& hand, bool others) {
     if (waiting_.empty()) {
       hand.worker.reset();
       return false;
     }
     hand.index = waiting_.front();
-    waiting_.pop_front();
     // What one case left in the memory of its process ends with it before long.
     constexpr std::size_t most_cases_of_a_process = 50;
     const bool tired = hand.worker && (hand.worker->look() != FenceState::idle ||
                                        hand.worker->tasks() >= most_cases_of_a_process || hand.index == again_);
     if (tired) hand.worker.reset();
-    if (!hand.worker)
-      hand.worker = std::make_unique<FencedWorker>(work(), FenceLimits{options_.limits.seconds, bytes_});
+    try {
+      if (!hand.worker)
+        hand.worker = std::make_unique<FencedWorker>(work(), FenceLimits{options_.limits.seconds, bytes_});
+    } catch (const SystemError&) {
+      if (!others) throw;
+      return false;  // fewer hands do the same
+    }
+    waiting_.pop_front();
     hand.worker->begin(hand.index);
     return true;
   }
 
   /// Takes what has become of the hand's case and begins the next one.
-  bool go_on(Hand& hand) {
+  bool go_on(Hand& hand, bool others) {
     const std::size_t index = hand.index;
     const FenceState state = hand.worker->look();
     if (state == FenceState::memory && hand.worker->tasks() > 1) {  // perhaps it was the others' memory
       again_ = index;
       waiting_.push_front(index);
-      return begin_next(hand);
+      return begin_next(hand, others);
     }
-    CaseRecord record = record_of(index, *hand.worker, state);
-    const bool more = begin_next(hand);  // it works while the record is written
-    finish(index, std::move(record));
-    return more;
+    finish(index, record_of(index, *hand.worker, state));
+    return begin_next(hand, others);
   }
 
   FencedWorker::Work work() const {
