@@ -1,54 +1,21 @@
-#include "command.hpp"
+#include "batch_options.hpp"
 #include "console.hpp"
 #include "failure.hpp"
 #include "progress_line.hpp"
 #include "signals.hpp"
-#include "suggestion.hpp"
 
 #include "balance/base/error.hpp"
-#include "balance/batch/run.hpp"
+#include "balance/batch/folder.hpp"
 #include "balance/batch/summary.hpp"
 #include "balance/write/pending_file.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <charconv>
-#include <filesystem>
 #include <memory>
-#include <thread>
 
 namespace balance::app {
 namespace {
-
-struct BatchCommandOptions {
-  std::string suite;
-  std::string output;  ///< folder; empty: the suite's stem with `-results`, in the current folder
-  unsigned jobs = 0;   ///< 0: all cores
-  std::string shard;   ///< "i/n"
-  bool merge = false;
-  bool list = false;
-  bool force = false;
-  bool json = false;
-  bool quiet = false;
-};
-
-std::optional<Shard> parse_shard(const std::string& text) {
-  if (text.empty()) return std::nullopt;
-  Shard shard;
-  const char* const end = text.data() + text.size();
-  const auto [slash, wrong] = std::from_chars(text.data(), end, shard.index);
-  const bool first = wrong == std::errc() && slash != end && *slash == '/';
-  const auto [last, wrong_too] = first ? std::from_chars(slash + 1, end, shard.count) : std::from_chars_result{};
-  if (!first || wrong_too != std::errc() || last != end || shard.index < 1 || shard.index > shard.count)
-    throw UsageError("--shard needs i/n with 1 <= i <= n, such as 2/8, not '" + text + "'");
-  return shard;
-}
-
-std::string folder_of(const BatchCommandOptions& options) {
-  if (!options.output.empty()) return options.output;
-  return std::filesystem::path(options.suite).stem().string() + "-results";
-}
 
 std::string in_words(const BatchProgress& progress) {
   std::string text = fmt::format("{} of {} cases", progress.finished, progress.total);
@@ -73,6 +40,16 @@ ExitCode list(const Plan& plan, const BatchCommandOptions& options, const std::o
   }
   print(options.json ? json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n" : names);
   return ExitCode::done;
+}
+
+/// What earlier batches have left.
+void tell_what_was_there(const BatchOutcome& outcome, const BatchCommandOptions& options) {
+  const BatchProgress& progress = outcome.progress;
+  if (options.quiet || progress.reused == 0) return;
+  std::string text = fmt::format("note: {} of {} cases were finished already", progress.reused, progress.total);
+  if (progress.reused_failed > 0)
+    text += fmt::format(", {} of them without a result; --retry-failed computes those again", progress.reused_failed);
+  tell(text);
 }
 
 /// What keeps silent otherwise must still say what failed.
@@ -121,38 +98,19 @@ ExitCode run(const BatchCommandOptions& options) {
   if (options.merge && shard) throw UsageError("--merge is about all cases and does not go with --shard");
   const Plan plan = make_plan(read_suite_file(options.suite));
   if (options.list) return list(plan, options, shard);
+  if (const std::string trouble = input_in_the_way(plan, folder_of(options)); !trouble.empty())
+    throw UsageError(trouble);
   if (options.merge) return report(plan, collect_batch(plan, folder_of(options)), options);
   BatchOutcome outcome;
   {
     ProgressLine line(options.quiet);
-    BatchOptions batch;
-    batch.folder = folder_of(options);
-    batch.jobs = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
-    batch.shard = shard;
-    batch.force = options.force;
+    BatchOptions batch = batch_options(options);
     batch.progress = [&line](const BatchProgress& progress) { line.draw(in_words(progress)); };
     outcome = run_batch(plan, batch);
   }
-  if (!options.quiet && outcome.progress.reused > 0)
-    tell(fmt::format("note: {} of {} cases were finished already", outcome.progress.reused, outcome.progress.total));
+  tell_what_was_there(outcome, options);
   tell_failures(outcome, options);
   return shard ? report_shard(outcome, options) : report(plan, std::move(outcome), options);
-}
-
-void add_options(CLI::App& parser, BatchCommandOptions& o) {
-  suggest_files(parser.add_option("suite", o.suite, "the suite, a YAML file")->required()->type_name("SUITE"),
-                {"yaml", "yml"});
-  parser.add_option("-o,--output", o.output, "folder for results; SUITE's name with -results if not given")
-      ->type_name("FOLDER");
-  parser.add_option("-j,--jobs", o.jobs, "cases computed at once; all cores if not given")
-      ->type_name("N")
-      ->check(CLI::Range(1U, 4096U));
-  parser.add_option("--shard", o.shard, "compute only the i-th of n parts of the cases")->type_name("I/N");
-  parser.add_flag("--merge", o.merge, "compute nothing; summarise what shards have computed");
-  parser.add_flag("--list", o.list, "compute nothing; print the cases' names, with --json the files too");
-  parser.add_flag("--force", o.force, "use a folder that holds other things; files of the same names are replaced");
-  parser.add_flag("--json", o.json, "print JSON, errors included");
-  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
 }
 
 }  // namespace
@@ -160,16 +118,19 @@ void add_options(CLI::App& parser, BatchCommandOptions& o) {
 Command setup_batch(CLI::App& program) {
   CLI::App* parser = program.add_subcommand("batch", "Run many cases, compare them, judge requirements");
   const auto options = std::make_shared<BatchCommandOptions>();
-  add_options(*parser, *options);
+  add_batch_options(*parser, *options);
   parser->footer(
       "Runs the cases of a suite, which docs/suite.md describes, and writes into a folder: one HDF5 file\n"
-      "per case, summary.json, summary.csv, summary.md and junit.xml. A case that fails does not stop the\n"
-      "others. A batch that was interrupted goes on where it stopped.\n\n"
+      "per case, summary.json, summary.csv, summary.md and junit.xml. Every case runs in a process of its\n"
+      "own: one that fails, crashes or goes beyond --case-timeout or --case-memory does not stop the\n"
+      "others. A batch that was interrupted goes on where it stopped and does nothing twice; a case that\n"
+      "failed is tried again when something that it depends on has changed, or with --retry-failed.\n\n"
       "Exit code 0: all cases are done and the requirements hold; 1: a requirement is missed or a design\n"
       "is only a compromise; else the largest code (3, 4 or 5) among the cases that failed.\n\n"
       "Examples:\n"
       "  balance batch suite.yaml\n"
       "  balance batch suite.yaml -j 4 -o results\n"
+      "  balance batch suite.yaml --metrics-only --case-timeout 60 --case-memory 1GiB\n"
       "  balance batch suite.yaml --shard 2/8 -o results\n"
       "  balance batch suite.yaml --merge -o results");
   return {parser, [options] { return run(*options); }};

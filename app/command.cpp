@@ -3,6 +3,8 @@
 #include "failure.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/read/suite.hpp"
+#include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 
 #include <unistd.h>
@@ -55,11 +57,13 @@ void check_standard_output(const std::vector<std::string>& files, bool json, boo
     throw UsageError("standard output is a terminal, which has no use for HDF5; send it to a file or a program");
 }
 
-bool same_file(const std::string& a, const std::string& b) {
-  if (a == standard_output || b == standard_output) return false;
-  namespace fs = std::filesystem;
-  std::error_code error;
-  return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
+void keep_tables(const std::string& output, const std::string& what, const Study& study) {
+  const std::filesystem::path folder = std::filesystem::path(study.spec_file).parent_path();
+  for (const std::string& name : files_named_in(study.spec_text)) {
+    const std::string table = (folder / name).string();
+    if (!output.empty() && same_file(output, table))
+      throw UsageError(what + " would replace a table of the spec: " + table);
+  }
 }
 
 }  // namespace balance::app

@@ -37,8 +37,9 @@ DesignSpace read_space(const SpecOptions& options);
 /// The overrides alone. @throws UsageError for one that is not `name=value`
 ReadOptions read_options(const SpecOptions& options);
 
-/// Whether two names are one file, which need not exist. Standard input and output are no files.
-bool same_file(const std::string& a, const std::string& b);
+/// @param what "the result", "the page"
+/// @throws UsageError if the output would replace a table that the spec names
+void keep_tables(const std::string& output, const std::string& what, const Study& study);
 
 /// Refuses more than standard output can take: two files, a file and JSON, or binary data on a terminal.
 /// @param files to be written; empty names: none @throws UsageError

@@ -10,6 +10,7 @@
 #include "balance/read/result_file.hpp"
 #include "balance/write/comparison_json.hpp"
 #include "balance/write/comparison_text.hpp"
+#include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 
 #include <memory>
@@ -75,6 +76,9 @@ void write_file(const CompareOptions& options, const std::string& content) {
 ExitCode run(const CompareOptions& options) {
   const ComparisonFormat format = choose_format(options);
   const Existing existing = options.force ? Existing::replace : Existing::keep;
+  for (const std::string& file : options.files)
+    if (!options.output.empty() && same_file(options.output, file))
+      throw UsageError("the comparison would replace a result: " + file);
   if (!options.output.empty()) check_writable(options.output, existing);
   const std::vector<NamedRun> runs = read_runs(options);
   const std::vector<Verdict> verdicts = judge(options.requirements, runs);

@@ -26,7 +26,7 @@ ExitCode run(const ControlCommandOptions& options) {
   const Study study = read_study(shared.spec);
   const Trajectory trajectory = choose_trajectory(shared, study);
   const Controller controller = choose_controller(options, study);
-  check_outputs(shared);
+  check_outputs(shared, study);
   tell_what_is_run(shared, study, trajectory);
   if (options.controller.empty() && !shared.quiet)
     tell("note: no --controller given: '" + controller.name + "' is taken");

@@ -37,7 +37,7 @@ std::vector<std::string> write_files(const DesignCommandOptions& options, const 
 ExitCode run(const DesignCommandOptions& options) {
   const DesignSpace space = read_space(options.spec);
   const DesignStudyOptions wanted = study_options(options, space.start);
-  check_outputs(options);
+  check_outputs(options, space.start);
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
   DesignReport report = design_or_throw(space, wanted);

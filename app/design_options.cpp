@@ -6,6 +6,7 @@
 #include "balance/base/error.hpp"
 #include "balance/base/version.hpp"
 #include "balance/read/nearest.hpp"
+#include "balance/write/file_identity.hpp"
 #include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
@@ -104,7 +105,7 @@ DesignStudyOptions study_options(const DesignCommandOptions& options, const Stud
   return result;
 }
 
-void check_outputs(const DesignCommandOptions& options) {
+void check_outputs(const DesignCommandOptions& options, const Study& study) {
   const Existing existing = options.force ? Existing::replace : Existing::keep;
   check_standard_output({options.output, options.h5}, options.spec.json, options.h5 == standard_output);
   if (!options.output.empty() && !options.force && same_file(options.output, options.spec.spec))
@@ -114,6 +115,8 @@ void check_outputs(const DesignCommandOptions& options) {
     throw UsageError("the result would replace the spec: " + options.h5);
   if (!options.h5.empty() && !options.output.empty() && same_file(options.h5, options.output))
     throw UsageError("--output and --h5 name the same file: " + options.output);
+  keep_tables(options.output, "the design", study);
+  keep_tables(options.h5, "the result", study);
   for (const std::string& file : {options.output, options.h5})
     if (!file.empty()) check_writable(file, existing);
 }

@@ -26,7 +26,7 @@ void add_design_options(CLI::App& parser, DesignCommandOptions& options);
 DesignStudyOptions study_options(const DesignCommandOptions& options, const Study& study);
 
 /// Refuses at once what would fail after the computation. @throws UsageError, SystemError
-void check_outputs(const DesignCommandOptions& options);
+void check_outputs(const DesignCommandOptions& options, const Study& study);
 
 FileDescription describe(const DesignCommandOptions& options, const Study& study);
 

@@ -6,6 +6,7 @@
 
 #include "balance/base/error.hpp"
 #include "balance/report/draw_picture.hpp"
+#include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 
 #include <nlohmann/json.hpp>
@@ -46,6 +47,8 @@ ExitCode run(const PlotOptions& options) {
   std::vector<RunFile> files;
   for (const std::string& name : options.results) {
     files.push_back(read_result_file(name));
+    if (!options.script && same_file(options.output, files.back().path))
+      throw UsageError("the picture would replace the result: " + files.back().path);
     if (!files.back().ended_early.empty()) tell("note: " + name + " ended early: " + files.back().ended_early);
   }
   const Picture picture = choose_picture(options, files);

@@ -5,6 +5,7 @@
 #include "suggestion.hpp"
 
 #include "balance/read/nearest.hpp"
+#include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 
 #include <fmt/format.h>

@@ -17,6 +17,7 @@
 #include "balance/write/balanced_spec.hpp"
 #include "balance/write/conditions_json.hpp"
 #include "balance/write/design_json.hpp"
+#include "balance/write/file_identity.hpp"
 #include "balance/write/json.hpp"
 #include "balance/write/names.hpp"
 #include "balance/write/run_description.hpp"
@@ -185,6 +186,9 @@ ExitCode run(const ReportOptions& options) {
   choose_trajectories(options, space.start);  // misspelt names are told before anything is computed
   if (!options.controller.empty()) find_controller(options.controller, space.start);
   const std::string file = choose_output(options);
+  if (finished && same_file(file, finished->path))
+    throw UsageError("the page would replace the result: " + finished->path);
+  keep_tables(file, "the page", space.start);
   if (!has_page_scripts()) page_html({});  // says what is missing
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) tell("warning: " + warning);

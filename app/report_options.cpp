@@ -3,6 +3,7 @@
 #include "failure.hpp"
 
 #include "balance/read/nearest.hpp"
+#include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 #include "balance/write/run_description.hpp"
 

@@ -24,6 +24,8 @@ extern "C" void handle_signal(int signal) {
 void install_signal_handlers() {
   // A file that may not grow is to be an error of write, which can be told, rather than the end.
   std::signal(SIGXFSZ, SIG_IGN);
+  // Whoever started the program may ignore it, and then nobody could learn how a child ended.
+  std::signal(SIGCHLD, SIG_DFL);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction action {};
     if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) continue;

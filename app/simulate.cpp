@@ -30,7 +30,7 @@ ExitCode run(const SimulateOptions& options) {
   const Study study = read_study(options.spec);
   const Trajectory trajectory = choose_trajectory(options, study);
   check_formulation(options, study);
-  check_outputs(options);
+  check_outputs(options, study);
   tell_what_is_run(options, study, trajectory);
   const Result result = simulate_or_throw(study, trajectory, options);
   tell_notes(options, result);

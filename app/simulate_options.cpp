@@ -6,6 +6,7 @@
 #include "balance/base/error.hpp"
 #include "balance/read/limits.hpp"
 #include "balance/read/nearest.hpp"
+#include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 #include "balance/write/run_description.hpp"
 
@@ -114,12 +115,13 @@ Trajectory choose_trajectory(const SimulateOptions& options, const Study& study)
   return trajectory;
 }
 
-void check_outputs(const SimulateOptions& options) {
+void check_outputs(const SimulateOptions& options, const Study& study) {
   const Existing existing = options.force ? Existing::replace : Existing::keep;
   check_standard_output({options.output, options.csv}, options.spec.json, options.output == standard_output);
   for (const std::string& file : {options.output, options.csv}) {
     if (file.empty()) continue;
     if (same_file(file, options.spec.spec)) throw UsageError("the result would replace the spec: " + file);
+    keep_tables(file, "the result", study);
     check_writable(file, existing);
   }
   if (!options.output.empty() && !options.csv.empty() && same_file(options.output, options.csv)) {

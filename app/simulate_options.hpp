@@ -36,7 +36,7 @@ Trajectory choose_trajectory(const SimulateOptions& options, const Study& study)
 void check_formulation(const SimulateOptions& options, const Study& study);
 
 /// Refuses at once what would fail after the computation. @throws UsageError, SystemError
-void check_outputs(const SimulateOptions& options);
+void check_outputs(const SimulateOptions& options, const Study& study);
 
 FileDescription describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory);
 

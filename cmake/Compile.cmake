@@ -44,6 +44,7 @@ endfunction()
 
 function(balance_count_lines target)
   if(BALANCE_COVERAGE)
+    target_compile_definitions(${target} PRIVATE BALANCE_COVERAGE)
     target_compile_options(${target} PRIVATE --coverage)
     target_link_options(${target} PUBLIC --coverage)
   endif()

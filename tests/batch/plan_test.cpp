@@ -1,6 +1,10 @@
 // A suite becomes cases, each with a key of everything that its result depends on.
 
 #include "balance/batch/plan.hpp"
+#include "balance/batch/build_identity.hpp"
+#include "balance/batch/folder.hpp"
+#include "balance/batch/run.hpp"
+#include "balance/write/sha256.hpp"
 
 #include <doctest/doctest.h>
 
@@ -103,6 +107,39 @@ TEST_CASE("a key depends on everything that the result depends on, and on nothin
   // The suite's other parts do not matter.
   const std::string same = folder.key(begin + "}}");
   CHECK(folder.key("name: n\n" + begin + ", design: false}, d: {spec: a.yaml}}\nbaseline: c") == same);
+}
+
+TEST_CASE("the program's build is its bytes (C11)") {
+  const std::string build = build_identity();
+  CHECK(build == sha256_of_file("/proc/self/exe"));
+  CHECK(build.size() == 64);
+}
+
+TEST_CASE("what a batch would replace although it reads it is found by any of its names (C4)") {
+  const Folder folder;
+  folder.write("a.yaml", "loads: {p: {file: table.csv}}\n");
+  folder.write("table.csv", "1");
+  const std::string designed = "cases: {a: {spec: a.yaml, design: true}}";
+  const fs::path out = folder.path / "out", other = folder.path / "other";
+  const auto trouble = [&](const std::string& suite, const fs::path& where) {
+    folder.write("suite.yaml", suite);
+    return input_in_the_way(folder.plan(suite), where.string());
+  };
+  CHECK(trouble(designed, folder.path).find("the spec") == 0);
+  CHECK(trouble("cases: {a: {spec: a.yaml}}", folder.path).empty());  // nothing is called a.yaml
+  CHECK(trouble(designed, out).empty());
+  fs::create_directory(out);
+  CHECK(trouble(designed, out).empty());
+  fs::create_symlink("../a.yaml", out / "b.h5");
+  CHECK(trouble("cases: {b: {spec: a.yaml}}", out).find("the spec") == 0);
+  fs::create_hard_link(folder.path / "table.csv", out / "c.case.json");
+  CHECK(trouble("cases: {c: {spec: a.yaml}}", out).find("the table") == 0);
+  fs::create_directory_symlink(folder.path, other);
+  CHECK(trouble(designed, other).find("the spec") == 0);
+  fs::create_hard_link(folder.path / "suite.yaml", out / "summary.json");
+  CHECK(input_in_the_way(folder.plan("cases: {d: {spec: a.yaml}}"), out.string()).find("the suite") == 0);
+  CHECK_THROWS_AS(run_batch(folder.plan(designed), {.folder = folder.path.string(), .force = true}),
+                  std::invalid_argument);
 }
 
 TEST_CASE("every case is in one shard, and shards are of about the same size") {

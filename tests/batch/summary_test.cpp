@@ -50,6 +50,20 @@ TEST_CASE("a record that is written down is the same when it is read") {
   CHECK(read->design->mass_after == 1e-300);
 }
 
+TEST_CASE("a record with one changed digit is none (C5)") {
+  CaseRecord one = record("a", 15.1974);
+  one.failure = {"timeout", 10};
+  const std::string whole = encode(one);
+  REQUIRE(decode(whole).has_value());
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    std::string changed = whole;
+    changed[i] = changed[i] == '1' ? '2' : '1';
+    CHECK_FALSE(decode(changed).has_value());
+  }
+  CHECK_FALSE(decode(whole + "\n").has_value());
+  CHECK_FALSE(decode(" " + whole).has_value());
+}
+
 TEST_CASE("half a record is none") {
   const std::string whole = encode(record("a", 1));
   for (std::size_t size = 0; size + 2 < whole.size(); size += 7) CHECK_FALSE(decode(whole.substr(0, size)).has_value());
@@ -93,6 +107,34 @@ TEST_CASE("a requirement on a case without a result is not judged") {
   CHECK(summary.requirements[0].status == RequirementOutcome::Status::not_judged);
   CHECK(summary.requirements[0].message == "not judged: a has no result");
   CHECK(summary.base() == nullptr);
+}
+
+TEST_CASE("no text is a formula where a spreadsheet reads the table (C8)") {
+  CaseRecord one = record("b", 5);
+  for (const std::string text : {"=1+1", "+1", "-x", "@a", "\tx", "=a,\"b\""}) {
+    one.trajectory = text;
+    const std::string csv = summary_csv(summarise(suite(""), {record("a", -10), one, record("c", 1)}));
+    CHECK(csv.find("," + text) == std::string::npos);
+    CHECK(csv.find("'" + text.substr(0, 2)) != std::string::npos);
+    CHECK(csv.find(",-10,") != std::string::npos);  // a number stays one
+  }
+}
+
+TEST_CASE("a case that its process did not survive is an error with its reason (C1)") {
+  CaseRecord dead = record("b", 0, "failed");
+  dead.message = "crashed: SIGSEGV";
+  dead.failure = {"crashed", 0};
+  const Summary summary =
+      summarise(suite("require: peak(shaking_force) < base"), {record("a", 10), dead, record("c", 8)});
+  CHECK(summary.exit_code() == 5);
+  CHECK(summary.requirements[0].status == RequirementOutcome::Status::not_judged);
+  CHECK(summary.requirements[1].status == RequirementOutcome::Status::holds);
+  CHECK(summary_text(summary).find("b: crashed: SIGSEGV") != std::string::npos);
+  CHECK(summary_text(summary).find("2 done, 1 failed") != std::string::npos);
+  CHECK(summary_junit(summary).find("crashed: SIGSEGV") != std::string::npos);
+  CHECK(summary_json(summary).find("\"cause\": \"crashed\"") != std::string::npos);
+  CHECK(summary_csv(summary).find("b,s,,failed,") != std::string::npos);
+  CHECK(encode(*decode(encode(dead))) == encode(dead));
 }
 
 TEST_CASE("the table for programs has as many cells in every line") {

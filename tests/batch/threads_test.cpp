@@ -32,7 +32,26 @@ Plan plan() {
 
 }  // namespace
 
-TEST_CASE("eight threads find what one finds") {
+TEST_CASE("cases are computed in several threads of one process") {
+  const Folder folder;
+  fs::create_directory(folder.path);
+  const Plan all = plan();
+  std::vector<CaseRecord> records(all.cases.size());
+  std::atomic<std::size_t> next{0};
+  {
+    std::vector<std::jthread> threads;
+    for (int thread = 0; thread < 4; ++thread)
+      threads.emplace_back([&] {
+        for (std::size_t i = next++; i < records.size(); i = next++)
+          records[i] = run_case(all, i, folder.path.string());
+      });
+  }
+  const Folder other{fs::temp_directory_path() / ("balance-threads-p-" + std::to_string(::getpid()))};
+  const BatchOutcome batch = run_batch(all, {.folder = other.path.string(), .jobs = 2});
+  for (std::size_t i = 0; i < records.size(); ++i) CHECK(encode(records[i]) == encode(batch.records[i]));
+}
+
+TEST_CASE("eight jobs find what one finds") {
   const Folder one, eight{fs::temp_directory_path() / ("balance-threads-8-" + std::to_string(::getpid()))};
   const Plan all = plan();
   const BatchOutcome alone = run_batch(all, {.folder = one.path.string(), .jobs = 1});

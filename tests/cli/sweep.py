@@ -59,6 +59,19 @@ class Sweep(Case):
         calls = pathlib.Path(self.path("calls")).read_text(encoding="utf-8")
         self.assertEqual(calls.count("--shard"), 3, "what is finished ran again")
 
+    def test_a_case_that_takes_too_long_is_in_the_verdict_and_no_reason_to_try_again(self):
+        """(C1)"""
+        self.write("suite.yaml", SUITE.replace("SPEC", os.path.join(CONFIGS, "3rrr.yaml")) +
+                   f"cases: {{long: {{spec: {CONFIGS}/3rrr.yaml, samples: 3000000}}}}\n")
+        wrapper = self.write("wrapper", f"#!/bin/sh\necho \"$@\" >> {self.folder}/calls\nexec {PROGRAM} \"$@\"\n")
+        os.chmod(wrapper, stat.S_IRWXU)
+        done = self.snakemake(f"balance={wrapper}", "options=--case-timeout 2 --metrics-only")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(pathlib.Path(self.path("out/verdict.txt")).read_text(encoding="utf-8"), "5\n")
+        self.assertIn("exceeded --case-timeout 2 s", self.results("out")["summary.md"].decode())
+        calls = pathlib.Path(self.path("calls")).read_text(encoding="utf-8")
+        self.assertEqual(calls.count("--shard"), 3)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -69,16 +69,58 @@ TEST_CASE("a file that appears while another of its name is being written is not
   CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("a symbolic link stays a link and its target is written") {
+TEST_CASE("a symbolic link is not followed, wherever it leads (C6)") {
   const Folder folder;
-  const std::string target = folder / "target", link = folder / "link";
+  const std::string target = folder / "target", link = folder / "link", dangling = folder / "dangling";
   put(target, "old");
   std::filesystem::create_symlink(target, link);
-  PendingFile file(link, Existing::replace);
-  file.write("new");
+  std::filesystem::create_symlink(folder / "nothing", dangling);
+  for (const std::string& path : {link, dangling}) {
+    for (const Existing existing : {Existing::keep, Existing::replace}) {
+      CHECK_THROWS_AS(check_writable(path, existing), SystemError);
+      CHECK_THROWS_WITH_AS(
+          PendingFile(path, existing),
+          ("cannot write " + path + ": it is a symbolic link, which is not followed; name the file itself").c_str(),
+          SystemError);
+    }
+    CHECK(std::filesystem::is_symlink(path));
+  }
+  CHECK(content(target) == "old");
+  CHECK_FALSE(std::filesystem::exists(folder / "nothing"));
+}
+
+TEST_CASE("a link to a folder on the way to a file is the user's own") {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "real");
+  std::filesystem::create_directory_symlink(folder / "real", folder / "other");
+  PendingFile file(folder / "other/out", Existing::keep);
+  file.write("x");
   file.commit();
-  CHECK(std::filesystem::is_symlink(link));
-  CHECK(content(target) == "new");
+  CHECK(content(folder / "real/out") == "x");
+}
+
+TEST_CASE("an unfinished file is known by its mark, and whether its writer lives by its lock (C7)") {
+  const Folder folder;
+  std::string living;
+  {
+    const PendingFile file(folder / "a.h5", Existing::keep, "batch-"), plain(folder / "a.h5", Existing::keep);
+    living = file.temporary();
+    const auto target = [](const std::string& path, std::string_view mark) {
+      return target_of_temporary(std::filesystem::path(path).filename().string(), mark);
+    };
+    CHECK(target(living, "batch-") == "a.h5");
+    CHECK(target(living, "") == "");
+    CHECK(target(plain.temporary(), "") == "a.h5");
+    CHECK(target(plain.temporary(), "batch-") == "");
+    remove_if_abandoned(living);
+    CHECK(std::filesystem::exists(living));
+  }
+  put(living, "left by a killed writer");
+  remove_if_abandoned(living);
+  CHECK_FALSE(std::filesystem::exists(living));
+  for (const std::string name : {"", ".", ".tmp", ".batch-00000000.tmp", ".a.batch-0000000g.tmp",
+                                 "a.batch-00000000.tmp", ".a.batch-000000000.tmp"})
+    CHECK(target_of_temporary(name, "batch-") == "");
 }
 
 TEST_CASE("what is no regular file is never replaced") {

@@ -2,6 +2,7 @@
 /// Taking turns with HDF5.
 
 #include <mutex>
+#include <new>
 
 namespace balance {
 
@@ -10,6 +11,10 @@ namespace balance {
 class Hdf5Turn {
  public:
   Hdf5Turn() : lock_(mutex()) {}
+
+  /// For a child process right after a fork by a thread that had the turn: it is free there. The copied lock knows its owner by a
+  /// number that is nobody's in the child, so a new one takes its place.
+  static void begin_in_child() { ::new (static_cast<void*>(&mutex())) std::recursive_mutex; }
 
  private:
   static std::recursive_mutex& mutex() {

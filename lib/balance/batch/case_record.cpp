@@ -16,6 +16,12 @@ std::string path_in(const std::string& folder, const std::string& file) {
   return (std::filesystem::path(folder) / file).string();
 }
 
+/// No link, no device.
+bool is_plain_file(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::symlink_status(path, error).type() == std::filesystem::file_type::regular;
+}
+
 double number(const Json& json) {
   return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
 }
@@ -32,6 +38,8 @@ Metric metric_of(const Json& json) {
   return metric;
 }
 
+constexpr const char* seal_key = "seal";
+
 CaseRecord record_of(const Json& json) {
   CaseRecord record;
   record.name = json.at("name");
@@ -41,6 +49,8 @@ CaseRecord record_of(const Json& json) {
   record.title = json.at("title");
   record.trajectory = json.at("trajectory");
   record.samples = json.at("samples");
+  if (json.contains("failure"))
+    record.failure = {json.at("failure").at("cause"), number(json.at("failure").at("limit"))};
   if (json.contains("design")) {
     const Json& design = json.at("design");
     record.design = {design.at("status"), design.at("reason"), number(design.at("mass_before")),
@@ -56,6 +66,11 @@ CaseRecord record_of(const Json& json) {
 
 }  // namespace
 
+bool CaseRecord::has_series() const {
+  return std::any_of(files.begin(), files.end(),
+                     [&](const RecordedFile& file) { return file.name == result_file(name); });
+}
+
 int CaseRecord::exit_code() const {
   if (status == "done") return 0;
   if (status == "compromise") return 1;
@@ -68,6 +83,7 @@ std::string encode(const CaseRecord& record) {
   Json json = {{"name", record.name},       {"key", record.key},     {"status", record.status},
                {"message", record.message}, {"title", record.title}, {"trajectory", record.trajectory},
                {"samples", record.samples}};
+  if (record.failure) json["failure"] = {{"cause", record.failure->cause}, {"limit", record.failure->limit}};
   if (record.design)
     json["design"] = {{"status", record.design->status},
                       {"reason", record.design->reason},
@@ -80,12 +96,14 @@ std::string encode(const CaseRecord& record) {
   json["notes"] = record.notes;
   json["files"] = Json::array();
   for (const RecordedFile& file : record.files) json["files"].push_back({{"name", file.name}, {"sha256", file.sha256}});
+  json[seal_key] = sha256(dump(json));
   return dump(json);
 }
 
 std::optional<CaseRecord> decode(const std::string& text) {
   try {
-    return record_of(Json::parse(text));
+    CaseRecord record = record_of(Json::parse(text));
+    return encode(record) == text ? std::optional(std::move(record)) : std::nullopt;
   } catch (const Json::exception&) {
     return std::nullopt;
   }
@@ -96,20 +114,23 @@ std::string result_file(const std::string& case_name) { return case_name + ".h5"
 std::string balanced_file(const std::string& case_name) { return case_name + ".yaml"; }
 
 void store_record(const std::string& folder, const CaseRecord& record) {
-  PendingFile file(path_in(folder, record_file(record.name)), Existing::replace);
+  PendingFile file(path_in(folder, record_file(record.name)), Existing::replace, temporary_mark);
   file.write(encode(record));
   file.commit(Durability::later);
 }
 
 std::optional<CaseRecord> find_record(const std::string& folder, const std::string& case_name, const std::string& key) {
-  std::ifstream file(path_in(folder, record_file(case_name)), std::ios::binary);
+  const std::string path = path_in(folder, record_file(case_name));
+  if (!is_plain_file(path)) return std::nullopt;
+  std::ifstream file(path, std::ios::binary);
   if (!file) return std::nullopt;
   std::ostringstream text;
   text << file.rdbuf();
   std::optional<CaseRecord> record = decode(text.str());
   if (!record || record->name != case_name || record->key != key) return std::nullopt;
   const bool intact = std::all_of(record->files.begin(), record->files.end(), [&](const RecordedFile& one) {
-    return sha256_of_file(path_in(folder, one.name)) == one.sha256;
+    const std::string name = path_in(folder, one.name);
+    return is_plain_file(name) && sha256_of_file(name) == one.sha256;
   });
   return intact ? record : std::nullopt;
 }

@@ -22,14 +22,22 @@ struct RecordedDesign {
   double mass_before = 0, mass_after = 0;  ///< of everything that moves [kg]
 };
 
+/// Why a case has no result although nothing is known to be wrong with it.
+struct RecordedFailure {
+  std::string cause;  ///< "crashed", "timeout", "memory"
+  double limit = 0;   ///< that it did not keep to: seconds or bytes; 0 for a crash
+};
+
 struct CaseRecord {
   std::string name;
-  std::string key;      ///< as PlannedCase::key
-  std::string status;   ///< "done", "compromise", "spec", "mechanism", "system", "missing"
+  std::string key;  ///< as PlannedCase::key
+  /// "done", "compromise", "spec", "mechanism", "failed" (its process crashed or went beyond a limit), "system", "missing"
+  std::string status;
   std::string message;  ///< one sentence on what is not as it should be
   std::string title;    ///< the mechanism's name
   std::string trajectory;
   long samples = 0;
+  std::optional<RecordedFailure> failure;  ///< where the status is "failed"
   std::optional<RecordedDesign> design;
   std::vector<Metric> metrics;
   double energy = std::numeric_limits<double>::quiet_NaN();  ///< [J]
@@ -38,13 +46,16 @@ struct CaseRecord {
 
   /// Whether there is a result.
   bool has_result() const { return status == "done" || status == "compromise"; }
+  /// Whether there is a file with the samples.
+  bool has_series() const;
   /// The program's exit code for this case alone: 0, 1, 3, 4 or 5.
   int exit_code() const;
 };
 
+/// JSON with a seal at its end, the SHA-256 of all that stands before: it tells what was damaged or edited from what was written.
 std::string encode(const CaseRecord& record);
 
-/// Nothing if the text is no record.
+/// Nothing if the text is not, byte for byte, what encode makes of a record.
 std::optional<CaseRecord> decode(const std::string& text);
 
 /// Names in the output folder.
@@ -52,10 +63,14 @@ std::string record_file(const std::string& case_name);
 std::string result_file(const std::string& case_name);
 std::string balanced_file(const std::string& case_name);
 
+/// Marks the temporary files of a batch.
+inline constexpr const char* temporary_mark = "batch-";
+
 /// Remembers a case that a system's failure did not spoil. @throws SystemError
 void store_record(const std::string& folder, const CaseRecord& record);
 
-/// The record of a case, if it was computed from the same and all its files are as they were written.
+/// The record of a case, if it was computed from the same, and it and all its files are as they were written. What a symbolic link
+/// leads to is none of its files.
 std::optional<CaseRecord> find_record(const std::string& folder, const std::string& case_name, const std::string& key);
 
 }  // namespace balance

@@ -2,6 +2,9 @@
 
 #include "balance/base/error.hpp"
 #include "balance/batch/case_record.hpp"
+#include "balance/batch/summary.hpp"
+#include "balance/write/file_identity.hpp"
+#include "balance/write/pending_file.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -9,12 +12,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
-#include <set>
+#include <map>
+#include <thread>
 
 namespace balance {
 namespace {
@@ -23,14 +26,14 @@ namespace fs = std::filesystem;
 
 constexpr const char* lock_name = ".batch.lock";
 
-/// The file that a temporary one (`.name.xxxxxxxx.tmp`) was to become; empty if it is none of ours.
-std::string target_of(const std::string& name) {
-  constexpr std::size_t ending = 13;  // .xxxxxxxx.tmp
-  if (name.size() <= ending + 1 || name[0] != '.' || !name.ends_with(".tmp")) return "";
-  const std::string digits = name.substr(name.size() - ending, 9);
-  const bool ours = digits[0] == '.' && std::all_of(digits.begin() + 1, digits.end(),
-                                                    [](unsigned char c) { return std::isxdigit(c) != 0; });
-  return ours ? name.substr(1, name.size() - ending - 1) : "";
+/// Names of a case's files in the folder.
+std::vector<std::string> files_of(const std::string& case_name) {
+  return {record_file(case_name), result_file(case_name), balanced_file(case_name)};
+}
+
+void remove_link(const fs::path& path) {
+  std::error_code error;
+  if (fs::is_symlink(path, error)) fs::remove(path, error);
 }
 
 void make_folder(const std::string& path, bool force) {
@@ -54,7 +57,7 @@ BatchFolder::BatchFolder(const std::string& path, const std::optional<Shard>& sh
     if (shard)
       take(fmt::format(".batch-{}-of-{}.lock", shard->index, shard->count), LOCK_EX,
            fmt::format("another shard {}/{}", shard->index, shard->count));
-    clean(shard, own);
+    make_room(shard, own);
   } catch (...) {
     for (const int lock : locks_) ::close(lock);
     throw;
@@ -67,31 +70,72 @@ BatchFolder::~BatchFolder() {
 
 void BatchFolder::take(const std::string& name, int operation, const std::string& whose) {
   const std::string file = (fs::path(path_) / name).string();
-  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+  if (descriptor < 0 && errno == ELOOP) throw SystemError(fmt::format("cannot write {}: it is a symbolic link", file));
   if (descriptor < 0) throw SystemError(fmt::format("cannot write {}: {}", file, std::strerror(errno)));
   locks_.push_back(descriptor);
-  int result = 0;
-  do result = ::flock(descriptor, operation | LOCK_NB);
-  while (result != 0 && errno == EINTR);
-  if (result == 0) return;
-  if (errno == EWOULDBLOCK) throw SystemError(fmt::format("{} is at work in {}", whose, path_));
-  throw SystemError(fmt::format("cannot lock {}: {}", file, std::strerror(errno)));
+  // A killed batch's children end a moment after it, and hold the lock until then.
+  constexpr int attempts = 100;
+  for (int attempt = 0; ::flock(descriptor, operation | LOCK_NB) != 0; ++attempt) {
+    if (errno == EINTR) continue;
+    if (errno != EWOULDBLOCK) throw SystemError(fmt::format("cannot lock {}: {}", file, std::strerror(errno)));
+    if (attempt >= attempts) throw SystemError(fmt::format("{} is at work in {}", whose, path_));
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
 }
 
-void BatchFolder::clean(const std::optional<Shard>& shard, const std::vector<std::string>& own) const {
-  std::set<std::string> files;
-  for (const std::string& name : own) files.insert({record_file(name), result_file(name), balanced_file(name)});
+void BatchFolder::make_room(const std::optional<Shard>& shard, const std::vector<std::string>& own) const {
+  std::set<std::string> targets;
+  for (const std::string& name : own)
+    for (const std::string& file : files_of(name)) targets.insert(file);
+  if (!shard)
+    for (const char* file : summary_files) targets.insert(file);
+  for (const std::string& file : targets) remove_link(fs::path(path_) / file);
+  remove_abandoned(targets);
+}
+
+void BatchFolder::clean(const std::string& case_name) const {
+  const std::vector<std::string> files = files_of(case_name);
+  remove_abandoned({files.begin(), files.end()});
+}
+
+void BatchFolder::remove_abandoned(const std::set<std::string>& targets) const {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(path_, error)) {
-    const std::string target = target_of(entry.path().filename().string());
-    if (target.empty() || (shard && files.count(target) == 0)) continue;
-    std::error_code ignored;
-    fs::remove(entry.path(), ignored);
+    const std::string target = target_of_temporary(entry.path().filename().string(), temporary_mark);
+    if (targets.count(target) > 0) remove_if_abandoned(entry.path().string());
   }
 }
 
 void BatchFolder::sync() const {
   if (!locks_.empty()) ::syncfs(locks_.front());
+}
+
+std::string input_in_the_way(const Plan& plan, const std::string& folder) {
+  std::map<FileIdentity, std::string> inputs;
+  const auto reads = [&](const std::string& file, const std::string& what) {
+    if (const auto identity = identity_of(file)) inputs.emplace(*identity, what + " " + file);
+  };
+  reads(plan.suite.file, "the suite");
+  for (const SpecSource& spec : plan.specs) {
+    reads(spec.path, "the spec");
+    for (const std::string& table : spec.tables) reads(table, "the table");
+  }
+  const auto met = [&](const std::string& name) -> std::string {
+    const auto identity = identity_of((fs::path(folder) / name).string());
+    const auto found = identity ? inputs.find(*identity) : inputs.end();
+    if (found == inputs.end()) return "";
+    return fmt::format("{} would be replaced by {}; name another folder", found->second,
+                       (fs::path(folder) / name).string());
+  };
+  std::vector<std::string> outputs(summary_files.begin(), summary_files.end());
+  outputs.emplace_back(lock_name);
+  for (const SuiteCase& one : plan.suite.cases)
+    for (const std::string& file : files_of(one.name))
+      if (one.design || file != balanced_file(one.name)) outputs.push_back(file);
+  for (const std::string& output : outputs)
+    if (std::string sentence = met(output); !sentence.empty()) return sentence;
+  return "";
 }
 
 }  // namespace balance

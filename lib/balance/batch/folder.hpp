@@ -4,6 +4,7 @@
 #include "balance/batch/plan.hpp"
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -11,10 +12,10 @@ namespace balance {
 
 class BatchFolder {
  public:
-  /// Makes the folder if it does not exist, takes it for this process and removes what a killed one left unfinished. The process's
-  /// end, however it comes, gives the folder free.
+  /// Makes the folder if it does not exist, takes it for this process, removes what a killed batch left unfinished, and symbolic links
+  /// in the places of its own files. The end of the process and its children, however it comes, gives the folder free.
   /// @param shard takes the folder for this shard only; nothing: for this process alone
-  /// @param own the cases that this process computes: only their unfinished files are surely nobody's
+  /// @param own the cases that this process computes: only their unfinished files are surely its own
   /// @param force use a folder that holds other things
   /// @throws SystemError if it cannot be made or written, holds other things, or another process has it
   BatchFolder(const std::string& path, const std::optional<Shard>& shard, const std::vector<std::string>& own,
@@ -25,15 +26,23 @@ class BatchFolder {
 
   const std::string& path() const { return path_; }
 
+  /// Removes the unfinished files of a case whose process did not come to its end.
+  void clean(const std::string& case_name) const;
+
   /// Waits until everything that was written is on disk.
   void sync() const;
 
  private:
   void take(const std::string& name, int operation, const std::string& whose);
-  void clean(const std::optional<Shard>& shard, const std::vector<std::string>& own) const;
+  void make_room(const std::optional<Shard>& shard, const std::vector<std::string>& own) const;
+  void remove_abandoned(const std::set<std::string>& targets) const;
 
   std::string path_;
   std::vector<int> locks_;  ///< descriptors
 };
+
+/// What a batch would replace although it reads it: a file of the suite's that has the identity of one that the batch writes into the
+/// folder, whatever the names are. A sentence about the first that is found; empty if there is none.
+std::string input_in_the_way(const Plan& plan, const std::string& folder);
 
 }  // namespace balance

@@ -2,6 +2,7 @@
 
 #include "balance/base/error.hpp"
 #include "balance/base/version.hpp"
+#include "balance/batch/build_identity.hpp"
 #include "balance/read/text_file.hpp"
 #include "balance/write/sha256.hpp"
 
@@ -33,10 +34,11 @@ SpecSource read_source(const std::string& path) {
 void add(std::string& all, const std::string& text) { all += fmt::format("{}:{},", text.size(), text); }
 
 /// What depends on the spec alone.
-std::string spec_part(const SpecSource& source) {
+std::string spec_part(const SpecSource& source, const std::string& build) {
   std::string all;
-  add(all, "balance case 1");
+  add(all, "balance case 2");
   add(all, version());
+  add(all, build);
   add(all, fs::path(source.path).filename().string());  // the result's command line names it
   add(all, sha256(source.text));
   for (const std::string& table : source.tables) add(all, sha256_of_file(table));
@@ -71,6 +73,7 @@ std::string key_of(const SuiteCase& one, std::string all) {
 Plan make_plan(Suite suite) {
   Plan plan;
   const fs::path folder = fs::path(suite.file).parent_path();
+  const std::string build = build_identity();
   std::map<std::string, std::size_t> index;
   std::vector<std::string> parts;
   for (const SuiteCase& one : suite.cases) {
@@ -78,7 +81,7 @@ Plan make_plan(Suite suite) {
     const auto [at, is_new] = index.emplace(path, plan.specs.size());
     if (is_new) {
       plan.specs.push_back(read_source(path));
-      parts.push_back(spec_part(plan.specs.back()));
+      parts.push_back(spec_part(plan.specs.back(), build));
     }
     plan.cases.push_back({at->second, key_of(one, parts[at->second])});
   }

@@ -19,7 +19,7 @@ struct SpecSource {
 struct PlannedCase {
   std::size_t spec = 0;  ///< index into Plan::specs
   /// SHA-256 of everything that the result depends on: the spec's text, the tables that it names, the parameters, trajectory,
-  /// controller, samples and design of the case, the program's version.
+  /// controller, samples and design of the case, the program's version and build.
   std::string key;
 };
 
@@ -30,6 +30,7 @@ struct Plan {
 };
 
 /// Reads the specs. A spec that cannot be read is trouble of its cases, not of the plan.
+/// @throws SystemError if the program cannot read itself
 Plan make_plan(Suite suite);
 
 /// A part of the cases, 1 ≤ index ≤ count.

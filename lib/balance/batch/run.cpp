@@ -1,86 +1,201 @@
 #include "balance/batch/run.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/batch/fence.hpp"
 #include "balance/batch/folder.hpp"
-#include "balance/batch/run_case.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <atomic>
+#include <deque>
 #include <filesystem>
+#include <memory>
 #include <mutex>
+#include <stdexcept>
 #include <thread>
 
 namespace balance {
 namespace {
 
+/// Looks for what is finished in threads, then computes the others in processes, which are started when there are no threads any more.
 class Crew {
  public:
-  Crew(const Plan& plan, const BatchOptions& options, std::vector<std::size_t> cases)
-      : plan_(plan), options_(options), cases_(std::move(cases)), records_(cases_.size()) {
+  Crew(const Plan& plan, const BatchOptions& options, const BatchFolder& folder, std::vector<std::size_t> cases)
+      : plan_(plan), options_(options), folder_(folder), cases_(std::move(cases)), records_(cases_.size()) {
     progress_.total = cases_.size();
+    const std::size_t most = std::max<std::size_t>(cases_.size(), 1);
+    jobs_ = static_cast<unsigned>(std::clamp<std::size_t>(options_.jobs, 1, most));
+    bytes_ = case_memory(options_.limits, jobs_);
   }
 
   BatchOutcome run() {
-    const std::size_t count = std::clamp<std::size_t>(options_.jobs, 1, std::max<std::size_t>(cases_.size(), 1));
     {
+      std::atomic<std::size_t> next{0};
       std::vector<std::jthread> threads;
-      for (std::size_t i = 1; i < count; ++i) threads.emplace_back([this] { work(); });
-      work();
+      for (unsigned i = 1; i < jobs_; ++i) threads.emplace_back([&] { find_all(next); });
+      find_all(next);
     }
-    return {std::move(records_), progress_};
+    compute_all();
+    BatchOutcome outcome{{}, progress_};
+    for (std::optional<CaseRecord>& record : records_) outcome.records.push_back(std::move(*record));
+    return outcome;
   }
 
  private:
-  void work() {
-    for (std::size_t i = next_++; i < cases_.size(); i = next_++) {
-      const std::size_t index = cases_[i];
-      std::optional<CaseRecord> found = find_finished(index);
-      records_[i] = found ? std::move(*found) : compute(index);
-      count(records_[i], found.has_value());
+  /// A process and the case that it has, an index into cases_.
+  struct Hand {
+    std::unique_ptr<FencedWorker> worker;
+    std::size_t index = 0;
+  };
+
+  void find_all(std::atomic<std::size_t>& next) {
+    for (std::size_t i = next++; i < cases_.size(); i = next++) {
+      std::optional<CaseRecord> record =
+          find_record(options_.folder, plan_.suite.cases[cases_[i]].name, plan_.cases[cases_[i]].key);
+      if (!record || !is_final(*record)) continue;
+      records_[i] = std::move(record);
+      const std::lock_guard lock(mutex_);
+      count(*records_[i], true);
     }
   }
 
-  /// Mistakes are looked at again: the suite may say them elsewhere now.
-  std::optional<CaseRecord> find_finished(std::size_t index) const {
-    std::optional<CaseRecord> record =
-        find_record(options_.folder, plan_.suite.cases[index].name, plan_.cases[index].key);
-    return record && (record->has_result() || record->status == "mechanism") ? std::move(record) : std::nullopt;
+  /// Mistakes are looked at again: the suite may say them elsewhere now. What went beyond a limit is tried again with a wider one.
+  bool is_final(const CaseRecord& record) const {
+    if (record.has_result()) return options_.keep == Keep::metrics_only || record.has_series();
+    if (options_.retry_failed) return false;
+    if (record.status == "mechanism") return true;
+    if (record.status != "failed" || !record.failure) return false;
+    const auto covers = [&](double limit) { return limit > 0 && limit <= record.failure->limit; };
+    if (record.failure->cause == "timeout") return covers(options_.limits.seconds);
+    if (record.failure->cause == "memory") return covers(static_cast<double>(bytes_));
+    return true;
   }
 
-  CaseRecord compute(std::size_t index) const {
-    CaseRecord record = run_case(plan_, index, options_.folder);
-    if (record.status == "system") return record;  // next time it may go well
+  void compute_all() {
+    for (std::size_t i = 0; i < cases_.size(); ++i)
+      if (!records_[i]) waiting_.push_back(i);
+    std::vector<Hand> hands(jobs_);
+    std::size_t busy = 0;
+    for (Hand& hand : hands) busy += begin_next(hand, busy > 0) ? 1 : 0;
+    while (busy > 0) {
+      std::vector<const FencedWorker*> working;
+      for (const Hand& hand : hands)
+        if (hand.worker) working.push_back(hand.worker.get());
+      wait_for_any(working);
+      for (Hand& hand : hands)
+        if (hand.worker && hand.worker->look() != FenceState::busy && !go_on(hand, busy > 1)) --busy;
+    }
+  }
+
+  /// @param others whether other hands are at work
+  /// @return whether the hand has another case; without one it rests and has no process
+  bool begin_next(Hand& hand, bool others) {
+    if (waiting_.empty()) {
+      hand.worker.reset();
+      return false;
+    }
+    hand.index = waiting_.front();
+    // What one case left in the memory of its process ends with it before long.
+    constexpr std::size_t most_cases_of_a_process = 50;
+    const bool tired = hand.worker && (hand.worker->look() != FenceState::idle ||
+                                       hand.worker->tasks() >= most_cases_of_a_process || hand.index == again_);
+    if (tired) hand.worker.reset();
+    try {
+      if (!hand.worker)
+        hand.worker = std::make_unique<FencedWorker>(work(), FenceLimits{options_.limits.seconds, bytes_});
+    } catch (const SystemError&) {
+      if (!others) throw;
+      return false;  // fewer hands do the same
+    }
+    waiting_.pop_front();
+    hand.worker->begin(hand.index);
+    return true;
+  }
+
+  /// Takes what has become of the hand's case and begins the next one.
+  bool go_on(Hand& hand, bool others) {
+    const std::size_t index = hand.index;
+    const FenceState state = hand.worker->look();
+    if (state == FenceState::memory && hand.worker->tasks() > 1) {  // perhaps it was the others' memory
+      again_ = index;
+      waiting_.push_front(index);
+      return begin_next(hand, others);
+    }
+    finish(index, record_of(index, *hand.worker, state));
+    return begin_next(hand, others);
+  }
+
+  FencedWorker::Work work() const {
+    return [this](std::size_t index) { return encode(run_case(plan_, cases_[index], options_.folder, options_.keep)); };
+  }
+
+  void finish(std::size_t index, CaseRecord record) {
+    if (record.status == "failed") folder_.clean(record.name);
+    store(record);
+    count(record, false);
+    records_[index] = std::move(record);
+  }
+
+  /// What the case says of itself, or what has befallen it.
+  CaseRecord record_of(std::size_t index, const FencedWorker& worker, FenceState state) const {
+    std::optional<CaseRecord> told = state == FenceState::idle ? decode(worker.text()) : std::nullopt;
+    if (told) return std::move(*told);
+    const SuiteCase& wanted = plan_.suite.cases[cases_[index]];
+    CaseRecord record;
+    record.name = wanted.name;
+    record.key = plan_.cases[cases_[index]].key;
+    record.trajectory = wanted.trajectory;
+    record.status = "failed";
+    if (state == FenceState::timeout) {
+      record.failure = {"timeout", options_.limits.seconds};
+      record.message = "exceeded --case-timeout " + in_seconds(options_.limits.seconds);
+    } else if (state == FenceState::memory) {
+      record.failure = {"memory", static_cast<double>(bytes_)};
+      record.message = bytes_ == 0 ? "the system had no memory left" : "exceeded --case-memory " + in_bytes(bytes_);
+    } else {
+      record.failure = {"crashed", 0};
+      record.message = "crashed: " + (worker.reason().empty() ? "its record is not whole" : worker.reason());
+    }
+    return record;
+  }
+
+  void store(CaseRecord& record) const {
+    if (record.status == "system") return;  // next time it may go well
     try {
       store_record(options_.folder, record);
     } catch (const SystemError& error) {
       record.status = "system";
       record.message = error.what();
     }
-    return record;
   }
 
   void count(const CaseRecord& record, bool reused) {
-    const std::lock_guard lock(mutex_);
     ++progress_.finished;
     if (reused) ++progress_.reused;
+    if (reused && !record.has_result()) ++progress_.reused_failed;
     if (!record.has_result()) ++progress_.failed;
     if (options_.progress) options_.progress(progress_);
   }
 
   const Plan& plan_;
   const BatchOptions& options_;
+  const BatchFolder& folder_;
   const std::vector<std::size_t> cases_;
-  std::vector<CaseRecord> records_;  // each written by the thread that has its case
-  std::atomic<std::size_t> next_{0};
-  std::mutex mutex_;
+  unsigned jobs_ = 1;
+  std::uintmax_t bytes_ = 0;                        ///< that a case may have
+  std::deque<std::size_t> waiting_;                 ///< indices into cases_
+  std::size_t again_ = SIZE_MAX;                    ///< what needs a new process
+  std::vector<std::optional<CaseRecord>> records_;  ///< of cases_
+  std::mutex mutex_;                                ///< of the progress, while there are threads
   BatchProgress progress_;
 };
 
 }  // namespace
 
 BatchOutcome run_batch(const Plan& plan, const BatchOptions& options) {
+  if (const std::string trouble = input_in_the_way(plan, options.folder); !trouble.empty())
+    throw std::invalid_argument(trouble);
   std::vector<std::size_t> cases;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < plan.cases.size(); ++i) {
@@ -90,7 +205,7 @@ BatchOutcome run_batch(const Plan& plan, const BatchOptions& options) {
     names.push_back(name);
   }
   const BatchFolder folder(options.folder, options.shard, names, options.force);
-  BatchOutcome outcome = Crew(plan, options, std::move(cases)).run();
+  BatchOutcome outcome = Crew(plan, options, folder, std::move(cases)).run();
   folder.sync();
   return outcome;
 }

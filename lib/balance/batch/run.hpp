@@ -1,8 +1,10 @@
 #pragma once
-/// Runs the cases of a plan, or finds what other runs left.
+/// Runs the cases of a plan, each in a process of its own, or finds what other runs left.
 
 #include "balance/batch/case_record.hpp"
+#include "balance/batch/limits.hpp"
 #include "balance/batch/plan.hpp"
+#include "balance/batch/run_case.hpp"
 
 #include <functional>
 #include <optional>
@@ -12,18 +14,22 @@
 namespace balance {
 
 struct BatchProgress {
-  std::size_t total = 0;     ///< cases
-  std::size_t finished = 0;  ///< of them: computed now or found finished
-  std::size_t reused = 0;    ///< found finished
-  std::size_t failed = 0;    ///< without a result
+  std::size_t total = 0;          ///< cases
+  std::size_t finished = 0;       ///< of them: computed now or found finished
+  std::size_t reused = 0;         ///< found finished
+  std::size_t reused_failed = 0;  ///< of those: without a result
+  std::size_t failed = 0;         ///< without a result
 };
 
 struct BatchOptions {
   std::string folder;                                  ///< where results go; made if it does not exist
-  unsigned jobs = 1;                                   ///< threads, at least one
+  unsigned jobs = 1;                                   ///< cases at once, at least one
   std::optional<Shard> shard;                          ///< nothing: all cases
   bool force = false;                                  ///< use a folder that holds other things
   std::function<void(const BatchProgress&)> progress;  ///< called after every case, by one thread at a time
+  CaseLimits limits;
+  Keep keep = Keep::series;
+  bool retry_failed = false;  ///< compute cases again that had no result although nothing has changed
 };
 
 struct BatchOutcome {
@@ -31,9 +37,11 @@ struct BatchOutcome {
   BatchProgress progress;
 };
 
-/// Computes the cases that are not finished yet. The records and files are the same whatever options.jobs and however often the
-/// batch was interrupted.
+/// Computes the cases that are not finished yet, each in a child process that ends with this one: a case that crashes or goes beyond
+/// a limit is recorded as failed, and the others go on. The records and files are the same whatever options.jobs and however often
+/// the batch was interrupted. Children are copies of the calling thread, as FencedWork tells.
 /// @throws SystemError if the folder cannot be used; failures of cases are in their records
+/// @throws std::invalid_argument if it would replace what it reads: see input_in_the_way
 BatchOutcome run_batch(const Plan& plan, const BatchOptions& options);
 
 /// What shards have computed. A case that none has is "missing". @throws SystemError as above

@@ -29,8 +29,12 @@ struct Unable : std::runtime_error {
 
 class CaseRun {
  public:
-  CaseRun(const Plan& plan, std::size_t index, const std::string& folder, CaseRecord& record)
-      : wanted_(plan.suite.cases[index]), spec_(plan.specs[plan.cases[index].spec]), folder_(folder), record_(record) {}
+  CaseRun(const Plan& plan, std::size_t index, const std::string& folder, Keep keep, CaseRecord& record)
+      : wanted_(plan.suite.cases[index]),
+        spec_(plan.specs[plan.cases[index].spec]),
+        folder_(folder),
+        keep_(keep),
+        record_(record) {}
 
   void run() {
     if (!spec_.trouble.empty()) throw SystemError(wanted_.place_of("spec") + ": " + spec_.trouble);
@@ -45,10 +49,7 @@ class CaseRun {
     MetricTable table = tabulate(wanted_.name, result);
     record_.metrics = std::move(table.metrics);
     record_.energy = table.energy;
-    const std::string file = path_of(result_file(wanted_.name));
-    write_result(file, result, describe(study, trajectory),
-                 {.existing = Existing::replace, .durability = Durability::later});
-    note_file(result_file(wanted_.name));
+    if (keep_ == Keep::series) write(result, describe(study, trajectory));
     record_.status = "done";
     if (!record_.design || record_.design->status == "balanced") return;
     record_.status = "compromise";
@@ -59,6 +60,13 @@ class CaseRun {
   std::string path_of(const std::string& file) const { return (std::filesystem::path(folder_) / file).string(); }
 
   void note_file(const std::string& file) { record_.files.push_back({file, sha256_of_file(path_of(file))}); }
+
+  void write(const Result& result, const FileDescription& description) {
+    const std::string file = result_file(wanted_.name);
+    write_result(path_of(file), result, description,
+                 {.existing = Existing::replace, .durability = Durability::later, .mark = temporary_mark});
+    note_file(file);
+  }
 
   /// A mistake in an override is the suite's, not the spec's.
   template <class Spec>
@@ -164,7 +172,7 @@ class CaseRun {
     record_.design = {name_of(outcome.status), outcome.reason, report.mass_before, report.mass_after};
     record_.notes = report.notes;
     const std::string text = balanced_spec(space.start, outcome.x);
-    PendingFile file(path_of(balanced_file(wanted_.name)), Existing::replace);
+    PendingFile file(path_of(balanced_file(wanted_.name)), Existing::replace, temporary_mark);
     file.write(text);
     file.commit(Durability::later);
     note_file(balanced_file(wanted_.name));
@@ -183,12 +191,13 @@ class CaseRun {
   const SuiteCase& wanted_;
   const SpecSource& spec_;
   const std::string& folder_;
+  const Keep keep_;
   CaseRecord& record_;
 };
 
 }  // namespace
 
-CaseRecord run_case(const Plan& plan, std::size_t index, const std::string& folder) {
+CaseRecord run_case(const Plan& plan, std::size_t index, const std::string& folder, Keep keep) {
   CaseRecord record;
   record.name = plan.suite.cases[index].name;
   record.key = plan.cases[index].key;
@@ -197,13 +206,13 @@ CaseRecord run_case(const Plan& plan, std::size_t index, const std::string& fold
     record.message = message;
   };
   try {
-    CaseRun(plan, index, folder, record).run();
+    CaseRun(plan, index, folder, keep, record).run();
   } catch (const SpecError& error) {
     failed("spec", error.what());
   } catch (const Unable& error) {
     failed("mechanism", error.what());
   } catch (const std::bad_alloc&) {
-    failed("system", "out of memory");
+    throw;
   } catch (const SystemError& error) {
     failed("system", error.what());
   } catch (const std::exception& error) {

@@ -8,8 +8,15 @@
 
 namespace balance {
 
+/// What is kept of a case.
+enum class Keep {
+  series,        ///< its samples, in a file, and its metrics
+  metrics_only,  ///< no samples
+};
+
 /// Computes a case and writes its result into the folder, and its balanced spec if it is designed. Whatever goes wrong is told by
-/// the record; nothing is thrown. May run in several threads at once.
-CaseRecord run_case(const Plan& plan, std::size_t index, const std::string& folder);
+/// the record, but for a lack of memory. May run in several threads at once.
+/// @throws std::bad_alloc
+CaseRecord run_case(const Plan& plan, std::size_t index, const std::string& folder, Keep keep = Keep::series);
 
 }  // namespace balance

@@ -109,15 +109,13 @@ Summary summarise(const Suite& suite, std::vector<CaseRecord> records) {
 }
 
 std::vector<std::string> write_summary(const std::string& folder, const Summary& summary) {
-  const std::pair<const char*, std::string (*)(const Summary&)> documents[] = {{"summary.json", summary_json},
-                                                                               {"summary.csv", summary_csv},
-                                                                               {"summary.md", summary_markdown},
-                                                                               {"junit.xml", summary_junit}};
+  constexpr std::array<std::string (*)(const Summary&), summary_files.size()> documents{
+      summary_json, summary_csv, summary_markdown, summary_junit};
   std::vector<std::string> files;
-  for (const auto& [name, document] : documents) {
-    files.push_back((std::filesystem::path(folder) / name).string());
-    PendingFile file(files.back(), Existing::replace);
-    file.write(document(summary));
+  for (std::size_t i = 0; i < documents.size(); ++i) {
+    files.push_back((std::filesystem::path(folder) / summary_files[i]).string());
+    PendingFile file(files.back(), Existing::replace, temporary_mark);
+    file.write(documents[i](summary));
     file.commit();
   }
   return files;

@@ -6,6 +6,7 @@
 #include "balance/compare/verdict.hpp"
 #include "balance/read/suite.hpp"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -50,7 +51,10 @@ std::string summary_csv(const Summary& summary);
 std::string summary_json(const Summary& summary);
 std::string summary_junit(const Summary& summary);
 
-/// Writes summary.json, summary.csv, summary.md and junit.xml, each complete or not at all. @return their names
+/// Names of the files that write_summary writes.
+inline constexpr std::array<const char*, 4> summary_files{"summary.json", "summary.csv", "summary.md", "junit.xml"};
+
+/// Writes them, each complete or not at all. @return their names with the folder
 /// @throws SystemError
 std::vector<std::string> write_summary(const std::string& folder, const Summary& summary);
 

@@ -2,6 +2,7 @@
 
 #include "balance/batch/summary_table.hpp"
 #include "balance/compare/metric_table.hpp"
+#include "balance/write/csv_field.hpp"
 #include "balance/write/json_parts.hpp"
 #include "balance/write/junit.hpp"
 
@@ -14,14 +15,6 @@
 namespace balance {
 namespace {
 
-/// In quotes if it needs them (RFC 4180).
-std::string csv_cell(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
-}
-
 /// The shortest text that reads back to the same value; nothing for what is not a number.
 std::string csv_number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
 
@@ -29,14 +22,14 @@ std::string csv_ratio(double value, double base) { return base > 0 ? csv_number(
 
 void add_csv_lines(const CaseRecord& record, const std::string& spec, const MetricTable* base, std::string& text) {
   const std::string begin =
-      fmt::format("{},{},{},{}", csv_cell(record.name), csv_cell(spec), csv_cell(record.trajectory), record.status);
+      fmt::format("{},{},{},{}", csv_field(record.name), csv_field(spec), csv_field(record.trajectory), record.status);
   if (!record.has_result()) {
     text += begin + ",,,,,,,,,,\n";
     return;
   }
   for (const Metric& metric : record.metrics) {
     const Metric* other = base == nullptr ? nullptr : find_metric(*base, metric.quantity);
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},,{},{}\n", begin, csv_cell(metric.quantity),
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},,{},{}\n", begin, csv_field(metric.quantity),
                    metric.unit, csv_number(metric.peak), csv_number(metric.peak_time), csv_number(metric.rms),
                    csv_number(metric.mean), csv_number(metric.range),
                    other == nullptr ? "" : csv_ratio(metric.peak, other->peak),
@@ -51,6 +44,7 @@ Json case_json(const CaseRecord& record, const std::string& spec) {
   json["mechanism"] = record.title;
   json["trajectory"] = record.trajectory;
   json["samples"] = record.samples;
+  if (record.failure) json["cause"] = record.failure->cause;
   if (record.design)
     json["design"] = {{"status", record.design->status},
                       {"mass_before", record.design->mass_before},

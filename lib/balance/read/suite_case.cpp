@@ -80,11 +80,13 @@ bool fit_for_file(const std::string& name) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
            std::string_view("_-.+=,").find(c) != std::string_view::npos;
   };
-  return !name.empty() && name.size() <= longest_name && name[0] != '.' && name[0] != '-' &&
+  return !name.empty() && name.size() <= longest_name && begins_name(name[0]) &&
          std::all_of(name.begin(), name.end(), fit);
 }
 
 }  // namespace
+
+bool begins_name(char c) { return std::string_view("-.+=,").find(c) == std::string_view::npos; }
 
 std::string SuiteDraft::place(const Cursor& at) const {
   return fmt::format("{}:{}:{}: {}", file, at.node().place.line, at.node().place.column, at.path());
@@ -125,8 +127,8 @@ std::vector<Field> case_fields(SuiteDraft& draft, SuiteCase& one) {
 void add_case(SuiteDraft& draft, SuiteCase one, const Cursor& named) {
   if (!fit_for_file(one.name))
     named.fail(
-        fmt::format("expected a name fit for a file (letters, digits and _ - . + = , at most {} of them, no '.' or "
-                    "'-' at the start), found {}",
+        fmt::format("expected a name fit for a file (letters, digits and _ - . + = , at most {} of them, a letter, a "
+                    "digit or '_' first), found {}",
                     longest_name, in_quotes(one.name)));
   if (draft.names.count(one.name) > 0)
     named.fail(fmt::format("expected a name of its own for every case, found {} again", in_quotes(one.name)));

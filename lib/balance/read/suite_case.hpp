@@ -38,6 +38,9 @@ long read_samples(const Cursor& at);
 /// A parameter's value: a number or an expression.
 std::string read_value(const Cursor& at);
 
+/// Whether a name of a case may begin so: neither hidden, nor like an option, nor like a formula.
+bool begins_name(char c);
+
 /// Adds a case. Fails at `named` if its name is taken or cannot be a file's.
 void add_case(SuiteDraft& draft, SuiteCase one, const Cursor& named);
 

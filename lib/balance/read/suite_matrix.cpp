@@ -121,6 +121,12 @@ Axis read_names(const Cursor& at, const std::string& key, std::string SuiteCase:
           }};
 }
 
+/// A file's name may begin as a case's may not.
+std::string for_beginning(std::string name) {
+  if (!name.empty() && !begins_name(name[0])) name[0] = '_';
+  return name;
+}
+
 /// Counts through the axes, the last of them fastest.
 void expand(const std::vector<Axis>& axes, const std::string& prefix, const SuiteCase& base, const Cursor& at,
             SuiteDraft& draft) {
@@ -138,7 +144,7 @@ void expand(const std::vector<Axis>& axes, const std::string& prefix, const Suit
       block /= axis.choices.size();
       const Choice& choice = axis.choices[rest / block];
       rest %= block;
-      one.name += (one.name.empty() ? "" : "_") + choice.name;
+      one.name += one.name.empty() ? for_beginning(choice.name) : "_" + choice.name;
       axis.apply(choice, one);
     }
     add_case(draft, std::move(one), at);

@@ -1,11 +1,23 @@
 #include "balance/write/csv_field.hpp"
 
+#include <string_view>
+
 namespace balance {
 
+namespace {
+
+/// Spreadsheets take these for the beginning of a formula, in quotes too.
+bool begins_formula(const std::string& text) {
+  return !text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string_view::npos;
+}
+
+}  // namespace
+
 std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  const std::string harmless = begins_formula(text) ? "'" + text : text;
+  if (harmless.find_first_of(",\"\r\n") == std::string::npos) return harmless;
   std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  for (const char c : harmless) quoted += c == '"' ? "\"\"" : std::string(1, c);
   return quoted + "\"";
 }
 

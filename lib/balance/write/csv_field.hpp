@@ -5,7 +5,8 @@
 
 namespace balance {
 
-/// A text as one field: quoted where a comma or a quote would end it.
+/// A text, not a number, as one field: quoted where a comma or a quote would end it (RFC 4180); behind an apostrophe where a spreadsheet
+/// would take it for a formula.
 std::string csv_field(const std::string& text);
 
 }  // namespace balance

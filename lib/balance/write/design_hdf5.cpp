@@ -128,7 +128,7 @@ void add_runs(Hdf5File& file, const DesignReport& report, const WriteOptions& op
 
 void write_design(const std::string& path, const DesignView& view, const FileDescription& description,
                   const WriteOptions& options) {
-  PendingFile pending(path, options.existing);
+  PendingFile pending(path, options.existing, options.mark);
   const bool compress = options.compression == Compression::gzip;
   Hdf5File file(pending.descriptor(), path, compress ? Hdf5File::Storage::compressed : Hdf5File::Storage::contiguous);
   describe_source(file, description);

@@ -3,11 +3,14 @@
 #include "balance/base/error.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -27,35 +30,29 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void fail_existing(const std::string& path) { fail(path, "it exists already; --force replaces it"); }
 
-/// Where a symbolic link leads, so that the link stays a link.
-std::string follow_links(const std::string& path) {
-  std::error_code error;
-  const fs::path target = fs::canonical(path, error);
-  return error ? path : target.string();
-}
-
 std::string folder_of(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path();
   return folder.empty() ? "." : folder.string();
 }
 
-void check_target(const std::string& path, const std::string& target, Existing existing) {
+void check_target(const std::string& path, Existing existing) {
   if (path.empty()) throw SystemError("cannot write a file without a name");
   struct stat status {};
-  if (::stat(target.c_str(), &status) != 0) {
+  if (::lstat(path.c_str(), &status) != 0) {
     if (errno != ENOENT) fail(path, errno);
     return;
   }
+  if (S_ISLNK(status.st_mode)) fail(path, "it is a symbolic link, which is not followed; name the file itself");
   if (S_ISDIR(status.st_mode)) fail(path, "it is a folder");
   if (!S_ISREG(status.st_mode)) fail(path, "it is not a regular file");
   if (existing == Existing::keep) fail_existing(path);
 }
 
 /// A hidden neighbour of the target whose name nobody else uses.
-std::string temporary_name(const std::string& target) {
+std::string temporary_name(const std::string& target, std::string_view mark) {
   // File systems limit names to 255 bytes, and the target may use them all.
   const std::string name = fs::path(target).filename().string().substr(0, 200);
-  return (fs::path(folder_of(target)) / fmt::format(".{}.{:08x}.tmp", name, std::random_device{}())).string();
+  return (fs::path(folder_of(target)) / fmt::format(".{}.{}{:08x}.tmp", name, mark, std::random_device{}())).string();
 }
 
 /// Renames without replacing anything; false where the file system cannot promise that.
@@ -100,27 +97,50 @@ void write_all(int descriptor, std::string_view bytes, const std::string& shown_
 
 }  // namespace
 
-void check_writable(const std::string& path, Existing existing) {
-  if (path == standard_output) return;
-  const std::string target = follow_links(path);
-  check_target(path, target, existing);
-  if (::access(folder_of(target).c_str(), W_OK | X_OK) != 0) fail(path, errno);
+std::string target_of_temporary(const std::string& name, std::string_view mark) {
+  constexpr std::size_t digits = 8;
+  constexpr std::string_view ending = ".tmp";
+  if (name.empty() || name[0] != '.' || !name.ends_with(ending)) return "";
+  const std::string_view stem = std::string_view(name).substr(1, name.size() - 1 - ending.size());
+  const std::size_t tail = 1 + mark.size() + digits;
+  if (stem.size() <= tail) return "";
+  const std::string_view end = stem.substr(stem.size() - tail);
+  const std::string_view number = end.substr(tail - digits);
+  const bool numbered =
+      std::all_of(number.begin(), number.end(), [](unsigned char c) { return std::isxdigit(c) != 0; });
+  const bool marked = end[0] == '.' && end.substr(1, mark.size()) == mark;
+  return numbered && marked ? std::string(stem.substr(0, stem.size() - tail)) : "";
 }
 
-PendingFile::PendingFile(const std::string& path, Existing existing) : path_(path), existing_(existing) {
+void remove_if_abandoned(const std::string& temporary) {
+  const int descriptor = ::open(temporary.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) return;
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(temporary.c_str());
+  ::close(descriptor);
+}
+
+void check_writable(const std::string& path, Existing existing) {
+  if (path == standard_output) return;
+  check_target(path, existing);
+  if (::access(folder_of(path).c_str(), W_OK | X_OK) != 0) fail(path, errno);
+}
+
+PendingFile::PendingFile(const std::string& path, Existing existing, std::string_view mark)
+    : path_(path), existing_(existing) {
   if (path == standard_output) {
     descriptor_ = open_nameless();
     if (descriptor_ < 0) fail("a temporary file", errno);
     return;
   }
-  target_ = follow_links(path);
-  check_target(path_, target_, existing_);
+  check_target(path_, existing_);
   constexpr int attempts = 8;  // two equal random names are already unlikely
   for (int attempt = 0; attempt < attempts; ++attempt) {
-    temporary_ = temporary_name(target_);
-    descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (descriptor_ >= 0) return;
-    if (errno != EEXIST) break;
+    temporary_ = temporary_name(path_, mark);
+    descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (descriptor_ < 0 && errno == EEXIST) continue;
+    if (descriptor_ < 0) break;
+    ::flock(descriptor_, LOCK_EX | LOCK_NB);  // where a file system knows no locks, nobody can take one either
+    return;
   }
   fail(path_, errno);
 }
@@ -150,12 +170,12 @@ void PendingFile::commit(Durability durability) {
   const int descriptor = descriptor_;
   descriptor_ = -1;
   if (::close(descriptor) != 0) fail(path_, errno);
-  const bool renamed = existing_ == Existing::keep ? rename_exclusively(temporary_, target_)
-                                                   : ::rename(temporary_.c_str(), target_.c_str()) == 0;
+  const bool renamed = existing_ == Existing::keep ? rename_exclusively(temporary_, path_)
+                                                   : ::rename(temporary_.c_str(), path_.c_str()) == 0;
   if (!renamed && errno == EEXIST) fail_existing(path_);
   if (!renamed) fail(path_, errno);
   temporary_.clear();
-  if (durability == Durability::wait) sync_folder(target_);
+  if (durability == Durability::wait) sync_folder(path_);
 }
 
 }  // namespace balance

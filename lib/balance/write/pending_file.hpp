@@ -1,6 +1,7 @@
 #pragma once
 /// A file that appears complete or not at all: it grows under a temporary name in the folder of its own name and takes its
-/// name when it is safely on disk. Whatever happens before leaves an older file of that name untouched.
+/// name when it is safely on disk. Whatever happens before leaves an older file of that name untouched. While it grows it is locked
+/// (flock), so that anybody can tell it from what a dead process has left. A symbolic link is never followed.
 
 #include <stdexcept>
 #include <string>
@@ -21,18 +22,25 @@ class Cancelled : public std::runtime_error {
 
 /// Fails early what would fail later: call it before a long computation.
 /// @throws SystemError if a file of this name exists and must be kept, if the name belongs to something that is no
-///         regular file, or if its folder does not exist or cannot be written
+///         regular file, a symbolic link among them, or if its folder does not exist or cannot be written
 void check_writable(const std::string& path, Existing existing);
 
 /// The path that means standard output.
 inline constexpr const char* standard_output = "-";
 
+/// The name that an unfinished file was to get, without its folder; empty if the name is none of an unfinished file with this mark.
+std::string target_of_temporary(const std::string& name, std::string_view mark);
+
+/// Removes an unfinished file whose writer is dead; keeps one that is still being written.
+void remove_if_abandoned(const std::string& temporary);
+
 class PendingFile {
  public:
-  /// @param path the name that the file gets in the end; a symbolic link is followed. Of standard_output, where the complete
-  ///        file is sent to in the end, the temporary file has no name
+  /// @param path the name that the file gets in the end. Of standard_output, where the complete file is sent to in the end, the
+  ///        temporary file has no name
+  /// @param mark stands in the temporary name, for whoever looks for files of his own that were left over
   /// @throws SystemError as check_writable, or if the temporary file cannot be made
-  PendingFile(const std::string& path, Existing existing);
+  PendingFile(const std::string& path, Existing existing, std::string_view mark = {});
 
   /// Removes the temporary file unless it was committed.
   ~PendingFile();
@@ -54,7 +62,7 @@ class PendingFile {
  private:
   void send();
 
-  std::string path_, target_, temporary_;  ///< as the user named it; links followed; where the bytes grow
+  std::string path_, temporary_;  ///< as the user named it; where the bytes grow
   Existing existing_;
   int descriptor_ = -1;
 };

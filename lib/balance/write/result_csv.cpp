@@ -84,7 +84,7 @@ void write_csv(const std::string& path, const Result& result, const WriteOptions
   if (result.newton_iterations.size() != result.time.size()) {
     throw std::invalid_argument("newton_iterations: one entry per sample is needed");
   }
-  PendingFile pending(path, options.existing);
+  PendingFile pending(path, options.existing, options.mark);
   pending.write(header(quantities, result));
   fmt::memory_buffer rows;
   for (Eigen::Index k = 0; k < result.time.size(); ++k) {

@@ -13,7 +13,7 @@ void write_result(const std::string& path, const Result& result, const FileDescr
   if (result.outcome.status != MotionStatus::done && description.controller.empty())
     throw std::invalid_argument("only a run that is done, or one under control, is written");
   if (result.time.size() == 0) throw std::invalid_argument("only a result with samples is written");
-  PendingFile pending(path, options.existing);
+  PendingFile pending(path, options.existing, options.mark);
   const bool compress = options.compression == Compression::gzip;
   const auto storage = compress ? Hdf5File::Storage::compressed : Hdf5File::Storage::contiguous;
   {

@@ -29,6 +29,7 @@ struct WriteOptions {
   Durability durability = Durability::wait;
   Compression compression = Compression::none;  ///< HDF5 only; costs more than ten times the dynamics
   std::function<bool()> cancelled;              ///< asked now and then if set; true stops and leaves no file
+  std::string mark;                             ///< in the temporary file's name, as for PendingFile
 };
 
 /// @throws Cancelled if the user wants to stop

@@ -1,0 +1,253 @@
+#include "balance/batch/fence.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/base/hdf5_turn.hpp"
+
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <initializer_list>
+#include <new>
+#include <string_view>
+
+#ifdef BALANCE_COVERAGE
+extern "C" void __gcov_dump();
+#endif
+
+namespace balance {
+namespace {
+
+constexpr int no_memory = 86;  // exit codes of a child that has no text
+constexpr int no_text = 87;
+
+/// Bytes of data that this process has now.
+[[maybe_unused]] std::uintmax_t data_of_this_process() {
+  std::uintmax_t pages = 0;
+  if (std::FILE* file = std::fopen("/proc/self/statm", "re")) {
+    if (std::fscanf(file, "%*u %*u %*u %*u %*u %ju", &pages) != 1) pages = 0;
+    std::fclose(file);
+  }
+  return pages * static_cast<std::uintmax_t>(::sysconf(_SC_PAGESIZE));
+}
+
+/// Sanitizers keep a shadow of the memory, which would count.
+void limit_memory([[maybe_unused]] std::uintmax_t bytes) {
+#ifndef BALANCE_SANITIZED
+  struct rlimit now {};
+  if (bytes == 0 || ::getrlimit(RLIMIT_DATA, &now) != 0) return;
+  const std::uintmax_t before = data_of_this_process();
+  const std::uintmax_t most = bytes > UINTMAX_MAX / 2 ? bytes : before + bytes;
+  now.rlim_cur = std::min<std::uintmax_t>({most, now.rlim_cur, now.rlim_max});
+  ::setrlimit(RLIMIT_DATA, &now);
+#endif
+}
+
+/// A process group of its own, so that the keyboard's signals go to the parent alone, which decides, and so that whatever the work
+/// starts ends with it. The parent's end is the child's.
+void obey(pid_t parent) {
+  ::setpgid(0, 0);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT})
+    std::signal(signal, SIG_DFL);
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (::getppid() != parent) ::_exit(no_text);  // it ended before we could ask for its signal
+}
+
+bool send_all(int to, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t sent = ::send(to, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent < 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(sent));
+  }
+  return true;
+}
+
+/// A number as it travels between parent and child.
+std::string_view bytes_of(const std::uint64_t& number) {
+  return {reinterpret_cast<const char*>(&number), sizeof number};
+}
+
+/// @return whether there is another task; the parent closes the line when there is none
+bool receive_task(int from, std::uint64_t& task) {
+  ssize_t count = 0;
+  do count = ::recv(from, &task, sizeof task, MSG_WAITALL);
+  while (count < 0 && errno == EINTR);
+  return count == static_cast<ssize_t>(sizeof task);
+}
+
+/// Without the parent's clean-up: its buffers and temporary files are its own.
+[[noreturn]] void leave(int code) {
+#ifdef BALANCE_COVERAGE
+  __gcov_dump();
+#endif
+  ::_exit(code);
+}
+
+[[noreturn]] void run_in_child(const FencedWorker::Work& work, std::uintmax_t bytes, int parent) {
+  limit_memory(bytes);
+  try {
+    for (std::uint64_t task = 0; receive_task(parent, task);) {
+      const std::string text = work(static_cast<std::size_t>(task));
+      if (!send_all(parent, bytes_of(text.size())) || !send_all(parent, text)) leave(no_text);
+    }
+  } catch (const std::bad_alloc&) {
+    leave(no_memory);
+  } catch (...) {
+    leave(no_text);
+  }
+  leave(0);
+}
+
+std::string name_of_signal(int signal) {
+  const char* const name = ::sigabbrev_np(signal);
+  return name == nullptr ? fmt::format("signal {}", signal) : std::string("SIG") + name;
+}
+
+int watch_life(pid_t child) {
+#ifdef SYS_pidfd_open
+  return static_cast<int>(::syscall(SYS_pidfd_open, child, 0));
+#else
+  return -1;
+#endif
+}
+
+}  // namespace
+
+FencedWorker::FencedWorker(const Work& work, const FenceLimits& limits) : limits_(limits) {
+  int ends[2];
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+    throw SystemError(fmt::format("cannot talk to a process: {}", std::strerror(errno)));
+  const pid_t parent = ::getpid();
+  {
+    const Hdf5Turn turn;  // HDF5 is at rest in the copy, too
+    child_ = ::fork();
+    if (child_ == 0) {
+      Hdf5Turn::begin_in_child();
+      obey(parent);
+      ::close(ends[0]);
+      run_in_child(work, limits.bytes, ends[1]);
+    }
+  }
+  const int error = errno;
+  ::close(ends[1]);
+  socket_ = ends[0];
+  if (child_ < 0) {
+    ::close(socket_);
+    throw SystemError(fmt::format("cannot start a process: {}", std::strerror(error)));
+  }
+  ::setpgid(child_, child_);  // whoever comes first
+  life_ = watch_life(child_);
+}
+
+FencedWorker::~FencedWorker() {
+  if (state_ == FenceState::busy) kill();
+  if (state_ == FenceState::idle) {
+    ::shutdown(socket_, SHUT_RDWR);  // closing is not enough: later children have copies
+    reap(0);
+  }
+  for (const int descriptor : {socket_, life_})
+    if (descriptor >= 0) ::close(descriptor);
+}
+
+void FencedWorker::begin(std::size_t task) {
+  ++tasks_;
+  text_.clear();
+  incoming_.clear();
+  state_ = FenceState::busy;
+  deadline_ = Clock::time_point::max();
+  if (limits_.seconds > 0 && limits_.seconds < 1e9)
+    deadline_ =
+        Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits_.seconds));
+  send_all(socket_, bytes_of(task));  // one that has died meanwhile is noticed by whoever looks
+}
+
+void FencedWorker::watch(std::vector<pollfd>& events, std::chrono::milliseconds& wait) const {
+  using std::chrono::milliseconds;
+  if (socket_ >= 0) events.push_back({socket_, POLLIN, 0});
+  if (life_ >= 0)
+    events.push_back({life_, POLLIN, 0});
+  else
+    wait = std::min(wait, milliseconds(5));
+  if (deadline_ == Clock::time_point::max()) return;
+  const auto left = std::chrono::ceil<milliseconds>(deadline_ - Clock::now());
+  wait = std::clamp(left, milliseconds(0), wait);
+}
+
+void FencedWorker::drain() {
+  char part[16384];
+  while (socket_ >= 0) {
+    const ssize_t count = ::recv(socket_, part, sizeof part, MSG_DONTWAIT);
+    if (count > 0) {
+      incoming_.append(part, static_cast<std::size_t>(count));
+      continue;
+    }
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
+    ::close(socket_);
+    socket_ = -1;
+  }
+}
+
+/// @return whether the text of the task is complete
+bool FencedWorker::take_text() {
+  std::uint64_t size = 0;
+  if (incoming_.size() < sizeof size) return false;
+  std::memcpy(&size, incoming_.data(), sizeof size);
+  if (incoming_.size() - sizeof size < size) return false;
+  text_ = incoming_.substr(sizeof size, size);
+  state_ = FenceState::idle;
+  return true;
+}
+
+FenceState FencedWorker::judge(int status) {
+  const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
+  if (code == no_memory) return FenceState::memory;
+  reason_ = WIFSIGNALED(status) ? name_of_signal(WTERMSIG(status)) : fmt::format("exit code {} without a result", code);
+  return FenceState::crashed;
+}
+
+/// @return whether the child has ended
+bool FencedWorker::reap(int options) {
+  int status = 0;
+  pid_t found = 0;
+  do found = ::waitpid(child_, &status, options);
+  while (found < 0 && errno == EINTR);
+  if (found == 0) return false;
+  state_ = judge(status);
+  return true;
+}
+
+void FencedWorker::kill() {
+  ::kill(-child_, SIGKILL);
+  ::kill(child_, SIGKILL);  // if it has not come to having a group
+  reap(0);
+}
+
+FenceState FencedWorker::look() {
+  if (state_ != FenceState::busy) return state_;
+  drain();
+  if (take_text() || reap(WNOHANG) || Clock::now() < deadline_) return state_;
+  kill();
+  return state_ = FenceState::timeout;
+}
+
+void wait_for_any(const std::vector<const FencedWorker*>& all) {
+  std::vector<pollfd> events;
+  std::chrono::milliseconds wait = std::chrono::minutes(1);
+  for (const FencedWorker* one : all) one->watch(events, wait);
+  ::poll(events.data(), events.size(), static_cast<int>(wait.count()));
+}
+
+}  // namespace balance

@@ -1,0 +1,109 @@
+// Work that crashes, hangs or eats memory harms nobody else.
+
+#include "balance/batch/fence.hpp"
+
+#include <doctest/doctest.h>
+
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace balance;
+
+FenceState finish(FencedWorker& worker) {
+  while (worker.look() == FenceState::busy) wait_for_any({&worker});
+  return worker.look();
+}
+
+FenceState run(FencedWorker& worker, std::size_t task) {
+  worker.begin(task);
+  return finish(worker);
+}
+
+}  // namespace
+
+TEST_CASE("a process does task after task and gives back their texts (C1)") {
+  const std::string long_text(3'000'000, 'x');  // more than a socket holds
+  FencedWorker worker([&](std::size_t task) { return task == 7 ? long_text : std::to_string(task); }, {});
+  for (const std::size_t task : {0U, 1U, 7U, 2U}) {
+    REQUIRE(run(worker, task) == FenceState::idle);
+    CHECK(worker.text() == (task == 7 ? long_text : std::to_string(task)));
+  }
+  CHECK(worker.tasks() == 4);
+}
+
+TEST_CASE("what ends a process is told and the others go on (C1)") {
+  const auto work = [](std::size_t task) -> std::string {
+    if (task == 1) ::raise(SIGSEGV);
+    if (task == 2) std::abort();
+    if (task == 3) ::_exit(9);
+    if (task == 4) ::raise(SIGKILL);
+    return "fine";
+  };
+  FencedWorker other(work, {});
+  const std::vector<std::string> reasons{"SIGSEGV", "SIGABRT", "exit code 9 without a result", "SIGKILL"};
+  for (std::size_t task = 1; task <= reasons.size(); ++task) {
+    FencedWorker worker(work, {});
+    CHECK(run(worker, 0) == FenceState::idle);
+    CHECK(run(worker, task) == FenceState::crashed);
+    CHECK(worker.reason() == reasons[task - 1]);
+    CHECK(worker.look() == FenceState::crashed);
+    CHECK(run(other, 0) == FenceState::idle);
+  }
+}
+
+TEST_CASE("a task that takes too long is ended, with what it has started (C1)") {
+  int ends[2];
+  REQUIRE(::pipe(ends) == 0);
+  const auto work = [&](std::size_t task) -> std::string {
+    if (task == 0) return "quick";
+    ::fork();
+    for (;;) ::pause();
+  };
+  FencedWorker worker(work, {.seconds = 0.2});
+  ::close(ends[1]);
+  REQUIRE(run(worker, 0) == FenceState::idle);
+  const auto begin = std::chrono::steady_clock::now();
+  CHECK(run(worker, 1) == FenceState::timeout);
+  CHECK(std::chrono::steady_clock::now() - begin >= std::chrono::milliseconds(200));
+  char byte = 0;
+  CHECK(::read(ends[0], &byte, 1) == 0);  // when the last process that can write has ended
+  ::close(ends[0]);
+}
+
+#ifndef BALANCE_SANITIZED  // sanitizers keep a shadow of the memory, so that it cannot be limited
+TEST_CASE("a task that asks for more memory than allowed is told from one that crashes (C1)") {
+  const auto work = [](std::size_t task) {
+    std::vector<char> memory(task << 20, 'x');
+    return std::to_string(memory.size());
+  };
+  FencedWorker worker(work, {.bytes = std::uintmax_t{64} << 20});
+  CHECK(run(worker, 20) == FenceState::idle);
+  CHECK(run(worker, 300) == FenceState::memory);
+  FencedWorker free(work, {});
+  CHECK(run(free, 300) == FenceState::idle);
+}
+#endif
+
+TEST_CASE("a process ends with whoever has it, be it idle or busy (C1)") {
+  int ends[2];
+  REQUIRE(::pipe(ends) == 0);
+  {
+    const auto work = [](std::size_t task) -> std::string {
+      while (task == 1) ::pause();
+      return "";
+    };
+    FencedWorker idle(work, {}), busy(work, {});
+    busy.begin(1);
+    ::close(ends[1]);
+  }
+  char byte = 0;
+  CHECK(::read(ends[0], &byte, 1) == 0);
+  ::close(ends[0]);
+}
