@@ -41,7 +41,8 @@ ExitCode run(const DesignCommandOptions& options) {
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
   DesignReport report = design_or_throw(space, wanted);
-  const bool balanced = report.outcome.status == DesignStatus::balanced;
+  const DesignStatus status = report.outcome.status;
+  const bool done = status == DesignStatus::balanced || status == DesignStatus::not_asked;
   const std::string spec = balanced_spec(space.start, report.outcome.x);
   const DesignView view = make_view(options.goal, wanted, space, spec, std::move(report));
   const std::vector<std::string> files = write_files(options, space, spec, view);
@@ -51,11 +52,11 @@ ExitCode run(const DesignCommandOptions& options) {
     std::string text = design_text(view);
     for (const std::string& file : files)
       if (file != standard_output)
-        text += (&file == &files.front() ? "\nwritten" : "written") +
-                std::string(balanced ? ": " : ", not balanced: ") + file + "\n";
+        text += (&file == &files.front() ? "\nwritten" : "written") + std::string(done ? ": " : ", not balanced: ") +
+                file + "\n";
     print_beside(files, text);
   }
-  return balanced ? ExitCode::done : ExitCode::not_met;
+  return done ? ExitCode::done : ExitCode::not_met;
 }
 
 }  // namespace
@@ -67,9 +68,11 @@ Command setup_design(CLI::App& program) {
   parser->footer(
       "Finds values for the spec's free numbers that meet all conditions of its goal, the best of them\n"
       "if something is to be minimized; otherwise the best compromise and the reason why there is no\n"
-      "solution. Prints the numbers, the conditions, what they cost and what every trajectory gains.\n"
-      "Exit code 0: balanced; 1: a compromise, or balancing is impossible; files are written all the\n"
-      "same.\n\n"
+      "solution. Says what was shown: proved-best, local-best or stopped. Prints the numbers, the\n"
+      "conditions, what they cost and what every trajectory gains. Without a goal the numbers are\n"
+      "chosen for what is to be minimized alone.\n"
+      "Exit code 0: balanced, or there was no goal; 1: a compromise, or balancing is impossible; files\n"
+      "are written all the same.\n\n"
       "Examples:\n"
       "  balance design 5r.yaml -o balanced.yaml\n"
       "  balance design 5r.yaml --goal static --minimize '{rms: torque, along: cycloid}' --h5 design.h5\n"

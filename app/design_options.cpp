@@ -91,8 +91,9 @@ void add_design_options(CLI::App& parser, DesignCommandOptions& o) {
 DesignStudyOptions study_options(const DesignCommandOptions& options, const Study& study) {
   DesignStudyOptions result;
   result.modular = is_modular(options.goal);
-  result.goals = choose_goals(options.goal, study);
   result.minimize = choose_objective(options.minimize, study);
+  // without a goal there must be something else to design for
+  result.goals = choose_goals(options.goal, study, result.minimize.empty() && study.design.minimize.empty());
   result.search = study.design.search;
   choose_algorithm(options.algorithm, result.search);
   if (options.goal.seed) result.search.seed = *options.goal.seed;

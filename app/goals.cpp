@@ -29,7 +29,7 @@ void add_goal_options(CLI::App& parser, GoalOptions& o) {
   parser.add_option("--seed", o.seed, "of random configurations and searches")->type_name("N");
 }
 
-std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study) {
+std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, bool needed) {
   std::vector<Goal> goals;
   for (const std::string& name : options.goals) {
     const std::optional<Goal> goal = find_goal(name);
@@ -40,7 +40,7 @@ std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study) {
     if (std::find(goals.begin(), goals.end(), *goal) == goals.end()) goals.push_back(*goal);
   }
   if (goals.empty()) goals = study.design.goals;
-  if (goals.empty()) {
+  if (goals.empty() && needed) {
     throw UsageError(
         fmt::format("{} has no design: goal, so --goal is needed: {}", study.spec_file, read::one_of(goal_names())));
   }

@@ -20,8 +20,9 @@ struct GoalOptions {
 void add_goal_options(CLI::App& parser, GoalOptions& options);
 
 /// The goals that the options name, or else the spec's.
-/// @throws UsageError for a name that does not exist, or if there is none at all
-std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study);
+/// @param needed there must be one
+/// @throws UsageError for a name that does not exist, or if there is none at all although it is needed
+std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, bool needed = true);
 
 /// @throws UsageError unless the strategy is `complete` or `modular`
 bool is_modular(const GoalOptions& options);

@@ -41,7 +41,8 @@ DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions&
     DesignReport report = design_study(space, options);
     const Conditions& conditions = report.outcome.conditions;
     if (report.outcome.status != DesignStatus::unsolved) return report;
-    throw MechanismFailure(name_of(conditions.status),
+    // with conditions at hand it is what was to be made small that has no value
+    throw MechanismFailure(conditions.status == ConditionsStatus::done ? "no-value" : name_of(conditions.status),
                            report.outcome.reason.empty() ? conditions.reason : report.outcome.reason);
   } catch (const std::invalid_argument& error) {
     // The library was asked something that the spec should not have asked.
@@ -71,6 +72,10 @@ ConditionsView view_conditions(const GoalOptions& goal, const DesignSpace& space
   view.strategy = goal.strategy;
   view.conditions = outcome.conditions;
   view.numbers = report.numbers;
+  if (view.conditions.goals.empty()) {  // only a figure was asked for
+    view.residuals = VectorX(0);
+    return view;
+  }
   const LooseSprings loose = loose_springs_of(view.conditions, mechanism);
   ConditionOptions condition_options;
   condition_options.loose_springs = loose;
@@ -98,6 +103,7 @@ DesignView make_view(const GoalOptions& goal, const DesignStudyOptions& study_op
   view.residuals_before = report.outcome.before.size() == rows
                               ? report.outcome.before
                               : VectorX::Constant(rows, std::numeric_limits<double>::quiet_NaN());
+  view.seconds = study_options.search.seconds;
   view.warnings = space.start.warnings;
   view.report = std::move(report);
   return view;

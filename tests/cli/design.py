@@ -56,7 +56,8 @@ class Design(Case):
         done = run("design", RR)
         self.assert_quiet_success(done)
         for part in ("planar RR arm: balanced exactly for gyroscopic, with the least added mass there is\n",
-                     "free number [SI]", "counterweights.cw1.mass", "where a1 = 0.5 m\n", "added mass     +",
+                     "free number [SI]", "counterweights.cw1.mass", "where a1 = 0.5 m\n", "added mass     ",
+                     "optimality: proved-best: ", "freedom: none is left",
                      "trajectory cycloid\n", "torque, the worst", "\ntrajectory bang-bang\ncannot be followed after: "):
             self.assertIn(part, done.stdout)
         # Round-off is no force.

@@ -68,7 +68,7 @@ TEST_CASE("of two counterweights the one with the longer arm is used where the a
   CHECK(outcome.x[1] == doctest::Approx(1.25).epsilon(1e-13));
   CHECK(outcome.objective == doctest::Approx(1.25).epsilon(1e-13));
   CHECK(outcome.objective_start == doctest::Approx(0.4).epsilon(1e-13));
-  CHECK(outcome.global);
+  CHECK(outcome.optimality == Optimality::proved_best);
   // the bound proves at least six digits
   CHECK(outcome.lower_bound <= outcome.objective);
   CHECK(outcome.lower_bound == doctest::Approx(1.25).epsilon(1e-6));
@@ -82,7 +82,7 @@ TEST_CASE("the least sum of squares among exact solutions is found and proved") 
   // the point of the line that is nearest to the origin
   CHECK(outcome.x[0] == doctest::Approx(0.5 * 0.2 / 0.2).epsilon(1e-9));
   CHECK(outcome.x[1] == doctest::Approx(0.5 * 0.4 / 0.2).epsilon(1e-9));
-  CHECK(outcome.global);
+  CHECK(outcome.optimality == Optimality::proved_best);
   CHECK(outcome.lower_bound <= outcome.objective);
   CHECK(outcome.lower_bound == doctest::Approx(1.25).epsilon(1e-6));
 }
@@ -109,7 +109,7 @@ TEST_CASE("a peak, which has kinks, is minimised and the minimum proved") {
   const DesignOutcome outcome = solve(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.objective == doctest::Approx(1.5).epsilon(1e-6));
-  CHECK(outcome.global);
+  CHECK(outcome.optimality == Optimality::proved_best);
   CHECK(outcome.lower_bound <= 1.5 * (1 + 1e-12));
   CHECK(outcome.lower_bound == doctest::Approx(1.5).epsilon(1e-6));
 }

@@ -42,7 +42,7 @@ TEST_CASE("the lightest counterweight hangs as far out as it may") {
     CHECK(outcome.objective == doctest::Approx(1).epsilon(1e-4));
     CHECK(outcome.after.cwiseAbs().maxCoeff() < 1e-14);
     CHECK(within_bounds(design, outcome.x));
-    CHECK_FALSE(outcome.global);  // not convex: nothing is claimed
+    CHECK(outcome.optimality == Optimality::local_best);  // not convex: nothing is claimed
   }
 }
 
@@ -95,7 +95,7 @@ TEST_CASE("a solution that is the only one is the best one, whatever the objecti
   design.objective->convex = false;
   const DesignOutcome outcome = solve(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
-  CHECK(outcome.global);
+  CHECK(outcome.optimality == Optimality::proved_best);
   CHECK(outcome.lower_bound == outcome.objective);
 }
 

@@ -64,7 +64,7 @@ TEST_CASE("no moment of inertia falls below the difference of the other two") {
   CHECK(outcome.x[2] == doctest::Approx(0.5).epsilon(1e-5));
   // bodies keep a millionth of their inertia above the limit
   CHECK(outcome.x[0] == doctest::Approx(0.3).epsilon(1e-4));
-  CHECK(outcome.global);
+  CHECK(outcome.optimality == Optimality::proved_best);
 }
 
 TEST_CASE("every design is physical, within its bounds, and judged balanced only if it is") {

@@ -175,7 +175,7 @@ TEST_CASE("designs find the same numbers in every size") {
       CHECK(a.outcome.status == b.outcome.status);
       // of a compromise the least misses are met or not by round-off
       if (a.outcome.status == balance::DesignStatus::balanced) CHECK(a.outcome.open == b.outcome.open);
-      CHECK(a.outcome.global == b.outcome.global);
+      CHECK(a.outcome.optimality == b.outcome.optimality);
       REQUIRE(a.outcome.x.size() == b.outcome.x.size());
       for (long k = 0; k < a.outcome.x.size(); ++k) {
         const balance::FreeNumber& number = a.numbers[static_cast<std::size_t>(k)];

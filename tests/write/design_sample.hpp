@@ -67,6 +67,7 @@ inline DesignView design() {
   view.residuals_before = Eigen::Vector3d(0.125, 0, 0);
   view.objective = "added mass";
   view.objective_unit = "kg";
+  view.seconds = 60;
   view.warnings = {"odd"};
   DesignReport& r = view.report;
   r.outcome.status = DesignStatus::balanced;
@@ -77,7 +78,10 @@ inline DesignView design() {
   r.outcome.objective = 10;
   r.outcome.objective_start = 0;
   r.outcome.lower_bound = 10;
-  r.outcome.global = true;
+  r.outcome.optimality = Optimality::proved_best;
+  r.outcome.freedom = {1, 0, {}};
+  r.added_mass = 10;
+  r.added_inertia = 0.125;
   r.numbers = view.conditions.numbers;
   r.before = Eigen::Vector2d(0.5, 0);
   r.mass_before = 3;

@@ -17,10 +17,12 @@ TEST_CASE("a design says what was reached, the numbers, the conditions, the cost
         "made up: balanced exactly for static, with the least added mass there is\n"
         "3 conditions are met\n"
         "added mass: 10.0000 kg\n"
+        "optimality: proved-best: nothing is below 10.0000, a gap of 0\n"
+        "freedom: none is left: no other solution as good is near\n"
         "\n"
-        "free number [SI]       lower  upper    before      value\n"
-        "bodies.a.com[0]           -1      1  0.500000  -0.250000\n"
-        "counterweights.b.mass      0     10         0    10.0000  at its upper bound\n"
+        "free number [SI]       lower  upper  before (start)      value\n"
+        "bodies.a.com[0]           -1      1        0.500000  -0.250000\n"
+        "counterweights.b.mass      0     10               0    10.0000  at its upper bound\n"
         "\n"
         "no  condition            before  after\n"
         " 1  a.mx + l1 b.m = 0      0.12    met\n"
@@ -28,8 +30,8 @@ TEST_CASE("a design says what was reached, the numbers, the conditions, the cost
         "where l1 = 0.5 m\n"
         "3 holds for every disc that is symmetrical about its axis\n"
         "\n"
-        "added mass     +10 kg (3 kg before, 13 kg after)\n"
-        "added inertia  +0.125 kg m^2 (0.5 kg m^2 before, 0.625 kg m^2 after)\n"
+        "added mass     10 kg of counterweights and discs (everything that moves: 3 kg before, 13 kg after)\n"
+        "added inertia  0.125 kg m^2 of them (everything that moves: 0.5 kg m^2 before, 0.625 kg m^2 after)\n"
         "\n"
         "trajectory cycloid\n"
         "quantity       unit  peak before    after  ratio  rms before    after  ratio\n"
@@ -45,7 +47,7 @@ TEST_CASE("a design says what was reached, the numbers, the conditions, the cost
 TEST_CASE("a compromise and an impossibility are not called solutions, and the proof is said once") {
   DesignView view = sample::design();
   DesignOutcome& outcome = view.report.outcome;
-  outcome.global = false;
+  outcome.optimality = Optimality::local_best;
   outcome.status = DesignStatus::compromise;
   outcome.reason = "1 of 3 conditions stays open";
   CHECK(design_text(view).find("made up: a compromise: not balanced for static\n1 of 3 conditions stays open\n") == 0);
@@ -60,10 +62,44 @@ TEST_CASE("a compromise and an impossibility are not called solutions, and the p
 
 TEST_CASE("what is not proved the best shows what the least could be") {
   DesignView view = sample::design();
-  view.report.outcome.global = false;
+  view.report.outcome.optimality = Optimality::local_best;
+  view.report.outcome.tried = "6 starts";
   view.report.outcome.lower_bound = 8;
-  CHECK(design_text(view).find("made up: balanced exactly for static\n3 conditions are met\n"
-                               "added mass: 10.0000 kg; at least 8.00000 kg is needed\n") == 0);
+  CHECK(design_text(view).find(
+            "made up: balanced exactly for static\n3 conditions are met\n"
+            "added mass: 10.0000 kg; at least 8.00000 kg is needed\n"
+            "optimality: local-best: the best of what was tried (6 starts), not shown to be the best\n") == 0);
+}
+
+TEST_CASE("the least there is stands only where it is proved (B6)") {
+  DesignView view = sample::design();
+  for (const Optimality optimality : {Optimality::not_asked, Optimality::local_best, Optimality::stopped}) {
+    view.report.outcome.optimality = optimality;
+    CHECK(design_text(view).find("there is") == std::string::npos);
+    CHECK(nlohmann::json::parse(design_json(view, {}))["objective"]["global"] == false);
+  }
+  CHECK(design_text(view).find("optimality: stopped: after the 60 s that a search may take, not shown to be the best; "
+                               "search: {seconds: 240} gives it more\n") != std::string::npos);
+}
+
+TEST_CASE("what a search leaves free is counted and named (B11)") {
+  DesignView view = sample::design();
+  view.report.outcome.freedom = {2, 1, {0, 1}};
+  CHECK(design_text(view).find("freedom: 1 is left, with the same added mass: one of many solutions; what may still "
+                               "change: bodies.a.com[0], counterweights.b.mass\n") != std::string::npos);
+  view.report.outcome.freedom = {2, -1, {0, 1}};
+  CHECK(design_text(view).find("freedom: the conditions leave 2, spent on a small added mass: bodies.a.com[0], "
+                               "counterweights.b.mass\n") != std::string::npos);
+}
+
+TEST_CASE("without a goal nothing is called balanced (B12)") {
+  DesignView view = sample::design();
+  view.report.outcome.status = DesignStatus::not_asked;
+  CHECK(design_text(view).find("made up: the least added mass there is; no goal was asked for\n") == 0);
+  view.report.outcome.optimality = Optimality::local_best;
+  CHECK(design_text(view).find("made up: a small added mass; no goal was asked for\n") == 0);
+  view.report.outcome.status = DesignStatus::not_found;
+  CHECK(nlohmann::json::parse(design_json(view, {}))["status"] == "not-found");
 }
 
 TEST_CASE("changes drop what round-off leaves, but not what is small") {
@@ -108,6 +144,10 @@ TEST_CASE("a design in JSON holds the same, unrounded") {
   CHECK(json["method"] == "affine");
   CHECK(json["proof"].is_null());
   CHECK(json["objective"]["global"] == true);
+  CHECK(json["optimality"] == "proved-best");
+  CHECK(json["objective"]["gap"] == 0.0);
+  CHECK(json["freedom"]["left"] == 0);
+  CHECK(json["mass"]["added"] == 10.0);
   CHECK(json["free_numbers"][1]["at_bound"] == "upper");
   CHECK(json["free_numbers"][0]["value"] == -0.25);
   CHECK(json["conditions"][0]["residual_before"] == 0.125);

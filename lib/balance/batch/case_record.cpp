@@ -54,7 +54,7 @@ CaseRecord record_of(const Json& json) {
   if (json.contains("design")) {
     const Json& design = json.at("design");
     record.design = {design.at("status"), design.at("reason"), number(design.at("mass_before")),
-                     number(design.at("mass_after"))};
+                     number(design.at("mass_after")), number(design.at("added_mass"))};
   }
   for (const Json& metric : json.at("metrics")) record.metrics.push_back(metric_of(metric));
   record.energy = number(json.at("energy"));
@@ -88,7 +88,8 @@ std::string encode(const CaseRecord& record) {
     json["design"] = {{"status", record.design->status},
                       {"reason", record.design->reason},
                       {"mass_before", record.design->mass_before},
-                      {"mass_after", record.design->mass_after}};
+                      {"mass_after", record.design->mass_after},
+                      {"added_mass", record.design->added_mass}};
   json["metrics"] = Json::array();
   for (const Metric& metric : record.metrics) json["metrics"].push_back(metric_json(metric));
   json["energy"] = record.energy;

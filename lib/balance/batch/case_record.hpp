@@ -17,9 +17,10 @@ struct RecordedFile {
 
 /// What designing first came to.
 struct RecordedDesign {
-  std::string status;  ///< "balanced", "compromise", "impossible"
+  std::string status;  ///< "balanced", "compromise", "impossible", "not-found"; "not-asked" without a goal
   std::string reason;
   double mass_before = 0, mass_after = 0;  ///< of everything that moves [kg]
+  double added_mass = 0;                   ///< of counterweights and discs [kg]
 };
 
 /// Why a case has no result although nothing is known to be wrong with it.

@@ -51,7 +51,7 @@ class CaseRun {
     record_.energy = table.energy;
     if (keep_ == Keep::series) write(result, describe(study, trajectory));
     record_.status = "done";
-    if (!record_.design || record_.design->status == "balanced") return;
+    if (!record_.design || record_.design->status == "balanced" || record_.design->status == "not-asked") return;
     record_.status = "compromise";
     record_.message = "the design is not balanced: " + record_.design->reason;
   }
@@ -146,7 +146,7 @@ class CaseRun {
     options.trajectories = false;
     if (start.free_numbers.empty())
       throw SpecError(fmt::format("{}: there is nothing to design: no number of {} is free", place, start.spec_file));
-    if (options.goals.empty())
+    if (options.goals.empty() && wanted_.design->minimize.empty() && start.design.minimize.empty())
       throw SpecError(fmt::format("{}: {} has no design: goal, so 'goal' is needed here", place, start.spec_file));
     if (wanted_.design->minimize.empty()) return options;
     try {
@@ -169,7 +169,8 @@ class CaseRun {
     const DesignOutcome& outcome = report.outcome;
     if (outcome.status == DesignStatus::unsolved)
       throw Unable(outcome.reason.empty() ? outcome.conditions.reason : outcome.reason);
-    record_.design = {name_of(outcome.status), outcome.reason, report.mass_before, report.mass_after};
+    record_.design = {name_of(outcome.status), outcome.reason, report.mass_before, report.mass_after,
+                      report.added_mass};
     record_.notes = report.notes;
     const std::string text = balanced_spec(space.start, outcome.x);
     PendingFile file(path_of(balanced_file(wanted_.name)), Existing::replace, temporary_mark);

@@ -48,7 +48,8 @@ Json case_json(const CaseRecord& record, const std::string& spec) {
   if (record.design)
     json["design"] = {{"status", record.design->status},
                       {"mass_before", record.design->mass_before},
-                      {"mass_after", record.design->mass_after}};
+                      {"mass_after", record.design->mass_after},
+                      {"added_mass", record.design->added_mass}};
   json["metrics"] = Json::array();
   for (const Metric& metric : record.metrics) json["metrics"].push_back(metric_json(metric));
   json["energy"] = record.energy;

@@ -69,8 +69,7 @@ Table case_table(const Summary& summary) {
   for (const CaseRecord& record : summary.cases) {
     std::vector<std::string> row = {record.name, record.status};
     for (const auto& [quantity, unit] : columns.quantities) add_quantity(record, quantity, base, row);
-    if (columns.designs)
-      row.push_back(record.design ? format_number(record.design->mass_after - record.design->mass_before) : "-");
+    if (columns.designs) row.push_back(record.design ? format_number(record.design->added_mass) : "-");
     table.rows.push_back(std::move(row));
   }
   return table;

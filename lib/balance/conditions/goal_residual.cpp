@@ -4,6 +4,7 @@
 #include "balance/conditions/reduce.hpp"
 #include "balance/conditions/rows.hpp"
 
+#include <cmath>
 #include <optional>
 #include <stdexcept>
 
@@ -47,9 +48,14 @@ class Stations : public GoalResidual::Implementation {
     Random random(options.seed + 1);
     Configuration configuration;
     const int wanted = conditions.samples + 4;
+    const bool loops = tree_.closure_rows > 0;
+    Configuration first;
     for (int tries = 0; static_cast<int>(stations_.size()) < wanted && tries < 20 * wanted; ++tries) {
-      if (!sampler.next(configuration)) break;
+      // where loops must close with other numbers too, all configurations are near one
+      if ((!loops || tries == 0) && !sampler.next(first)) break;
       freedoms_ = sampler.freedoms();
+      configuration = first;
+      if (loops && tries > 0 && !near(first, random, configuration)) continue;
       stations_.push_back({configuration.y, random.normal(tree_.columns)});
       VectorX residual;
       if (!evaluate_at(mechanism, tree_, {stations_.back()}, residual)) stations_.pop_back();
@@ -66,6 +72,23 @@ class Stations : public GoalResidual::Implementation {
   }
 
  private:
+  /// A configuration reached from another one in a single step of random length and direction: far enough away to tell
+  /// mechanisms apart, not so far that with somewhat other lengths the loops would not close or close on the other side of a
+  /// folded pose.
+  bool near(const Configuration& from, Random& random, Configuration& configuration) const {
+    constexpr double furthest = 0.6;
+    System<S> closures(tree_, Drive<S>{});
+    const VectorX scale = column_scale(tree_);
+    VectorX direction = from.null_space * random.normal(from.null_space.cols());
+    direction.normalize();
+    const double way = random.uniform(-furthest, furthest);
+    const Solution moved = solve(closures, from.y + way * scale.cwiseProduct(direction), {}, 30);
+    if (!moved.found) return false;
+    const VectorX went = (moved.y - from.y).cwiseQuotient(scale);
+    configuration.y = moved.y;
+    return went.dot(direction) * (way < 0 ? -1 : 1) > 0.7 * went.norm() && went.norm() < 2 * std::abs(way);
+  }
+
   bool evaluate_at(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<Station>& stations,
                    VectorX& residual) {
     GoalRows<S> goal_rows(mechanism, tree, units_, goals_, options_, freedoms_);

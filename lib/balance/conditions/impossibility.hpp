@@ -10,9 +10,10 @@ namespace balance {
 
 struct Impossibility {
   enum class Kind {
-    sign,    ///< only quantities of one sign, with coefficients of one sign
-    cone,    ///< positive for every distribution of mass (positive definite pseudo-inertia)
-    bounds,  ///< positive for all values within the bounds of the free numbers
+    sign,     ///< only quantities of one sign, with coefficients of one sign
+    cone,     ///< positive for every distribution of mass (positive definite pseudo-inertia)
+    bounds,   ///< positive for all values within the bounds of the free numbers
+    squares,  ///< the same, with what squares of free numbers owe to the numbers
   };
   Kind kind = Kind::sign;
   VectorX combination;   ///< per condition: its factor

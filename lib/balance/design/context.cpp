@@ -1,15 +1,47 @@
 #include "balance/design/context.hpp"
 
+#include "balance/base/error.hpp"
+
 namespace balance::designing {
 
-Context::Context(const DesignProblem& p)
+Context::Context(const DesignProblem& p, Budget& b)
     : problem(p),
+      budget(b),
       box(p.variables),
       survey(designing::survey(box, p)),
       options(p.options),
       map(box, p, survey),
       physical(map, survey, map.exact(box.start())) {
   options.loose_springs = survey.loose;
+}
+
+Conditions Context::derive(const Mechanism& mechanism) const {
+  if (!problem.goals.empty()) return problem.derive(mechanism, problem.goals, options);
+  Conditions none;
+  none.status = ConditionsStatus::done;
+  none.parameters = list_parameters(mechanism, options.loose_springs);
+  none.matrix.resize(0, static_cast<Eigen::Index>(none.parameters.size()));
+  return none;
+}
+
+Conditions Context::conditions_at(const VectorX& u) const {
+  Conditions none;
+  try {
+    return derive(mechanism(u));
+  } catch (const SpecError& error) {
+    none.status = ConditionsStatus::not_assembled;
+    none.reason = error.what();
+  }
+  return none;
+}
+
+std::string Context::obstacle(const VectorX& u) const {
+  if (!problem.obstacle) return "";
+  try {
+    return problem.obstacle(box.numbers(u));
+  } catch (const SpecError& error) {
+    return error.what();
+  }
 }
 
 }  // namespace balance::designing

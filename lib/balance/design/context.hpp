@@ -1,21 +1,29 @@
 #pragma once
 /// What every step of a design needs to know about its problem. Private to design.
 
+#include "balance/design/budget.hpp"
 #include "balance/design/gauss_newton.hpp"
 #include "balance/design/physical.hpp"
 
 namespace balance::designing {
 
 struct Context {
-  explicit Context(const DesignProblem& problem);
+  Context(const DesignProblem& problem, Budget& budget);
   Context(const Context&) = delete;
 
+  /// @throws SpecError where an expression of the spec has no value
   Mechanism mechanism(const VectorX& u) const { return problem.mechanism_at(box.numbers(u)); }
+  /// Conditions there; not done where there is no mechanism.
+  Conditions conditions_at(const VectorX& u) const;
+  /// Why there is no design at u; empty: there may be one.
+  std::string obstacle(const VectorX& u) const;
   /// All bodies are physical, judged by the mechanism itself.
   bool is_physical(const VectorX& u) const { return physical.holds(map.exact(u)); }
-  Conditions derive(const Mechanism& mechanism) const { return problem.derive(mechanism, problem.goals, options); }
+  /// None where there is no goal.
+  Conditions derive(const Mechanism& mechanism) const;
 
   const DesignProblem& problem;
+  Budget& budget;
   Box box;
   Survey survey;
   ConditionOptions options;  ///< with the springs that the free numbers make loose

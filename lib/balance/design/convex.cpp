@@ -38,7 +38,7 @@ class ConvexSearch {
     add_tangent(best_.u, best_.value, slope_);
     bundle_step();
     if (!done()) newton();
-    for (int k = 0; k < bundle_steps && !done(); ++k)
+    for (int k = 0; k < bundle_steps && !done() && !context_.budget.spent(); ++k)
       if (!bundle_step()) break;
     conclude();
     return best_;

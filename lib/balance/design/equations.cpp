@@ -111,7 +111,8 @@ Equations fixed_equations(const Context& context, const FixedRows& rows, std::ve
   return equations;
 }
 
-Equations geometric_equations(const Context& context, const Mechanism& start) {
+Equations geometric_equations(const Context& context, const VectorX& from) {
+  const Mechanism start = context.mechanism(from);
   using Residual = std::function<bool(const VectorX&, VectorX&)>;
   Residual residual;
   if (context.problem.modular) {
@@ -132,7 +133,7 @@ Equations geometric_equations(const Context& context, const Mechanism& start) {
   };
   VectorX first;
   Equations equations;
-  equations.conditions = safe(context.box.start(), first) ? static_cast<int>(first.size()) : 0;
+  equations.conditions = safe(from, first) ? static_cast<int>(first.size()) : 0;
   equations.rows = equations.conditions + context.physical.size();
   equations.evaluate = [&context, safe, count = equations.conditions, total = equations.rows](
                            const VectorX& u, VectorX& values, MatrixX* jacobian) {

@@ -32,8 +32,8 @@ class FixedRows {
 Equations fixed_equations(const Context& context, const FixedRows& rows, std::vector<int> which, VectorX target);
 
 /// The goals' residual while lengths and ratios change too. Every evaluation builds a mechanism.
-/// @param start has conditions
-Equations geometric_equations(const Context& context, const Mechanism& start);
+/// @param start unit coordinates of a mechanism that has conditions
+Equations geometric_equations(const Context& context, const VectorX& start);
 
 /// Largest size of the conditions' rows among an equation's values.
 double worst(const Equations& equations, const VectorX& values);

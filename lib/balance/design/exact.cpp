@@ -17,6 +17,8 @@ constexpr double dependent = 1e-10;
 
 /// Starts that bring no new solution before the search for more of them ends, or before a proof is tried that there is none.
 constexpr int idle_limit = 8;
+/// Solutions that are no designs, of which some are kept to say why.
+constexpr std::size_t most_unusable = 3;
 /// Numbers this near to a bound, their start or zero may be there.
 constexpr double nearly = 1e-8;
 /// Residuals below this are as good as zero.
@@ -53,13 +55,25 @@ ExactSearch find_exact(const Context& context, const Equations& equations, const
   ExactSearch search;
   Dice dice(context.problem.search.seed);
   int idle = 0;  // starts since the last new solution
-  for (int k = 0; k <= effort.restarts && static_cast<int>(search.solutions.size()) < effort.wanted; ++k) {
-    if (idle++ == idle_limit && (!search.solutions.empty() || (effort.hopeless && effort.hopeless()))) break;
-    const VectorX from = k == 0 ? context.box.start() : dice.point(context.box.size());
+  const std::vector<VectorX> first = effort.first.empty() ? std::vector<VectorX>{context.box.start()} : effort.first;
+  const int known = static_cast<int>(first.size());
+  for (int k = 0; k < known + effort.restarts && static_cast<int>(search.solutions.size()) < effort.wanted; ++k) {
+    if (k > 0 && context.budget.spent()) break;
+    if (idle++ == idle_limit &&
+        (!search.solutions.empty() || (search.unusable.empty() && effort.hopeless && effort.hopeless())))
+      break;
+    const VectorX from = k < known ? first[static_cast<std::size_t>(k)] : dice.point(context.box.size());
+    ++context.budget.starts;
     Descent descent = gauss_newton(equations, from);
     if (descent.largest < met && is_exact(context, equations, descent.u) && is_new(search.solutions, descent.u)) {
-      search.solutions.push_back(descent.u);
-      idle = 0;
+      const bool usable = !effort.usable || effort.usable(descent.u);
+      if (usable) {
+        search.solutions.push_back(descent.u);
+        ++context.budget.solutions;
+        idle = 0;
+      } else if (search.unusable.size() < most_unusable) {
+        search.unusable.push_back(descent.u);
+      }
     }
     if (k == 0 || (descent.values.size() > 0 &&
                    (search.best.values.size() == 0 || descent.values.squaredNorm() < search.best.values.squaredNorm())))

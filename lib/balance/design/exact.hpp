@@ -14,6 +14,7 @@ LinearConditions linear_conditions(const Equations& equations, int numbers);
 
 struct ExactSearch {
   std::vector<VectorX> solutions;  ///< distinct and physical; the one reached from the start values first
+  std::vector<VectorX> unusable;   ///< some that meet the conditions but are no designs
   Descent best;                    ///< smallest sum of squares where there is no solution
 };
 
@@ -22,9 +23,11 @@ struct Effort {
   int restarts = 0;                ///< at most
   int wanted = 1;                  ///< solutions that are enough
   std::function<bool()> hopeless;  ///< asked once after a few failures: it is proved that there is no solution
+  std::function<bool(const VectorX& u)> usable;  ///< a solution counts; null: all do
+  std::vector<VectorX> first = {};               ///< starts before the random ones; none: the start values
 };
 
-/// Gauss–Newton from the start values and from random points of the box.
+/// Gauss–Newton from the first starts and from random points of the box.
 ExactSearch find_exact(const Context& context, const Equations& equations, const Effort& effort);
 
 /// Within bounds, met and physical.

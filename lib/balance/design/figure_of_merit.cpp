@@ -36,6 +36,8 @@ double FigureOfMerit::operator()(const VectorX& u, VectorX* gradient) const {
         return objective_.of_variables(context_.box.numbers(v));
       } catch (const SpecError&) {
         return std::numeric_limits<double>::quiet_NaN();  // an expression of the spec has no value here
+      } catch (const std::invalid_argument&) {
+        return std::numeric_limits<double>::quiet_NaN();  // nor is there a motion
       }
     };
     if (gradient != nullptr)
@@ -46,9 +48,26 @@ double FigureOfMerit::operator()(const VectorX& u, VectorX* gradient) const {
   VectorX features, slope;
   MatrixX slopes;
   context_.map.evaluate(u, features, gradient != nullptr ? &slopes : nullptr);
+  if (!features.allFinite()) {
+    if (gradient != nullptr) gradient->setZero(u.size());
+    return std::numeric_limits<double>::quiet_NaN();
+  }
   const double value = objective_.of_parameters(features(parameters_), gradient != nullptr ? &slope : nullptr);
   if (gradient != nullptr) *gradient = slopes(parameters_, Eigen::all).transpose() * slope;
   return value;
+}
+
+std::string FigureOfMerit::trouble(const VectorX& u) const {
+  try {
+    const VectorX x = context_.box.numbers(u);
+    if (objective_.trouble) return objective_.trouble(x);
+    if (objective_.of_variables) objective_.of_variables(x);
+  } catch (const SpecError& error) {
+    return error.what();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
 }
 
 bool FigureOfMerit::depends_affinely() const {
@@ -58,6 +77,7 @@ bool FigureOfMerit::depends_affinely() const {
   for (int sample = 0; sample < 3; ++sample) {
     VectorX features, slope;
     context_.map.evaluate(dice.point(context_.box.size()), features, nullptr);
+    if (!features.allFinite()) return false;
     objective_.of_parameters(features(parameters_), &slope);
     for (std::size_t p = 0; p < parameters_.size(); ++p)
       if (slope[static_cast<Eigen::Index>(p)] != 0 && !polynomial->affine(parameters_[p])) return false;

@@ -11,7 +11,10 @@ class FigureOfMerit {
   explicit FigureOfMerit(const Context& context);
 
   /// @param gradient written if not null (by differences where the objective has none)
+  /// @return not finite where it cannot be computed
   double operator()(const VectorX& u, VectorX* gradient) const;
+  /// Why there is no value at u; may be empty.
+  std::string trouble(const VectorX& u) const;
   /// Every value takes a simulation.
   bool simulated() const { return static_cast<bool>(objective_.of_variables); }
   /// Convex in the free numbers: convex in parameters that are affine in the numbers wherever it depends on them.

@@ -2,6 +2,7 @@
 
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/text.hpp"
+#include "balance/design/squares.hpp"
 
 #include <fmt/format.h>
 
@@ -42,7 +43,7 @@ std::vector<std::vector<bool>> geometric_changes(const Context& context, const C
     if (context.survey.geometric[static_cast<std::size_t>(i)]) {
       VectorX v = u;
       v[i] += u[i] > 0 ? -0.05 : 0.05;
-      const Conditions other = context.derive(context.mechanism(v));
+      const Conditions other = context.conditions_at(v);
       // where nothing can be derived, nothing is known to stay as it is
       changed = other.status == ConditionsStatus::done ? changed_rows(rows, comparable(other, unit))
                                                        : std::vector<bool>(changed.size(), true);
@@ -134,7 +135,8 @@ std::optional<Impossibility> find_proof(const Context& context, const Conditions
   const auto parameters = static_cast<int>(conditions.matrix.cols());
   const Polynomial in_numbers = context.map.polynomial()->substituted(context.box.centre(), context.box.half());
   if (auto proof = prove_impossible(conditions, bounded_parameters(context, in_numbers, parameters))) return proof;
-  return proof_by_residual(conditions, rows, residual);
+  if (auto proof = proof_by_residual(conditions, rows, residual)) return proof;
+  return prove_by_squares(context, conditions, in_numbers);
 }
 
 void conclude(DesignOutcome& outcome) {
@@ -142,6 +144,11 @@ void conclude(DesignOutcome& outcome) {
   outcome.open.clear();
   for (Eigen::Index k = 0; k < outcome.after.size(); ++k)
     if (!(std::abs(outcome.after[k]) < met)) outcome.open.push_back(static_cast<int>(k));
+  if (outcome.conditions.goals.empty() && total == 0) {
+    outcome.status = DesignStatus::not_asked;
+    outcome.reason = "there is no goal: nothing is to be balanced";
+    return;
+  }
   if (outcome.open.empty()) {
     outcome.status = DesignStatus::balanced;
     outcome.reason = total == 0 ? "there is nothing to balance: every mechanism of this geometry meets the goal"
@@ -150,7 +157,9 @@ void conclude(DesignOutcome& outcome) {
                          : counted(total) + (total == 1 ? " is met" : " are met");
     return;
   }
-  outcome.status = outcome.proof || !outcome.unmet_fixed.empty() ? DesignStatus::impossible : DesignStatus::compromise;
+  // what occurs in a condition at one geometry says nothing of others
+  const bool impossible = outcome.proof || (!outcome.unmet_fixed.empty() && outcome.method != DesignMethod::geometric);
+  outcome.status = impossible ? DesignStatus::impossible : DesignStatus::compromise;
   if (outcome.proof)
     outcome.reason = outcome.proof->sentence;
   else if (!outcome.unmet_fixed.empty())
@@ -158,9 +167,10 @@ void conclude(DesignOutcome& outcome) {
         fmt::format("no free number occurs in {}, which {} not met", text_of(outcome.conditions, outcome.unmet_fixed),
                     outcome.unmet_fixed.size() == 1 ? "is" : "are");
   else
-    outcome.reason =
-        fmt::format("no numbers within the bounds were found that meet all conditions; {} of {} stay open: {}",
-                    outcome.open.size(), total, text_of(outcome.conditions, outcome.open));
+    outcome.reason = fmt::format(
+        "no numbers within the bounds were found that meet all conditions (not proved impossible); {} of {} "
+        "stay open: {}",
+        outcome.open.size(), total, text_of(outcome.conditions, outcome.open));
 }
 
 }  // namespace balance::designing

@@ -1,7 +1,10 @@
 #include "balance/design/nlopt_search.hpp"
 
+#include "balance/design/computing_time.hpp"
+
 #include <nlopt.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <exception>
@@ -39,15 +42,15 @@ struct Destroy {
 };
 using Optimiser = std::unique_ptr<nlopt_opt_s, Destroy>;
 
-/// Carries the program through NLopt's C interface: exceptions are kept and thrown again on the other side, the best
-/// admissible point is remembered whatever status the search ends with.
+/// Carries the program through NLopt's C interface: exceptions are kept and thrown again on the other side, points that are
+/// not finite never reach the program (some methods make them when they run out of digits), the best point of a search
+/// without constraints is remembered whatever status it ends with.
 class Run {
  public:
   Run(const Program& program, nlopt_algorithm algorithm, const SearchLimits& limits)
-      : program_(program), optimiser_(create(program, algorithm)) {
+      : program_(program), limits_(limits), begin_(computing_time()), optimiser_(create(program, algorithm)) {
     nlopt_set_min_objective(optimiser_.get(), &Run::objective, this);
     nlopt_set_maxeval(optimiser_.get(), limits.evaluations);
-    if (limits.seconds > 0) nlopt_set_maxtime(optimiser_.get(), limits.seconds);
   }
   Run(const Run&) = delete;
 
@@ -61,11 +64,12 @@ class Run {
 
   nlopt_opt get() const { return optimiser_.get(); }
 
-  void add_constraints(bool equalities) {
+  void add_constraints() {
     // tolerances of NLopt's own; the caller polishes what is found
     const std::vector<double> equal(static_cast<std::size_t>(program_.equality_count), 1e-12);
     const std::vector<double> unequal(static_cast<std::size_t>(program_.inequality_count), 1e-10);
-    if (equalities && !equal.empty())
+    constrained_ = !equal.empty() || !unequal.empty();
+    if (!equal.empty())
       nlopt_add_equality_mconstraint(get(), static_cast<unsigned>(equal.size()), &Run::equalities, this, equal.data());
     if (!unequal.empty())
       nlopt_add_inequality_mconstraint(get(), static_cast<unsigned>(unequal.size()), &Run::inequalities, this,
@@ -78,14 +82,16 @@ class Run {
   }
 
   Found optimise(const VectorX& start) {
-    Found found{start.cwiseMax(-program_.bound).cwiseMin(program_.bound), 0, {}};
+    Found found{start.cwiseMax(-program_.bound).cwiseMin(program_.bound)};
+    const VectorX from = found.u;
     const nlopt_result status = nlopt_optimize(get(), found.u.data(), &found.value);
     if (trouble_) std::rethrow_exception(trouble_);
-    found.status = nlopt_result_to_string(status);
-    // negative codes other than ROUNDOFF_LIMITED leave u as it was last: still a point of the box
-    if (!found.u.allFinite()) found.u = start;
+    found.stopped = out_of_time_ || status == NLOPT_MAXEVAL_REACHED;
+    // negative codes leave u as it was last, which may be worse than what was met on the way
+    if (!constrained_ && best_.size() > 0) found.u = best_;
+    if (!found.u.allFinite()) found.u = from;
     found.u = found.u.cwiseMax(-program_.bound).cwiseMin(program_.bound);
-    found.value = program_.objective(found.u, nullptr);
+    found.value = !constrained_ && best_.size() > 0 ? least_ : program_.objective(found.u, nullptr);
     return found;
   }
 
@@ -93,6 +99,10 @@ class Run {
   template <class Work>
   void guarded(const Work& work) noexcept {
     try {
+      if (limits_.seconds > 0 && computing_time() - begin_ > limits_.seconds) {
+        out_of_time_ = true;
+        nlopt_force_stop(get());
+      }
       work();
     } catch (...) {
       if (!trouble_) trouble_ = std::current_exception();
@@ -100,25 +110,43 @@ class Run {
     }
   }
 
+  /// A number in place of none: worse than all that was met, yet not so large that a method's models drown in it.
+  double none() const { return highest_ + std::abs(highest_) + 1; }
+
+  double value_at(const VectorX& u, VectorX* slope) {
+    if (!u.allFinite()) return none();
+    const double value = program_.objective(u, slope);
+    if (!std::isfinite(value)) return none();
+    highest_ = std::max(highest_, value);
+    if (best_.size() == 0 || value < least_) {
+      best_ = u;
+      least_ = value;
+    }
+    return value;
+  }
+
   static double objective(unsigned n, const double* u, double* gradient, void* self) {
     Run& run = *static_cast<Run*>(self);
     double value = HUGE_VAL;
     run.guarded([&] {
-      VectorX slope;
-      value = run.program_.objective(Eigen::Map<const VectorX>(u, n), gradient != nullptr ? &slope : nullptr);
-      if (gradient != nullptr) Eigen::Map<VectorX>(gradient, n) = slope;
+      VectorX slope = VectorX::Zero(n);
+      value = run.value_at(Eigen::Map<const VectorX>(u, n), gradient != nullptr ? &slope : nullptr);
+      if (gradient != nullptr) Eigen::Map<VectorX>(gradient, n) = slope.allFinite() ? slope : VectorX(VectorX::Zero(n));
     });
-    return std::isfinite(value) ? value : HUGE_VAL;
+    return value;
   }
 
   static void constraints(const std::function<void(const VectorX&, VectorX&, MatrixX*)>& f, double sign, Run& run,
                           unsigned m, double* result, unsigned n, const double* u, double* gradient) {
     run.guarded([&] {
-      VectorX values;
-      MatrixX jacobian;
-      f(Eigen::Map<const VectorX>(u, n), values, gradient != nullptr ? &jacobian : nullptr);
-      Eigen::Map<VectorX>(result, m) = sign * values;
-      if (gradient != nullptr) Eigen::Map<Samples>(gradient, m, n) = sign * jacobian;
+      VectorX values = VectorX::Constant(m, -sign);  // not met
+      MatrixX jacobian = MatrixX::Zero(m, n);
+      if (const VectorX at = Eigen::Map<const VectorX>(u, n); at.allFinite())
+        f(at, values, gradient != nullptr ? &jacobian : nullptr);
+      Eigen::Map<VectorX>(result, m) = values.allFinite() ? VectorX(sign * values) : VectorX(VectorX::Ones(m));
+      if (gradient != nullptr)
+        Eigen::Map<Samples>(gradient, m, n) =
+            jacobian.allFinite() ? MatrixX(sign * jacobian) : MatrixX(MatrixX::Zero(m, n));
     });
   }
   static void equalities(unsigned m, double* result, unsigned n, const double* u, double* gradient, void* self) {
@@ -131,7 +159,12 @@ class Run {
   }
 
   const Program& program_;
+  SearchLimits limits_;
+  double begin_;
   Optimiser optimiser_;
+  bool constrained_ = false, out_of_time_ = false;
+  VectorX best_;
+  double least_ = 0, highest_ = 0;
   std::exception_ptr trouble_;
 };
 
@@ -147,7 +180,7 @@ Found search_locally(const std::string& method, const Program& program, const Ve
   const Method* found = find(local_methods, method == "bobyqa" && program.size == 1 ? "sbplx" : method);
   if (found == nullptr) throw std::invalid_argument("no local search is called " + method);
   Run run(program, found->algorithm, limits);
-  if (method != "bobyqa" && method != "sbplx") run.add_constraints(true);
+  if (method != "bobyqa" && method != "sbplx") run.add_constraints();
   run.stop_at_changes_below(limits.relative);
   if (limits.step > 0) nlopt_set_initial_step1(run.get(), limits.step);
   Optimiser inner;

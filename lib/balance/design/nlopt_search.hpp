@@ -13,7 +13,7 @@ namespace balance::designing {
 struct Program {
   int size = 0;
   double bound = 1;  ///< of every |u_i|
-  /// @param gradient written if not null. Not finite where it cannot be computed.
+  /// @param gradient written if not null. Not finite where it cannot be computed: a search goes round such points.
   std::function<double(const VectorX& u, VectorX* gradient)> objective;
   int equality_count = 0, inequality_count = 0;
   std::function<void(const VectorX&u, VectorX&values, MatrixX*jacobian)> equalities, inequalities;
@@ -21,15 +21,15 @@ struct Program {
 
 struct SearchLimits {
   int evaluations = 2000;
-  double seconds = 0;       ///< 0: no limit
+  double seconds = 0;       ///< of computing; 0: no limit. Looked at in every call of objective and constraints.
   double relative = 1e-13;  ///< change of the numbers or of the objective that ends a local search
   double step = 0;          ///< first one of methods without gradients; 0: their own choice
 };
 
 struct Found {
-  VectorX u;           ///< the best point, also where the search ended for lack of digits
-  double value = 0;    ///< of the objective there
-  std::string status;  ///< why it ended, NLopt's word
+  VectorX u;             ///< the best point, also where the search ended for lack of digits; finite
+  double value = 0;      ///< of the objective there; NaN if it cannot be computed
+  bool stopped = false;  ///< evaluations or seconds ran out
 };
 
 /// @param method slsqp, auglag, cobyla, bobyqa, sbplx; the last two disregard constraints

@@ -2,10 +2,12 @@
 
 #include "balance/base/factorizations.hpp"
 #include "balance/design/nlopt_search.hpp"
+#include "balance/design/seek.hpp"
 #include "balance/design/solve.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace balance::designing {
 
@@ -16,14 +18,12 @@ std::string local_method(const Context& context, const FigureOfMerit& merit) {
   return asked != "auto" ? asked : merit.simulated() ? "cobyla" : "slsqp";
 }
 
-SearchLimits local_limits(const Context& context, const FigureOfMerit& merit, const Deadline& deadline) {
+SearchLimits local_limits(const Context& context, const FigureOfMerit& merit) {
   SearchLimits limits;
   limits.evaluations = std::min(context.problem.search.evaluations, 2000);
+  limits.seconds = context.budget.left();
   limits.step = 0.1;
-  if (merit.simulated()) {
-    limits.seconds = deadline.left();
-    limits.relative = 1e-6;
-  }
+  if (merit.simulated()) limits.relative = 1e-6;
   return limits;
 }
 
@@ -83,96 +83,159 @@ VectorX with_equalities(const Context& context, const FigureOfMerit& merit, cons
   return search_locally(method, program, start, limits).u;
 }
 
-/// Methods without gradients move in the tangent space of the conditions; every point is brought back onto them.
-VectorX in_tangent_space(const Context& context, const FigureOfMerit& merit, const Equations& equations,
-                         const std::function<VectorX(const VectorX&)>& back, const VectorX& start,
-                         const std::string& method, const SearchLimits& limits) {
-  const MatrixX tangents = tangent_space(equations, start);
-  if (tangents.cols() == 0) return start;
-  const double worst_value = penalty(merit(start, nullptr));
-  Program program;
-  program.size = static_cast<int>(tangents.cols());
-  program.bound = 2 * std::sqrt(static_cast<double>(start.size()));
-  const auto point = [&](const VectorX& z) { return back(clipped(start + tangents * z)); };
-  program.objective = [&](const VectorX& z, VectorX* gradient) {
-    if (gradient != nullptr) throw std::logic_error("a method without gradients asked for one");
-    const VectorX u = point(z);
-    if (!is_exact(context, equations, u)) return worst_value;
-    const double value = merit(u, nullptr);
-    return std::isfinite(value) ? value : worst_value;
-  };
-  return point(search_locally(method, program, VectorX::Zero(tangents.cols()), limits).u);
+/// Points of the box from which a search of a figure that takes a simulation goes down, besides what is known.
+int spread_count(const FigureOfMerit& merit, Eigen::Index size) {
+  return merit.simulated() ? std::min(6 + 6 * static_cast<int>(size), 40) : 0;
 }
+
+/// Moves in the tangent space of the conditions; every point is brought back onto them.
+class TangentSearch {
+ public:
+  TangentSearch(const Context& context, const FigureOfMerit& merit, const Equations& equations,
+                const std::function<VectorX(const VectorX&)>& back)
+      : context_(context), merit_(merit), equations_(equations), back_(back) {}
+
+  /// @param others exact too
+  /// @param descents 0: polishes only
+  VectorX from(const VectorX& start, const std::vector<VectorX>& others, int descents, double step) const {
+    const MatrixX tangents = tangent_space(equations_, start);
+    if (tangents.cols() == 0) return start;
+    const auto point = [&](const VectorX& z) { return back_(clipped(start + tangents * z)); };
+    Seek task;
+    task.value = [&](const VectorX& z) {
+      const VectorX u = point(z);
+      return is_exact(context_, equations_, u) ? merit_(u, nullptr) : std::numeric_limits<double>::quiet_NaN();
+    };
+    task.bound = 2 * std::sqrt(static_cast<double>(start.size()));
+    task.starts = {VectorX::Zero(tangents.cols())};
+    for (const VectorX& other : others) task.starts.push_back(tangents.transpose() * (other - start));
+    const std::string& asked = context_.problem.search.local;
+    task.method = asked == "auto" || wants_gradients(asked) ? "cobyla" : asked;
+    task.descents = descents;
+    task.evaluations = std::min(context_.problem.search.evaluations, merit_.simulated() ? 400 : 2000);
+    task.step = step;
+    task.finest = merit_.simulated() ? 1e-5 : 1e-4;
+    return point(seek(task, context_.budget).u);
+  }
+
+ private:
+  const Context& context_;
+  const FigureOfMerit& merit_;
+  const Equations& equations_;
+  const std::function<VectorX(const VectorX&)>& back_;
+};
+
+/// Keeps the best admissible point.
+class Best {
+ public:
+  explicit Best(const FigureOfMerit& merit) : merit_(merit) {}
+  bool consider(const VectorX& u) {
+    const double value = merit_(u, nullptr);
+    if (!std::isfinite(value) || optimum.value <= value) return false;
+    optimum.u = u;
+    optimum.value = value;
+    return true;
+  }
+  Optimum optimum{{}, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN(), false};
+
+ private:
+  const FigureOfMerit& merit_;
+};
 
 }  // namespace
 
 Optimum best_exact(const Context& context, const FigureOfMerit& merit, const Equations& equations,
-                   const std::function<VectorX(const VectorX&)>& back, const std::vector<VectorX>& solutions,
-                   const Deadline& deadline) {
+                   const std::function<VectorX(const VectorX&)>& back, const std::vector<VectorX>& solutions) {
   const std::string method = local_method(context, merit);
-  Optimum best;
-  const auto consider = [&](const VectorX& u) {
-    if (!is_exact(context, equations, u)) return;
-    const double value = merit(u, nullptr);
-    if (best.u.size() == 0 || !(best.value <= value)) {
-      if (best.u.size() > 0 && !std::isfinite(value)) return;
-      best.u = u;
-      best.value = value;
-    }
-  };
-  for (const VectorX& solution : solutions) {
-    consider(solution);
-    if (tangent_space(equations, solution).cols() == 0) continue;
-    const SearchLimits limits = local_limits(context, merit, deadline);
-    if (wants_gradients(method)) {
-      consider(back(with_equalities(context, merit, equations, solution, method, limits)));
-      continue;
-    }
-    VectorX from = solution;
-    for (SearchLimits round = limits; round.step > 1e-4; round.step /= 4) {
-      const double before = merit(from, nullptr);
-      const VectorX found = in_tangent_space(context, merit, equations, back, from, method, round);
-      consider(found);
-      if (!(merit(found, nullptr) < before) || !is_exact(context, equations, found)) break;
-      from = found;
-      if (merit.simulated()) round.seconds = deadline.left();
+  Best best(merit);
+  for (const VectorX& solution : solutions)
+    if (is_exact(context, equations, solution)) best.consider(solution);
+  if (best.optimum.u.size() == 0) {
+    best.optimum.u = solutions.front();
+    return best.optimum;
+  }
+  if (wants_gradients(method)) {
+    for (const VectorX& solution : solutions) {
+      if (context.budget.spent() || tangent_space(equations, solution).cols() == 0) continue;
+      ++context.budget.descents;
+      const VectorX u =
+          back(with_equalities(context, merit, equations, solution, method, local_limits(context, merit)));
+      if (is_exact(context, equations, u)) best.consider(u);
     }
   }
-  if (best.u.size() == 0) best.u = solutions.front();
-  return best;
+  const auto freedoms = tangent_space(equations, best.optimum.u).cols();
+  if (freedoms == 0) return best.optimum;
+  std::vector<VectorX> others = solutions;
+  for (const VectorX& u : spread_points(spread_count(merit, freedoms), context.box.size(), context.problem.search.seed))
+    others.push_back(u);
+  const TangentSearch search(context, merit, equations, back);
+  const bool only_polish = wants_gradients(method) && !merit.simulated();
+  if (only_polish && (freedoms > 8 || context.problem.inner)) return best.optimum;
+  // the tangents of a curved set of solutions turn
+  int descents = only_polish ? 0 : 3;
+  for (double step = 0.1; step > 1e-3 && !context.budget.spent(); step /= 4, descents = std::min(descents, 1)) {
+    const VectorX u = search.from(best.optimum.u, descents > 1 ? others : std::vector<VectorX>{}, descents, step);
+    if (!is_exact(context, equations, u) || !best.consider(u)) break;
+  }
+  return best.optimum;
 }
 
-Optimum best_compromise(const Context& context, const FigureOfMerit& merit, const VectorX& start,
-                        const Deadline& deadline) {
+namespace {
+
+/// Methods with gradients keep the physical limits as constraints.
+VectorX with_limits(const Context& context, const FigureOfMerit& merit, const VectorX& from) {
+  Program program;
+  program.size = context.box.size();
+  program.objective = [&](const VectorX& u, VectorX* gradient) { return merit(u, gradient); };
+  add_physical(context, program);
+  ++context.budget.descents;
+  return search_locally(local_method(context, merit), program, from, local_limits(context, merit)).u;
+}
+
+}  // namespace
+
+Optimum best_compromise(const Context& context, const FigureOfMerit& merit, const VectorX& start) {
   const SearchOptions& options = context.problem.search;
-  const double reference = merit(start, nullptr);
+  Best best(merit);
+  const auto consider = [&](const VectorX& u) {
+    if (context.is_physical(u)) best.consider(u);
+  };
+  consider(start);
+  const auto value = [&](const VectorX& u) {
+    VectorX features;
+    context.map.evaluate(u, features, nullptr);
+    return context.physical.holds(features) ? merit(u, nullptr) : std::numeric_limits<double>::quiet_NaN();
+  };
   Program program;
   program.size = context.box.size();
   program.objective = [&](const VectorX& u, VectorX* gradient) {
-    const double value = merit(u, gradient);
-    VectorX features;
-    context.map.evaluate(u, features, nullptr);
-    return context.physical.holds(features) && std::isfinite(value) ? value : penalty(reference);
+    const double inside = value(u);
+    if (gradient != nullptr) merit(u, gradient);
+    ++context.budget.evaluations;
+    return inside;
   };
-  SearchLimits limits{options.evaluations, 0, 0};
-  if (merit.simulated()) limits.seconds = deadline.left() / 2;
-  const VectorX coarse = search_globally(options.global, program, start, limits, options.seed, !merit.simulated()).u;
-  Optimum best{start, reference, {}, false};
-  const auto consider = [&](const VectorX& u) {
-    const double value = merit(u, nullptr);
-    if (context.is_physical(u) && std::isfinite(value) && !(best.value <= value)) best.u = u, best.value = value;
-  };
+  const int evaluations = merit.simulated() ? std::max(1, options.evaluations / 20) : options.evaluations;
+  const SearchLimits limits{evaluations, context.budget.left() / 2, 0, 0};
+  const VectorX coarse =
+      context.box.size() > 0
+          ? search_globally(options.global, program, start, limits, options.seed, !merit.simulated()).u
+          : start;
   consider(coarse);
-  program.objective = [&](const VectorX& u, VectorX* gradient) {
-    const double value = merit(u, gradient);
-    return std::isfinite(value) ? value : penalty(reference);
-  };
-  add_physical(context, program);
-  for (const VectorX& from : {coarse, start}) {
-    consider(search_locally(local_method(context, merit), program, from, local_limits(context, merit, deadline)).u);
-  }
-  best.bound = std::numeric_limits<double>::quiet_NaN();
-  return best;
+  if (wants_gradients(local_method(context, merit)))
+    for (const VectorX& from : {coarse, start})
+      if (std::isfinite(merit(from, nullptr))) consider(with_limits(context, merit, from));
+  Seek task;
+  task.value = value;
+  task.starts = {best.optimum.u.size() > 0 ? best.optimum.u : start, coarse, start};
+  for (const VectorX& u : spread_points(spread_count(merit, start.size()), context.box.size(), options.seed))
+    task.starts.push_back(u);
+  task.method = wants_gradients(local_method(context, merit)) ? "cobyla" : local_method(context, merit);
+  task.evaluations = std::min(options.evaluations, merit.simulated() ? 400 : 2000);
+  task.finest = merit.simulated() ? 1e-6 : 1e-7;
+  const Sought found = seek(task, context.budget);
+  consider(found.u);
+  if (best.optimum.u.size() == 0) best.optimum.u = start;
+  return best.optimum;
 }
 
 VectorX least_residual(const Context& context, const Equations& equations, const Descent& start, int evaluations) {
@@ -184,6 +247,7 @@ VectorX least_residual(const Context& context, const Equations& equations, const
       if (gradient != nullptr) gradient->setZero(u.size());
       return penalty(1);
     }
+    if (!values.allFinite()) return penalty(1);
     if (gradient != nullptr) *gradient = 2 * jacobian.topRows(rows).transpose() * values.head(rows);
     return values.head(rows).squaredNorm();
   };
@@ -193,7 +257,10 @@ VectorX least_residual(const Context& context, const Equations& equations, const
   const SearchOptions& options = context.problem.search;
   Descent best = start;
   if (evaluations > 0) {
-    const VectorX coarse = search_globally(options.global, program, start.u, {evaluations, 0, 0}, options.seed, true).u;
+    const VectorX coarse = search_globally(options.global, program, start.u, {evaluations, context.budget.left(), 0, 0},
+                                           options.seed, true)
+                               .u;
+    ++context.budget.descents;
     Descent found = gauss_newton(equations, coarse);
     if (found.values.size() > 0 && (best.values.size() == 0 || found.values.squaredNorm() < best.values.squaredNorm()))
       best = std::move(found);
@@ -202,7 +269,7 @@ VectorX least_residual(const Context& context, const Equations& equations, const
   // the inequalities were one residual among others: now they are kept
   program.objective = [&](const VectorX& u, VectorX* gradient) { return sum_of_squares(u, gradient, conditions); };
   add_physical(context, program);
-  const VectorX kept = search_locally("slsqp", program, context.box.start(), {2000, 0, 1e-12}).u;
+  const VectorX kept = search_locally("slsqp", program, context.box.start(), {2000, context.budget.left(), 1e-12, 0}).u;
   if (context.is_physical(kept)) return kept;
   double part = 1;
   while (part > 1e-9 && !context.is_physical(context.box.start() + part * (kept - context.box.start()))) part *= 0.9;

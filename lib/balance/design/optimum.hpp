@@ -3,32 +3,18 @@
 
 #include "balance/design/convex.hpp"
 
-#include <chrono>
-
 namespace balance::designing {
 
-/// Time left to searches whose evaluations are simulations.
-class Deadline {
- public:
-  explicit Deadline(double seconds) : end_(Clock::now() + std::chrono::duration<double>(seconds)) {}
-  /// [s], positive.
-  double left() const { return std::max(1e-3, std::chrono::duration<double>(end_ - Clock::now()).count()); }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  std::chrono::time_point<Clock, std::chrono::duration<double>> end_;
-};
-
-/// Local searches from exact solutions, with the conditions as equalities.
+/// Local searches from exact solutions, with the conditions as equalities or in their tangent space; at the end steps along every
+/// tangent, so that no search ends at a bound from which a step back helps.
 /// @param back brings a point near the conditions onto them
-/// @param solutions at least one
+/// @param solutions at least one at which the figure has a value
 Optimum best_exact(const Context& context, const FigureOfMerit& merit, const Equations& equations,
-                   const std::function<VectorX(const VectorX&)>& back, const std::vector<VectorX>& solutions,
-                   const Deadline& deadline);
+                   const std::function<VectorX(const VectorX&)>& back, const std::vector<VectorX>& solutions);
 
 /// Global, then local search of the objective over all physical designs, met conditions or not.
-Optimum best_compromise(const Context& context, const FigureOfMerit& merit, const VectorX& start,
-                        const Deadline& deadline);
+/// @return value not finite: none was found at which it has a value
+Optimum best_compromise(const Context& context, const FigureOfMerit& merit, const VectorX& start);
 
 /// Global, then local search of the sum of squared residuals.
 /// @param start the best known

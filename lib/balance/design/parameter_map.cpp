@@ -1,6 +1,9 @@
 #include "balance/design/parameter_map.hpp"
 
+#include "balance/base/error.hpp"
 #include "balance/design/fit.hpp"
+
+#include <limits>
 
 namespace balance::designing {
 
@@ -10,7 +13,11 @@ ParameterMap::ParameterMap(const Box& box, const DesignProblem& problem, const S
 }
 
 VectorX ParameterMap::exact(const VectorX& u) const {
-  return designing::features(problem_.mechanism_at(box_.numbers(u)), loose_);
+  try {
+    return designing::features(problem_.mechanism_at(box_.numbers(u)), loose_);
+  } catch (const SpecError&) {
+    return VectorX::Constant(features_, std::numeric_limits<double>::quiet_NaN());
+  }
 }
 
 void ParameterMap::evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const {

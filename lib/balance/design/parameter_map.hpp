@@ -18,7 +18,7 @@ class ParameterMap {
   const std::optional<Polynomial>& polynomial() const { return polynomial_; }
   /// Features and their derivatives (rows) by unit coordinates.
   void evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const;
-  /// From the mechanism itself, to the last digit.
+  /// From the mechanism itself, to the last digit; NaN where an expression of the spec has no value.
   VectorX exact(const VectorX& u) const;
 
  private:

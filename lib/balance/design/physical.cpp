@@ -99,6 +99,7 @@ void Physical::evaluate(const VectorX& features, const MatrixX* slopes, VectorX&
 }
 
 bool Physical::holds(const VectorX& features) const {
+  if (!features.allFinite()) return false;
   VectorX g;
   evaluate(features, nullptr, g, nullptr);
   int row = 0;

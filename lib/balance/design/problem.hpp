@@ -24,8 +24,11 @@ struct Objective {
   std::string unit;
   /// Of the parameters alone (Conditions::parameters' order); cheap. Writes the gradient if the pointer is not null.
   std::function<double(const VectorX& parameters, VectorX* gradient)> of_parameters;
-  /// Of the free numbers, by simulation: where the motion itself depends on them. NaN where it cannot be computed.
+  /// Of the free numbers, by simulation: where the motion itself depends on them. NaN where it cannot be computed: such numbers
+  /// are no design.
   std::function<double(const VectorX& x)> of_variables;
+  /// Why of_variables has no value at x, a sentence. May be empty.
+  std::function<std::string(const VectorX& x)> trouble;
   bool convex = false;  ///< of_parameters is convex
   bool size =
       false;  ///< of the design (added mass), not of its motion: smallest when nothing is balanced at all, so that
@@ -38,8 +41,8 @@ struct SearchOptions {
   std::string local = "auto";  ///< slsqp, auglag, cobyla, bobyqa, sbplx; auto: slsqp where gradients exist, else cobyla
   std::uint64_t seed = 1;      ///< of restarts and global search
   int restarts = 40;           ///< of Gauss–Newton, 1…10000
-  int evaluations = 20000;     ///< of a global search, 1…10^8; a tenth where every one builds a mechanism
-  double seconds = 60;         ///< of a search whose evaluations are simulations, positive
+  int evaluations = 20000;     ///< of a global search, 1…10^8; a twentieth where every one is a simulation
+  double seconds = 60;         ///< of computing, for everything that one design does, positive
 
   /// @throws std::invalid_argument
   void validate() const;
@@ -49,11 +52,19 @@ struct DesignProblem {
   std::vector<Variable> variables;
   /// The mechanism at values of the free numbers within their bounds; not checked for physical sense.
   std::function<Mechanism(const VectorX& x)> mechanism_at;
-  std::vector<Goal> goals;
+  std::vector<Goal> goals;  ///< none: only the objective is asked for
   ConditionOptions options;
   /// derive_conditions, or the modular strategy's.
   std::function<Conditions(const Mechanism&, const std::vector<Goal>&, const ConditionOptions&)> derive;
-  bool modular = false;                ///< conditions come from `derive` at every geometry, not from GoalResidual
+  bool modular = false;  ///< conditions come from `derive` at every geometry, not from GoalResidual
+  /// Why numbers are no design whatever they balance: the mechanism cannot be assembled, or not make a motion that it is there
+  /// for. Empty: they may be one. Asked where lengths or ratios are free; null: nothing is asked.
+  std::function<std::string(const VectorX& x)> obstacle;
+  /// The objective where only the numbers `kept` change and the others stay as in x; may know more of it than the whole one.
+  /// Null: the objective itself is used.
+  std::function<Objective(const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose)> objective_at;
+  /// One of many: no proofs and no more than a few starts.
+  bool inner = false;
   std::optional<Objective> objective;  ///< among exact solutions; also judges compromises
   SearchOptions search;
 };

@@ -1,8 +1,10 @@
 #include "balance/design/solve.hpp"
 
 #include "balance/design/findings.hpp"
-#include "balance/design/nlopt_search.hpp"
+#include "balance/design/freedom.hpp"
+#include "balance/design/geometric.hpp"
 #include "balance/design/optimum.hpp"
+#include "balance/design/verdict.hpp"
 
 #include <cmath>
 #include <stdexcept>
@@ -14,33 +16,35 @@ namespace {
 using namespace designing;
 
 /// Exact solutions from which the objective is improved, where one is not enough.
-constexpr int starts_of_optimisation = 6, starts_of_simulation = 2;
+constexpr int starts_of_optimisation = 6, starts_of_simulation = 2, starts_of_inner = 2;
 
 class Designer {
  public:
   using Exact = std::function<VectorX(const VectorX&)>;
   using Figure = std::function<double(const VectorX&)>;
 
-  explicit Designer(const DesignProblem& problem) : context_(problem), deadline_(problem.search.seconds) {
+  explicit Designer(const DesignProblem& problem) : budget_(problem.search.seconds), context_(problem, budget_) {
     if (problem.objective) merit_.emplace(context_);
     start_ = context_.box.start();
   }
 
   DesignOutcome run() {
     out_.x = context_.box.numbers(start_);
-    out_.conditions = context_.derive(context_.mechanism(start_));
-    if (out_.conditions.status != ConditionsStatus::done) {
-      out_.reason = out_.conditions.reason;
-      return std::move(out_);
-    }
     if (context_.survey.any_geometric())
       design_geometry();
-    else
+    else if (derive(start_))
       design_masses();
     return std::move(out_);
   }
 
  private:
+  bool derive(const VectorX& u) {
+    out_.conditions = context_.conditions_at(u);
+    if (out_.conditions.status == ConditionsStatus::done) return true;
+    out_.reason = out_.conditions.reason;
+    return false;
+  }
+
   void design_masses() {
     const FixedRows rows(context_, out_.conditions);
     out_.occurring = find_occurring(context_, out_.conditions, start_);
@@ -60,68 +64,106 @@ class Designer {
     const Equations equations = fixed_equations(context_, rows, changeable, zero);
     const auto exact = [&](const VectorX& u) { return VectorX(rows.exact(u)(changeable)); };
     const auto hopeless = [&] {
-      out_.proof = find_proof(context_, out_.conditions, rows, at_start);
+      if (!context_.problem.inner) out_.proof = find_proof(context_, out_.conditions, rows, at_start);
       return out_.proof.has_value();
     };
     const VectorX u = search(equations, exact, affine && context_.physical.convex(), hopeless);
-    finish(u);
-    if (out_.status != DesignStatus::balanced && !out_.proof) {
+    if (!finish(u)) return;
+    if (out_.status != DesignStatus::balanced && !out_.proof && !context_.problem.inner) {
       out_.proof = find_proof(context_, out_.conditions, rows, out_.after);
       conclude(out_);
     }
+    out_.proved = out_.status == DesignStatus::impossible;
+    finish_search(equations, u, true);
   }
 
   void design_geometry() {
     out_.method = DesignMethod::geometric;
-    const Conditions at_start = out_.conditions;
-    const FixedRows none(context_, at_start);  // without a condition no geometry matters
-    const Equations equations = at_start.rank > 0 ? geometric_equations(context_, context_.mechanism(start_))
-                                                  : fixed_equations(context_, none, {}, VectorX(0));
-    const VectorX u = search(equations, {}, false, {});
-    out_.conditions = context_.derive(context_.mechanism(u));
-    if (out_.conditions.status != ConditionsStatus::done) {
-      VectorX values;
-      const bool solved = equations.evaluate(u, values, nullptr) && worst(equations, values) < met;
-      out_.status = solved ? DesignStatus::balanced : DesignStatus::compromise;
-      out_.x = context_.box.numbers(u);
-      out_.reason = "the conditions of the final geometry cannot be listed: " + out_.conditions.reason;
+    std::string reason;
+    const auto anchor = find_anchor(context_, reason);
+    if (!anchor) {
+      if (derive(start_)) out_.status = DesignStatus::not_found;
+      out_.reason = reason;
       return;
     }
-    finish(u);
-    if (at_start.pivots == out_.conditions.pivots) out_.before = scaled_residuals(at_start, parameters(start_));
+    derive(*anchor);
+    const FixedRows none(context_, out_.conditions);  // without a condition no geometry matters
+    const Equations equations = out_.conditions.rank > 0 ? geometric_equations(context_, *anchor)
+                                                         : fixed_equations(context_, none, {}, VectorX(0));
+    const Conditions at_start = *anchor == start_ ? out_.conditions : Conditions{};
+    GeometricDesign design = search_geometry(context_, *anchor, equations, merit_ ? &*merit_ : nullptr);
+    if (design.valueless) return give_up(*design.valueless, "for any numbers that were found to meet the conditions");
+    if (!design.found && merit_ && !finite_value(*anchor)) return give_up(*anchor, "for any lengths that were tried");
+    if (design.by_residual) note_compromise();
+    aim_ = merit_ && !design.by_residual ? Aim::objective : design.balanced ? Aim::nothing : Aim::residual;
+    const VectorX u = tidy(equations, design.u);
+    out_.conditions = context_.conditions_at(u);
+    if (out_.conditions.status != ConditionsStatus::done) return finish_without_list(equations, u);
+    if (!finish(u)) return;
+    if (!at_start.pivots.empty() && at_start.pivots == out_.conditions.pivots)
+      out_.before = scaled_residuals(at_start, parameters(start_));
     out_.occurring = find_occurring(context_, out_.conditions, u);
     for (const int k : out_.open)
       if (out_.occurring[static_cast<std::size_t>(k)].empty()) out_.unmet_fixed.push_back(k);
     conclude(out_);
+    finish_search(equations, u, false);
+  }
+
+  void finish_without_list(const Equations& equations, const VectorX& u) {
+    VectorX values;
+    const bool solved = equations.evaluate(u, values, nullptr) && worst(equations, values) < met;
+    out_.status = solved ? DesignStatus::balanced : DesignStatus::compromise;
+    out_.x = context_.box.numbers(u);
+    out_.reason = "the conditions of the final geometry cannot be listed: " + out_.conditions.reason;
+    finish_search(equations, u, false);
   }
 
   /// Exact solutions, the best of them; or a compromise.
   VectorX search(const Equations& equations, const Exact& exact, bool convex, const std::function<bool()>& hopeless) {
+    if (context_.problem.goals.empty()) return tidy(equations, least_objective(start_));
     ExactSearch found = find_exact(context_, equations, effort(convex, hopeless));
     const auto back = [&](const VectorX& u) { return polished(equations, u, exact); };
-    const auto tidy = [&](const VectorX& u) {
-      return tidied(context_, equations, merit_ ? [this](const VectorX& v) { return (*merit_)(v, nullptr); } : Figure(),
-                    u);
-    };
+    if (found.solutions.empty() && !found.unusable.empty()) {
+      give_up(found.unusable.front(), "for any numbers that were found to meet the conditions");
+      return start_;
+    }
     if (found.solutions.empty() || (merit_ && !context_.problem.objective->size && !out_.unmet_fixed.empty()))
-      return tidy(compromise(equations, found.best, convex));
+      return tidy(equations, compromise(equations, found.best, convex));
     for (VectorX& u : found.solutions)
-      if (const VectorX better = back(u); is_exact(context_, equations, better)) u = better;
+      if (const VectorX better = back(u); is_exact(context_, equations, better) && has_value(better)) u = better;
     LinearConditions linear;
     if (convex) {
       linear = linear_conditions(equations, context_.box.size());
       if (const auto nearest = nearest_exact(context_, linear)) {
         const VectorX u = back(*nearest);
-        if (is_exact(context_, equations, u)) found.solutions.front() = u;
+        if (is_exact(context_, equations, u) && has_value(u)) found.solutions.front() = u;
       }
     }
-    if (!merit_) return tidy(found.solutions.front());
-    return tidy(take(best_of(equations, linear, back, found.solutions, convex)));
+    if (!merit_) return tidy(equations, found.solutions.front());
+    aim_ = Aim::objective;
+    return tidy(equations, take(best_of(equations, linear, back, found.solutions, convex)));
+  }
+
+  bool finite_value(const VectorX& u) const { return std::isfinite((*merit_)(u, nullptr)); }
+  bool has_value(const VectorX& u) const { return !merit_ || finite_value(u); }
+
+  /// No design: the objective has no value where it is asked for.
+  void give_up(const VectorX& u, const std::string& where) {
+    out_.status = DesignStatus::unsolved;
+    out_.reason = without_value(*context_.problem.objective, where, merit_->trouble(u));
+    given_up_ = true;
+  }
+
+  VectorX tidy(const Equations& equations, const VectorX& u) const {
+    if (!merit_) return tidied(context_, equations, Figure(), u);
+    return tidied(
+        context_, equations, [this](const VectorX& v) { return (*merit_)(v, nullptr); }, u);
   }
 
   Effort effort(bool convex, const std::function<bool()>& hopeless) const {
     const int restarts = context_.problem.search.restarts;
-    Effort effort{restarts, starts_of_optimisation, hopeless};
+    Effort effort{restarts, context_.problem.inner ? starts_of_inner : starts_of_optimisation, hopeless, {}, {}};
+    if (merit_) effort.usable = [this](const VectorX& u) { return finite_value(u); };
     if (!merit_ || (convex && merit_->convex()))
       effort.wanted = 1;
     else if (merit_->simulated())
@@ -133,19 +175,38 @@ class Designer {
 
   Optimum best_of(const Equations& equations, const LinearConditions& linear, const Exact& back,
                   const std::vector<VectorX>& solutions, bool convex) const {
-    Optimum best = best_exact(context_, *merit_, equations, back, solutions, deadline_);
+    const bool proving = convex && merit_->convex();
+    Optimum best;
+    best.u = solutions.front();
+    best.value = (*merit_)(best.u, nullptr);
+    // the bound's own search does not need another one before it
+    if (!proving || !context_.problem.inner) best = best_exact(context_, *merit_, equations, back, solutions);
     if (convex && linear.a.rows() == linear.a.cols()) {  // there is no other solution
       best.bound = best.value;
       best.global = true;
       return best;
     }
-    return convex && merit_->convex() ? minimise_convex(context_, *merit_, linear, back, best.u) : best;
+    return proving ? minimise_convex(context_, *merit_, linear, back, best.u) : best;
   }
 
   VectorX take(const Optimum& optimum) {
     if (std::isfinite(optimum.bound)) out_.lower_bound = optimum.bound;
-    out_.global = optimum.global;
+    proved_best_ = optimum.global && std::isfinite(optimum.value);
     return optimum.u;
+  }
+
+  /// The numbers within their bounds for which the objective is least, whatever the conditions.
+  VectorX least_objective(const VectorX& from) {
+    aim_ = Aim::objective;
+    const LinearConditions none{MatrixX(0, start_.size()), VectorX(0)};
+    if (merit_->convex() && context_.physical.convex() && context_.is_physical(from))
+      return take(minimise_convex(
+          context_, *merit_, none, [](const VectorX& u) { return u; }, from));
+    return take(best_compromise(context_, *merit_, from));
+  }
+
+  void note_compromise() {
+    out_.notes.push_back("a compromise: the numbers that leave the smallest sum of squared residuals");
   }
 
   VectorX compromise(const Equations& equations, const Descent& best, bool convex) {
@@ -153,16 +214,12 @@ class Designer {
     if (merit_ && !context_.problem.objective->size) {
       out_.notes.push_back("a compromise: the numbers within their bounds for which " +
                            context_.problem.objective->name + " is smallest, whatever the conditions");
-      const VectorX from = context_.is_physical(best.u) ? best.u : start_;
-      const LinearConditions none{MatrixX(0, start_.size()), VectorX(0)};
-      if (merit_->convex() && context_.physical.convex() && context_.is_physical(from))
-        return take(minimise_convex(
-            context_, *merit_, none, [](const VectorX& u) { return u; }, from));
-      return take(best_compromise(context_, *merit_, from, deadline_));
+      return least_objective(context_.is_physical(best.u) ? best.u : start_);
     }
-    out_.notes.push_back("a compromise: the numbers that leave the smallest sum of squared residuals");
-    const bool slow = context_.survey.any_geometric() || !context_.map.polynomial();
-    const int evaluations = convex ? 0 : slow ? std::max(1, options.evaluations / 10) : options.evaluations;
+    note_compromise();
+    aim_ = Aim::residual;
+    const bool slow = !context_.map.polynomial();
+    const int evaluations = convex ? 0 : slow ? std::max(1, options.evaluations / 20) : options.evaluations;
     const VectorX u = least_residual(context_, equations, best, evaluations);
     return merit_ ? prefer_small(equations, u, convex) : u;
   }
@@ -187,39 +244,48 @@ class Designer {
     return parameter_values(context_.mechanism(u), context_.options.loose_springs);
   }
 
-  void finish(const VectorX& u) {
+  /// @return false if there is no design, because the objective has no value there
+  bool finish(const VectorX& u) {
+    if (given_up_) return false;
     out_.x = context_.box.numbers(u);
-    out_.before = scaled_residuals(out_.conditions, parameters(start_));
-    out_.after = scaled_residuals(out_.conditions, parameters(u));
     if (merit_) {
       out_.objective_start = (*merit_)(start_, nullptr);
       out_.objective = (*merit_)(u, nullptr);
+      if (!std::isfinite(out_.objective)) {
+        give_up(u, "for any numbers that were tried");
+        return false;
+      }
     }
+    out_.before = scaled_residuals(out_.conditions, parameters(start_));
+    out_.after = scaled_residuals(out_.conditions, parameters(u));
     conclude(out_);
+    return true;
   }
 
+  /// What is claimed of the search, and what it leaves free.
+  void finish_search(const Equations& equations, const VectorX& u, bool precise) {
+    if (merit_ && aim_ == Aim::nothing) aim_ = Aim::objective;
+    judge(context_, aim_, proved_best_ && aim_ == Aim::objective, out_);
+    if (context_.problem.inner || (out_.status != DesignStatus::balanced && out_.status != DesignStatus::not_asked))
+      return;
+    out_.freedom = find_freedom(context_, equations, merit_ ? &*merit_ : nullptr, u, precise);
+  }
+
+  Budget budget_;
   Context context_;
-  Deadline deadline_;
   std::optional<FigureOfMerit> merit_;
   VectorX start_;
   DesignOutcome out_;
+  Aim aim_ = Aim::nothing;
+  bool proved_best_ = false, given_up_ = false;
 };
 
 }  // namespace
 
-void SearchOptions::validate() const {
-  const auto require = [](bool holds, const char* what) {
-    if (!holds) throw std::invalid_argument(what);
-  };
-  require(is_global_method(global), "the global search is one of direct, crs, isres, esch, mlsl");
-  require(is_local_method(local), "the local search is one of auto, slsqp, auglag, cobyla, bobyqa, sbplx");
-  require(restarts >= 1 && restarts <= 10000, "the number of restarts lies between 1 and 10000");
-  require(evaluations >= 1 && evaluations <= 100000000, "the number of evaluations lies between 1 and 1e8");
-  require(seconds > 0 && std::isfinite(seconds), "the search's time must be positive");
-}
-
 DesignOutcome solve(const DesignProblem& problem) {
   problem.search.validate();
+  if (problem.goals.empty() && !problem.objective)
+    throw std::invalid_argument("a design needs a goal or something to minimize");
   return Designer(problem).run();
 }
 

@@ -7,10 +7,21 @@
 namespace balance {
 
 enum class DesignStatus {
-  unsolved,
+  unsolved,    ///< nothing can be said: `reason` says why
   balanced,    ///< all conditions are met
   compromise,  ///< they are not, and whether they can be is not known
-  impossible,  ///< they cannot be: `proof` or `unmet_fixed` says why; the numbers are the best compromise
+  impossible,  ///< they cannot be: `reason` says why, `proved` whether that is shown; the numbers are the best compromise
+  not_found,  ///< no numbers were found with which the mechanism can be assembled and make its motions; x is the start
+  not_asked,  ///< there was no goal, only an objective
+};
+
+/// How good the design is in what it was to make small: the objective, or for a compromise without one what is left of the
+/// conditions.
+enum class Optimality {
+  not_asked,    ///< nothing was to be made small
+  proved_best,  ///< `lower_bound` shows that nothing is better than by `gap`
+  local_best,   ///< the best of what `tried` says; something better may exist
+  stopped,      ///< the same, and the budget ended the search
 };
 
 /// What the solution rests on.
@@ -19,6 +30,13 @@ enum class DesignMethod {
   affine,         ///< conditions affine in the numbers: linear algebra and bounds
   polynomial,     ///< Gauss–Newton on inertial numbers
   geometric,      ///< Gauss–Newton on lengths or ratios too
+};
+
+/// Ways to change a design without losing anything: to first order, within the bounds.
+struct Freedom {
+  int of_conditions = -1;    ///< of the designs that meet the conditions; −1: not counted
+  int left = -1;             ///< of these, as good in the objective too; −1: not counted
+  std::vector<int> numbers;  ///< free numbers that may still change
 };
 
 struct DesignOutcome {
@@ -34,9 +52,13 @@ struct DesignOutcome {
   std::optional<Impossibility> proof;
   double objective = std::numeric_limits<double>::quiet_NaN();        ///< at x
   double objective_start = std::numeric_limits<double>::quiet_NaN();  ///< at the start values
-  double lower_bound =
-      std::numeric_limits<double>::quiet_NaN();  ///< of the objective over all exact solutions, if proved
-  bool global = false;                           ///< the bound proves x the best there is
+  /// What no exact design is below (without a goal, and for a compromise by the objective: no design at all), if proved.
+  double lower_bound = std::numeric_limits<double>::quiet_NaN();
+  Optimality optimality = Optimality::not_asked;
+  std::string tried;    ///< what was searched; empty if nothing was
+  bool proved = false;  ///< impossible: it is shown, not only not found
+  Freedom freedom;      ///< of designs as good as this one
+  double gap() const { return objective - lower_bound; }
   std::vector<std::string> notes;
 };
 
@@ -44,9 +66,11 @@ struct DesignOutcome {
 inline constexpr double met = 1e-10;
 
 /// In this order: conditions affine in the numbers, polynomial ones by Gauss–Newton with restarts, the best of the exact
-/// solutions by the objective, a compromise by a global and a local search. Bodies stay physical throughout.
-/// @throws std::invalid_argument for bounds that are not finite or do not hold the start value, and for search options out of
-///         range
+/// solutions by the objective, a compromise by a global and a local search. Lengths and ratios are searched on a level above,
+/// with the other numbers solved for at each of them. Bodies stay physical, mechanisms assembled throughout; numbers for which
+/// an expression has no value, or the objective none, are no designs.
+/// @throws std::invalid_argument for bounds that are not finite or do not hold the start value, for search options out of
+///         range, and if there is neither a goal nor an objective
 DesignOutcome solve(const DesignProblem& problem);
 
 /// Springs of zero free length whose ends are free numbers: with their products as parameters (problem.options.loose_springs)

@@ -1,9 +1,11 @@
 #include "balance/design/survey.hpp"
 
+#include "balance/base/error.hpp"
 #include "balance/design/solve.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace balance::designing {
 
@@ -39,6 +41,23 @@ bool Survey::touches(int variable, int feature) const {
   return std::abs(after - before) > disturbed * std::max(std::abs(before), std::abs(after));
 }
 
+namespace {
+
+/// Tries to find another value of a number, or another point, before they are given up.
+constexpr int most_tries = 60;
+
+/// The mechanism at u, or nothing where an expression of the spec has no value.
+std::optional<Mechanism> mechanism_or_none(const Box& box, const DesignProblem& problem, const VectorX& u) {
+  try {
+    Mechanism mechanism = problem.mechanism_at(box.numbers(u));
+    if (geometry(mechanism, {}).allFinite() && parameter_values(mechanism, {}).allFinite()) return mechanism;
+  } catch (const SpecError&) {
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 Survey survey(const Box& box, const DesignProblem& problem) {
   Survey result;
   const int n = box.size();
@@ -46,12 +65,26 @@ Survey survey(const Box& box, const DesignProblem& problem) {
   Dice dice(problem.search.seed);
   result.base = dice.point(n, 0.1, 0.4);
   result.moved = dice.point(n, -0.8, -0.5);
-  result.at_base = problem.mechanism_at(box.numbers(result.base));
+  std::optional<Mechanism> at_base = mechanism_or_none(box, problem, result.base);
+  for (int k = 0; !at_base && k < most_tries; ++k) {
+    result.base = k < most_tries / 2 ? dice.point(n, -0.95, 0.95)
+                                     : clipped(box.start() + dice.point(n) / (k + 2 - most_tries / 2));
+    at_base = mechanism_or_none(box, problem, result.base);
+  }
+  if (!at_base) result.base = box.start();
+  result.at_base = at_base ? *at_base : problem.mechanism_at(box.numbers(result.base));
   std::vector<Mechanism> others;
   for (int i = 0; i < n; ++i) {
     VectorX u = result.base;
     u[i] = result.moved[i];
-    others.push_back(problem.mechanism_at(box.numbers(u)));
+    std::optional<Mechanism> other = mechanism_or_none(box, problem, u);
+    for (int k = 0; !other && k < most_tries; ++k) {
+      const double narrow = k < most_tries / 2 ? 1 : std::pow(0.7, k - most_tries / 2);
+      u[i] = std::clamp(result.base[i] + narrow * dice(-1, 1), -1.0, 1.0);
+      if (std::abs(u[i] - result.base[i]) > 1e-6) other = mechanism_or_none(box, problem, u);
+    }
+    result.moved[i] = u[i];
+    others.push_back(other ? *other : result.at_base);
   }
   result.loose = springs_with_free_ends(result.at_base, others, problem.options.loose_springs);
   result.base_features = designing::features(result.at_base, result.loose);

@@ -32,6 +32,13 @@ double checked(const Cursor& at, double value) {
 
 std::string several_numbers(std::size_t count) { return count == 2 ? "[x, y]" : "[x, y, z]"; }
 
+/// What a designer adds to a mechanism to balance it: not there to begin with.
+bool is_extra(const std::string& path) {
+  const bool carried = path.starts_with("counterweights.") || path.starts_with("discs.");
+  return (carried && (path.ends_with(".mass") || path.ends_with(".inertia"))) ||
+         (path.starts_with("springs.") && path.ends_with(".stiffness"));
+}
+
 }  // namespace
 
 double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign) {
@@ -43,7 +50,8 @@ double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sig
     return checked(at, value * unit);
   }
   if (draft.given != nullptr) return (*draft.given)[at.path()];
-  const FreeValue free = draft.parameters.evaluate_free(at);
+  FreeValue free = draft.parameters.evaluate_free(at);
+  if (!free.start_given && is_extra(at.path()) && free.lower <= 0 && free.upper >= 0) free.start = 0;
   // A bound of zero is allowed: the designer may wish to know whether the mass can vanish.
   check_sign(at, free.lower, sign == Sign::any ? Sign::any : Sign::not_negative);
   check_sign(at, free.start, sign);
@@ -51,7 +59,6 @@ double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sig
                           .lower = checked(at, free.lower * unit),
                           .upper = checked(at, free.upper * unit),
                           .start = checked(at, free.start * unit),
-                          .start_given = free.start_given,
                           .unit = unit};
   if (draft.free_paths.insert(number.path).second) draft.free_numbers.push_back({&at.node(), number});
   return number.start;

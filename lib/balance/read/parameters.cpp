@@ -179,12 +179,9 @@ void Parameters::define(const Member& member) {
     value = (*given_)[member.value.path()];
   } else {
     const FreeValue free = evaluate_free(member.value);
-    free_numbers_.push_back({&member.value.node(),
-                             {.path = member.value.path(),
-                              .lower = free.lower,
-                              .upper = free.upper,
-                              .start = free.start,
-                              .start_given = free.start_given}});
+    free_numbers_.push_back(
+        {&member.value.node(),
+         {.path = member.value.path(), .lower = free.lower, .upper = free.upper, .start = free.start}});
     value = free.start;
   }
   values_[member.name] = value;

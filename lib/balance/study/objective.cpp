@@ -1,6 +1,8 @@
 #include "balance/study/objective.hpp"
 
+#include "balance/base/error.hpp"
 #include "balance/design/features.hpp"
+#include "balance/study/finite_study.hpp"
 #include "balance/study/simulate.hpp"
 
 #include <fmt/format.h>
@@ -51,27 +53,39 @@ bool same_motion(const Study& a, const Study& b, const ObjectiveTerm& term, cons
          alike(first.joint_velocity, second.joint_velocity);
 }
 
-CostFunction linear(VectorX coefficients, double constant) {
-  return [coefficients = std::move(coefficients), constant](const VectorX& parameters, VectorX* gradient) {
+/// Whatever the free numbers are.
+bool stays_the_same(const DesignSpace& space, const Study& start, const ObjectiveTerm& term,
+                    const LooseSprings& loose) {
+  try {
+    return same_motion(start, finite_study(space.at, somewhere_else(space.start.free_numbers)), term, loose);
+  } catch (const SpecError&) {
+    return false;  // with these numbers an expression of the spec has no value
+  } catch (const std::invalid_argument&) {
+    return false;  // or there is no motion
+  }
+}
+
+CostFunction linear(VectorX coefficients) {
+  return [coefficients = std::move(coefficients)](const VectorX& parameters, VectorX* gradient) {
     if (gradient != nullptr) *gradient = coefficients;
-    return coefficients.dot(parameters) + constant;
+    return coefficients.dot(parameters);
   };
 }
 
-CostFunction size_function(ObjectiveTerm::Size size, const Mechanism& before, const LooseSprings& loose) {
-  const auto parameters = list_parameters(before, loose);
-  const VectorX coefficients =
+/// Of everything that moves, or of what was added to balance it: counterweights and discs.
+CostFunction size_function(ObjectiveTerm::Size size, const Mechanism& mechanism, const LooseSprings& loose) {
+  const auto parameters = list_parameters(mechanism, loose);
+  VectorX coefficients =
       size == ObjectiveTerm::Size::added_inertia ? inertia_coefficients(parameters) : mass_coefficients(parameters);
-  const bool added = size != ObjectiveTerm::Size::total_mass;
-  return linear(coefficients, added ? -coefficients.dot(parameter_values(before, loose)) : 0);
+  if (size != ObjectiveTerm::Size::total_mass) coefficients.array() *= is_added(mechanism, parameters).array();
+  return linear(std::move(coefficients));
 }
 
 /// Along a motion that stays the same; empty if it does not, or if the quantity is not linear in the parameters.
 CostFunction along_fixed_motion(const DesignSpace& space, const Study& start, const ObjectiveTerm& term,
                                 const LooseSprings& loose) {
   const Trajectory& trajectory = trajectory_of(start, term);
-  const Study other = space.at(somewhere_else(space.start.free_numbers));
-  if (depends_on_masses(trajectory) || !same_motion(start, other, term, loose)) return {};
+  if (depends_on_masses(trajectory) || !stays_the_same(space, start, term, loose)) return {};
   const TrajectoryCost cost(start.mechanism, trajectory, loose);
   return cost.figure(term.figure, term.quantity).value_or(CostFunction{});
 }
@@ -111,8 +125,8 @@ std::function<double(const VectorX&, VectorX*)> sum_of_parameters(std::vector<Pa
 
 std::function<double(const VectorX&)> sum_of_variables(const DesignSpace& space, std::vector<Part> parts,
                                                        const LooseSprings& loose) {
-  return [&space, parts = std::move(parts), loose](const VectorX& x) {
-    const Study study = space.at(x);
+  return [at = space.at, parts = std::move(parts), loose](const VectorX& x) {
+    const Study study = finite_study(at, x);
     const VectorX parameters = parameter_values(study.mechanism, loose);
     double sum = 0;
     for (const Part& part : parts)
@@ -120,6 +134,29 @@ std::function<double(const VectorX&)> sum_of_variables(const DesignSpace& space,
              (part.of_parameters ? part.of_parameters(parameters, nullptr) : by_simulation(study, part.term));
     return sum;
   };
+}
+
+/// The first trajectory of the terms that cannot be followed, and why.
+std::function<std::string(const VectorX&)> trouble_with(const DesignSpace& space, std::vector<ObjectiveTerm> terms) {
+  return [at = space.at, terms = std::move(terms)](const VectorX& x) -> std::string {
+    const Study study = finite_study(at, x);
+    for (const ObjectiveTerm& term : terms) {
+      if (term.size != ObjectiveTerm::Size::none) continue;
+      const Result result = simulate(study.mechanism, trajectory_of(study, term));
+      if (result.outcome.status != MotionStatus::done)
+        return fmt::format("'{}' cannot be followed: {}", term.trajectory, result.outcome.reason);
+    }
+    return "";
+  };
+}
+
+/// Whether the mechanism has the term's quantity at all, where it can be told.
+void require_quantity(const Study& study, const ObjectiveTerm& term) {
+  try {
+    by_simulation(study, term);
+  } catch (const SpecError&) {
+    // there is no motion with these numbers; with others there may be
+  }
 }
 
 }  // namespace
@@ -135,7 +172,7 @@ Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveT
     Part part{term.weight,
               size ? size_function(term.size, before.mechanism, loose) : along_fixed_motion(space, before, term, loose),
               term};
-    if (!part.of_parameters) by_simulation(before, term);  // says now what does not exist
+    if (!part.of_parameters) require_quantity(before, term);  // says now what does not exist
     objective.convex = objective.convex && part.of_parameters && is_convex(term);
     objective.size = objective.size && size;
     objective.name +=
@@ -149,7 +186,19 @@ Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveT
     objective.of_parameters = sum_of_parameters(std::move(parts));
   else
     objective.of_variables = sum_of_variables(space, std::move(parts), loose);
+  objective.trouble = trouble_with(space, terms);
   return objective;
+}
+
+VectorX is_added(const Mechanism& mechanism, const std::vector<Parameter>& parameters) {
+  VectorX added(static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    const auto index = static_cast<std::size_t>(parameters[p].index);
+    const bool counterweight = parameters[p].bearer == Bearer::attachment &&
+                               mechanism.attachments[index].kind == AttachmentKind::counterweight;
+    added[static_cast<Eigen::Index>(p)] = counterweight || parameters[p].bearer == Bearer::disc ? 1 : 0;
+  }
+  return added;
 }
 
 VectorX mass_coefficients(const std::vector<Parameter>& parameters) {

@@ -7,9 +7,10 @@ namespace balance {
 
 /// The weighted sum of the terms. Along motions that do not change with the free numbers it needs no simulation: a function of the
 /// parameters, convex if every term is.
-/// @param start values of the free numbers; added mass and added inertia count from there
+/// Where the mechanism cannot follow a term's trajectory there is no value, and `trouble` says why.
+/// @param start values of the free numbers
 /// @param loose as the conditions are derived with
-/// @throws std::invalid_argument if a term's trajectory or quantity does not exist or the mechanism cannot follow it
+/// @throws std::invalid_argument if a term's trajectory or quantity does not exist
 Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const VectorX& start,
                           const LooseSprings& loose);
 
@@ -17,6 +18,9 @@ Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveT
 /// trace) [kg m^2], as coefficients of the parameters.
 VectorX mass_coefficients(const std::vector<Parameter>& parameters);
 VectorX inertia_coefficients(const std::vector<Parameter>& parameters);
+
+/// 1 for parameters of what is added to balance a mechanism, counterweights and discs, else 0.
+VectorX is_added(const Mechanism& mechanism, const std::vector<Parameter>& parameters);
 
 /// "rms(torque) along cycloid", "added mass"
 std::string name_of(const ObjectiveTerm& term);

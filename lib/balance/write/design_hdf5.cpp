@@ -29,6 +29,9 @@ void describe_design(Hdf5File& file, const DesignView& view) {
   file.set_attribute(root, "goal", list_names(outcome.conditions.goals));
   file.set_attribute(root, "strategy", view.conditions.strategy);
   file.set_attribute(root, "status", name_of(outcome.status));
+  file.set_attribute(root, "optimality", name_of(outcome.optimality));
+  file.set_attribute(root, "tried", outcome.tried);
+  file.set_attribute(root, "proved", outcome.proved ? "yes" : "no");
   file.set_attribute(root, "method", name_of(outcome.method));
   file.set_attribute(root, "reason", outcome.reason);
   file.set_attribute(root, "proof", outcome.proof ? outcome.proof->sentence : "");
@@ -49,7 +52,7 @@ void add_numbers(Hdf5File& file, const DesignReport& report) {
   };
   add("lower", "lower bound, SI; free parameters as written", lower);
   add("upper", "upper bound", upper);
-  add("start", "value in the mechanism before", report.before);
+  add("start", "value in the mechanism before, the spec's start values", report.before);
   add("value", "value in the designed mechanism", report.outcome.x);
 }
 
@@ -84,11 +87,14 @@ void add_sizes(Hdf5File& file, const DesignView& view) {
   add_scalar(file, "mass_after", "mass of everything that moves, designed", "kg", report.mass_after);
   add_scalar(file, "inertia_before", "sum of the moments of inertia, before", "kg m^2", report.inertia_before);
   add_scalar(file, "inertia_after", "sum of the moments of inertia, designed", "kg m^2", report.inertia_after);
+  add_scalar(file, "added_mass", "mass of counterweights and discs, designed", "kg", report.added_mass);
+  add_scalar(file, "added_inertia", "moments of inertia of counterweights and discs, designed", "kg m^2",
+             report.added_inertia);
   if (view.objective.empty()) return;
   const std::string unit = view.objective_unit.empty() ? "mixed" : view.objective_unit;
   add_scalar(file, "objective_start", "what is minimized, at the start values", unit, report.outcome.objective_start);
   add_scalar(file, "objective_value", "what is minimized, designed", unit, report.outcome.objective);
-  add_scalar(file, "objective_bound", "what no exact solution is below, if known", unit, report.outcome.lower_bound);
+  add_scalar(file, "objective_bound", "what no design is below, if known", unit, report.outcome.lower_bound);
 }
 
 FileDescription description_of(const Study& study, const std::string& name) {

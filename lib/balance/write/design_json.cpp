@@ -28,9 +28,10 @@ Json numbers_list(const DesignReport& report) {
 Json proof_json(const DesignView& view) {
   const auto& proof = view.report.outcome.proof;
   if (!proof) return nullptr;
-  const char* kind = proof->kind == Impossibility::Kind::sign   ? "sign"
-                     : proof->kind == Impossibility::Kind::cone ? "cone"
-                                                                : "bounds";
+  const char* kind = proof->kind == Impossibility::Kind::sign     ? "sign"
+                     : proof->kind == Impossibility::Kind::cone   ? "cone"
+                     : proof->kind == Impossibility::Kind::bounds ? "bounds"
+                                                                  : "squares";
   return {{"kind", kind},
           {"sentence", proof->sentence},
           {"combination", numbers_json(proof->combination)},
@@ -61,17 +62,36 @@ Json comparison_json(const TrajectoryComparison& comparison) {
           {"after", run_json(comparison.after)}};
 }
 
+Json freedom_json(const DesignReport& report) {
+  const Freedom& freedom = report.outcome.freedom;
+  const auto counted = [](int count) { return count < 0 ? Json(nullptr) : Json(count); };
+  Json numbers = Json::array();
+  for (const int i : freedom.numbers) numbers.push_back(report.numbers[static_cast<std::size_t>(i)].path);
+  return {{"of_conditions", counted(freedom.of_conditions)},
+          {"left", counted(freedom.left)},
+          {"numbers", std::move(numbers)}};
+}
+
 void add_outcome(Json& json, const DesignView& view) {
   const DesignOutcome& outcome = view.report.outcome;
   json["status"] = name_of(outcome.status);
+  json["optimality"] = name_of(outcome.optimality);
+  json["tried"] = outcome.tried;
+  json["seconds"] = view.seconds;
+  json["proved"] = outcome.status == DesignStatus::impossible ? Json(outcome.proved) : Json(nullptr);
   json["method"] = name_of(outcome.method);
   json["reason"] = outcome.reason;
   json["proof"] = proof_json(view);
   json["unmet_fixed"] = outcome.unmet_fixed;
   json["open"] = outcome.open;
-  json["objective"] = {
-      {"name", view.objective},           {"unit", view.objective_unit},        {"value", outcome.objective},
-      {"start", outcome.objective_start}, {"lower_bound", outcome.lower_bound}, {"global", outcome.global}};
+  json["objective"] = {{"name", view.objective},
+                       {"unit", view.objective_unit},
+                       {"value", outcome.objective},
+                       {"start", outcome.objective_start},
+                       {"lower_bound", outcome.lower_bound},
+                       {"gap", outcome.gap()},
+                       {"global", outcome.optimality == Optimality::proved_best}};
+  json["freedom"] = freedom_json(view.report);
 }
 
 void add_notes(Json& json, const DesignView& view) {
@@ -91,8 +111,9 @@ std::string design_json(const DesignView& view, const std::vector<std::string>& 
   // Conditions show the designed mechanism; here is what they were before.
   for (int row = 0; row < view.residuals_before.size(); ++row)
     json["conditions"][static_cast<std::size_t>(row)]["residual_before"] = view.residuals_before[row];
-  json["mass"] = {{"before", report.mass_before}, {"after", report.mass_after}};
-  json["inertia"] = {{"before", report.inertia_before}, {"after", report.inertia_after}};
+  json["mass"] = {{"before", report.mass_before}, {"after", report.mass_after}, {"added", report.added_mass}};
+  json["inertia"] = {
+      {"before", report.inertia_before}, {"after", report.inertia_after}, {"added", report.added_inertia}};
   json["trajectories"] = Json::array();
   for (const TrajectoryComparison& comparison : report.comparisons)
     json["trajectories"].push_back(comparison_json(comparison));

@@ -23,18 +23,30 @@ std::string ratio_text(double before, double after) {
   return after == 0 ? "0" : fmt::format("{:.4g}", after / before);
 }
 
+/// A gap of this part of the value is none.
+constexpr double no_gap = 1e-12;
+
+bool is_proved_best(const DesignView& view) {
+  return view.report.outcome.optimality == Optimality::proved_best && !view.objective.empty();
+}
+
 std::string headline(const DesignView& view) {
   const DesignOutcome& outcome = view.report.outcome;
   const std::string goals = list_names(outcome.conditions.goals);
   switch (outcome.status) {
     case DesignStatus::unsolved: return "no design for " + goals;
     case DesignStatus::balanced:
-      if (outcome.global && !view.objective.empty())
+      if (is_proved_best(view))
         return fmt::format("balanced exactly for {}, with the least {} there is", goals, view.objective);
       return "balanced exactly for " + goals;
     case DesignStatus::compromise: return fmt::format("a compromise: not balanced for {}", goals);
     case DesignStatus::impossible:
       return fmt::format("impossible: no choice of the free numbers balances it for {}", goals);
+    case DesignStatus::not_found:
+      return goals.empty() ? "no design was found" : fmt::format("no design for {} was found", goals);
+    case DesignStatus::not_asked:
+      if (is_proved_best(view)) return fmt::format("the least {} there is; no goal was asked for", view.objective);
+      return fmt::format("a small {}; no goal was asked for", view.objective);
   }
   return "";
 }
@@ -44,9 +56,52 @@ std::string objective_line(const DesignView& view) {
   if (view.objective.empty() || std::isnan(outcome.objective)) return "";
   const std::string unit = view.objective_unit.empty() ? "" : " " + view.objective_unit;
   std::string text = fmt::format("{}: {}{}", view.objective, number_text(outcome.objective), unit);
-  if (!std::isnan(outcome.lower_bound) && !outcome.global && outcome.status == DesignStatus::balanced)
+  if (!std::isnan(outcome.lower_bound) && outcome.optimality != Optimality::proved_best)
     text += fmt::format("; at least {}{} is needed", number_text(outcome.lower_bound), unit);
   return text + "\n";
+}
+
+/// What is known of how good it is.
+std::string optimality_line(const DesignView& view) {
+  const DesignOutcome& outcome = view.report.outcome;
+  const std::string tried = outcome.tried.empty() ? "" : " (" + outcome.tried + ")";
+  const char* what =
+      view.objective.empty() || std::isnan(outcome.objective) ? "the least that is left of the conditions" : "the best";
+  switch (outcome.optimality) {
+    case Optimality::not_asked: return "";
+    case Optimality::proved_best:
+      return fmt::format("optimality: proved-best: nothing is below {}, a gap of {:.2g}\n",
+                         number_text(outcome.lower_bound),
+                         outcome.gap() > no_gap * std::abs(outcome.objective) ? outcome.gap() : 0.0);
+    case Optimality::local_best:
+      return fmt::format("optimality: local-best: the best of what was tried{}, not shown to be {}\n", tried, what);
+    case Optimality::stopped:
+      return fmt::format(
+          "optimality: stopped: after the {:g} s that a search may take{}, not shown to be {}; search: {{seconds: "
+          "{:g}}} "
+          "gives it more\n",
+          view.seconds, tried, what, 4 * view.seconds);
+  }
+  return "";
+}
+
+/// How much of the design could be chosen differently.
+std::string freedom_line(const DesignView& view) {
+  const Freedom& freedom = view.report.outcome.freedom;
+  const int count = freedom.left >= 0 ? freedom.left : freedom.of_conditions;
+  if (count < 0) return "";
+  if (count == 0)
+    return fmt::format("freedom: none is left: no other solution {}is near\n",
+                       view.objective.empty() ? "" : "as good ");
+  std::string numbers;
+  for (const int i : freedom.numbers)
+    numbers += (numbers.empty() ? "" : ", ") + view.report.numbers[static_cast<std::size_t>(i)].path;
+  if (freedom.left < 0)
+    return fmt::format("freedom: the conditions leave {}, spent on a small {}: {}\n", count, view.objective, numbers);
+  const bool figure = !view.objective.empty();
+  return fmt::format("freedom: {} {} left{}: one of many solutions; what may still change: {}\n", count,
+                     count == 1 ? "is" : "are", figure ? fmt::format(", with the same {}", view.objective) : "",
+                     numbers);
 }
 
 /// Each sentence once, although several parts of the report may have it.
@@ -65,12 +120,12 @@ std::string reasons(const DesignView& view) {
   Sentences sentences;
   sentences.add(view.report.outcome.reason);
   if (view.report.outcome.proof) sentences.add(view.report.outcome.proof->sentence);
-  return sentences.text() + objective_line(view);
+  return sentences.text() + objective_line(view) + optimality_line(view) + freedom_line(view);
 }
 
 std::string numbers_text(const DesignView& view) {
   const DesignReport& report = view.report;
-  Table table{{"free number [SI]", "lower", "upper", "before", "value", ""},
+  Table table{{"free number [SI]", "lower", "upper", "before (start)", "value", ""},
               {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
               {}};
   for (std::size_t i = 0; i < report.numbers.size(); ++i) {
@@ -117,14 +172,16 @@ std::string conditions_table(const DesignView& view) {
 }
 
 std::string cost_text(const DesignReport& report) {
-  const double mass = report.mass_after - report.mass_before, inertia = report.inertia_after - report.inertia_before;
-  const auto signed_text = [](double value, double scale) {
-    return std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:+.6g}", value);
+  const auto amount = [](double value, double scale) {
+    return std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:.6g}", value);
   };
-  return fmt::format("added mass     {} kg ({:.6g} kg before, {:.6g} kg after)\n", signed_text(mass, report.mass_after),
-                     report.mass_before, report.mass_after) +
-         fmt::format("added inertia  {} kg m^2 ({:.6g} kg m^2 before, {:.6g} kg m^2 after)\n",
-                     signed_text(inertia, report.inertia_after), report.inertia_before, report.inertia_after);
+  return fmt::format(
+             "added mass     {} kg of counterweights and discs (everything that moves: {:.6g} kg before, {:.6g} kg "
+             "after)\n",
+             amount(report.added_mass, report.mass_after), report.mass_before, report.mass_after) +
+         fmt::format(
+             "added inertia  {} kg m^2 of them (everything that moves: {:.6g} kg m^2 before, {:.6g} kg m^2 after)\n",
+             amount(report.added_inertia, report.inertia_after), report.inertia_before, report.inertia_after);
 }
 
 std::string comparison_text(const TrajectoryComparison& comparison) {

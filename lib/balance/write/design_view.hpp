@@ -15,6 +15,7 @@ struct DesignView {
   std::string objective_unit;  ///< "" for a sum
   ConditionsView conditions;   ///< at the designed geometry; residuals of the designed mechanism
   VectorX residuals_before;    ///< of the mechanism before; NaN where its geometry has other conditions
+  double seconds = 0;          ///< that the search was allowed to take
   std::vector<std::string> warnings;
 };
 

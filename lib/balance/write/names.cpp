@@ -60,6 +60,18 @@ const char* name_of(DesignStatus status) {
     case DesignStatus::balanced: return "balanced";
     case DesignStatus::compromise: return "compromise";
     case DesignStatus::impossible: return "impossible";
+    case DesignStatus::not_found: return "not-found";
+    case DesignStatus::not_asked: return "not-asked";
+  }
+  return "";
+}
+
+const char* name_of(Optimality optimality) {
+  switch (optimality) {
+    case Optimality::not_asked: return "not-asked";
+    case Optimality::proved_best: return "proved-best";
+    case Optimality::local_best: return "local-best";
+    case Optimality::stopped: return "stopped";
   }
   return "";
 }

@@ -73,6 +73,8 @@ const verdicts = {
   balanced: "Balanced",
   compromise: "A compromise",
   impossible: "Cannot be balanced",
+  "not-found": "Nothing found",
+  "not-asked": "No goal",
 };
 
 function bounds(number) {
@@ -93,7 +95,7 @@ export function designSection(data) {
     ["Moving mass", `${format(design.mass.before)} → ${withUnit(design.mass.after, "kg")}`],
     ["Moments of inertia", `${format(design.inertia.before)} → ${withUnit(design.inertia.after, "kg m^2")}`],
   ];
-  if (objective.name) facts.push([`Least ${objective.name}`, `${withUnit(objective.value, objective.unit, 6)}${objective.global ? ", proved to be the best there is" : ""}`]);
+  if (objective.name) facts.push([`${objective.global ? "Least" : "Minimized:"} ${objective.name}`, `${withUnit(objective.value, objective.unit, 6)}, ${objective.global ? "proved to be the best there is" : "not shown to be the best"}`]);
   return h("section", {class: "card", id: "design"}, h("h2", {}, "Design"),
     h("p", {class: `verdict ${design.status}`}, h("strong", {}, verdicts[design.status] ?? design.status), ` — ${design.reason}.`.replace("..", ".")),
     design.proof && !design.reason.includes(design.proof.sentence) ? h("p", {class: "note"}, design.proof.sentence) : null,

@@ -1,0 +1,58 @@
+#include "balance/design/restricted.hpp"
+
+#include <algorithm>
+
+namespace balance::designing {
+
+namespace {
+
+/// An inner problem is one of many.
+constexpr int inner_restarts = 6, inner_evaluations = 2000;
+
+std::vector<int> numbers_that(const Context& context, bool geometric) {
+  std::vector<int> numbers;
+  for (int i = 0; i < context.box.size(); ++i)
+    if (context.survey.geometric[static_cast<std::size_t>(i)] == geometric) numbers.push_back(i);
+  return numbers;
+}
+
+}  // namespace
+
+std::vector<int> inertial_numbers(const Context& context) { return numbers_that(context, false); }
+std::vector<int> geometric_numbers(const Context& context) { return numbers_that(context, true); }
+
+DesignProblem at_fixed_geometry(const Context& context, const VectorX& x, double seconds) {
+  const DesignProblem& whole = context.problem;
+  const std::vector<int> kept = inertial_numbers(context);
+  const auto all = [x, kept](const VectorX& part) {
+    VectorX numbers = x;
+    numbers(kept) = part;
+    return numbers;
+  };
+  DesignProblem part = whole;
+  part.variables.clear();
+  for (const int i : kept) {
+    Variable variable = whole.variables[static_cast<std::size_t>(i)];
+    variable.start = std::clamp(x[i], variable.lower, variable.upper);
+    part.variables.push_back(std::move(variable));
+  }
+  part.mechanism_at = [&whole, all](const VectorX& u) { return whole.mechanism_at(all(u)); };
+  part.options = context.options;
+  part.obstacle = {};
+  part.objective_at = {};
+  part.inner = true;
+  part.search.seconds = seconds;
+  part.search.restarts = std::min(whole.search.restarts, inner_restarts);
+  part.search.evaluations = std::min(whole.search.evaluations, inner_evaluations);
+  if (!whole.objective) return part;
+  if (whole.objective_at) {
+    part.objective = whole.objective_at(x, kept, context.options.loose_springs);
+  } else if (whole.objective->of_variables) {
+    part.objective->of_variables = [&whole, all](const VectorX& u) { return whole.objective->of_variables(all(u)); };
+    if (whole.objective->trouble)
+      part.objective->trouble = [&whole, all](const VectorX& u) { return whole.objective->trouble(all(u)); };
+  }
+  return part;
+}
+
+}  // namespace balance::designing

@@ -1,0 +1,16 @@
+#pragma once
+/// Proofs of impossibility that use what products of numbers owe each other: m · m c² = (m c)². Private to design.
+
+#include "balance/conditions/impossibility.hpp"
+#include "balance/design/context.hpp"
+
+namespace balance::designing {
+
+/// A combination of conditions that is positive for all numbers within their bounds, although not for all values of their
+/// products taken one by one. Fixed numbers count with their values.
+/// Source: convex relaxation of products (McCormick 1976; squares by their tangents), Farkas' lemma.
+/// @param in_numbers the features as polynomials of the numbers themselves
+std::optional<Impossibility> prove_by_squares(const Context& context, const Conditions& conditions,
+                                              const Polynomial& in_numbers);
+
+}  // namespace balance::designing
