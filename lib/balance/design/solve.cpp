@@ -69,7 +69,8 @@ class Designer {
     };
     const VectorX u = search(equations, exact, affine && context_.physical.convex(), hopeless);
     if (!finish(u)) return;
-    if (out_.status != DesignStatus::balanced && !out_.proof && !context_.problem.inner) {
+    const bool unmet = out_.status == DesignStatus::compromise || out_.status == DesignStatus::impossible;
+    if (unmet && !out_.proof && !context_.problem.inner) {
       out_.proof = find_proof(context_, out_.conditions, rows, out_.after);
       conclude(out_);
     }
