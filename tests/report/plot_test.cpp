@@ -41,6 +41,17 @@ std::string script_of(const std::vector<std::string>& quantities, const std::str
 
 }  // namespace
 
+TEST_CASE("a plot draws round-off as zero (D2)") {
+  const Result result = run_of("planar-rrr.yaml", "cycloid");
+  CHECK(result.shaking_force.cwiseAbs().maxCoeff() > 0);
+  for (const char* name : {"shaking_force", "shaking_force.x", "com_acceleration", "com_velocity"}) {
+    const auto quantity = find_plot_quantity(result, name, VectorView::both);
+    REQUIRE(quantity.has_value());
+    for (const PlotCurve& curve : quantity->curves) CHECK(curve.values.cwiseAbs().maxCoeff() == 0);
+  }
+  CHECK(find_plot_quantity(result, "shaking_moment", VectorView::both)->curves.front().values.cwiseAbs().maxCoeff() > 1);
+}
+
 TEST_CASE("every quantity of a run can be drawn, by every name that the list has") {
   for (const char* spec : {"3rrr.yaml", "scara.yaml"}) {
     const Result result = run_of(spec, "cycloid", 11);

@@ -2,6 +2,7 @@
 
 #include "balance/compare/interpolant.hpp"
 #include "balance/compare/series.hpp"
+#include "balance/study/round_off.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -94,8 +95,11 @@ std::vector<std::pair<std::string, Difference>> list_differences(const Result& b
   for (const QuantitySeries& series : list_series(base)) {
     const auto found = by_name.find(series.quantity);
     if (found == by_name.end() || found->second->count != series.count) continue;
-    const std::optional<Difference> difference = differencer.of(series, *found->second);
+    std::optional<Difference> difference = differencer.of(series, *found->second);
     if (!difference) continue;
+    const double round_off = series.round_off + found->second->round_off;
+    if (above(round_off, difference->largest) == 0) difference = Difference{};
+    difference->rms = above(round_off, difference->rms);
     all.emplace_back(series.quantity, *difference);
     add_to_worst(worst, series.quantity, *difference);
   }

@@ -2,6 +2,7 @@
 /// The mechanism as it moves under given efforts: forward dynamics integrated over time with error control.
 
 #include "balance/control/forward_dynamics.hpp"
+#include "balance/dynamics/term_sizes.hpp"
 
 namespace balance {
 
@@ -72,6 +73,11 @@ class Plant {
   VectorX acceleration(const VectorX& efforts);  ///< per mechanism coordinate
   EquationOfMotion equation();
   const PlantSample& observe(const VectorX& efforts);
+
+  /// How large the terms were at all moments observed since the start.
+  const TermSizes& term_sizes() const;
+  const TermSizes& term_sizes_over_mobility()
+      const;  ///< those of each moment over its mobility, where that is below one
 
   const PlantCost& cost() const;
   /// What a user should know: minimum-norm reactions, held spins.

@@ -49,6 +49,7 @@ MotionOutcome EngineOf<S>::start(double time, const VectorX& q, const VectorX& d
   if (outcome.status != MotionStatus::done) return outcome;
   time_ = time;
   observer_.emplace(mechanism_, loops_.tree(), loops_.freedoms(), about_);
+  meter_.emplace(mechanism_, loops_.tree(), about_);
   ddy_.setZero();
   store();
   last_x_ = x_;
@@ -128,6 +129,7 @@ const PlantSample& EngineOf<S>::observe(const VectorX& efforts) {
   sample_.closure = loops_.residual();
   sample_.mobility = loops_.mobility();
   sample_.newton_iterations = loops_.iterations();
+  meter_->see(instant(), observer_->last(), multipliers_, sample_.mobility);
   return sample_;
 }
 

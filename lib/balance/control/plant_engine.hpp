@@ -4,7 +4,7 @@
 #include "balance/control/integrator.hpp"
 #include "balance/control/loop_dynamics.hpp"
 #include "balance/control/plant.hpp"
-#include "balance/dynamics/observer.hpp"
+#include "balance/dynamics/term_meter.hpp"
 
 namespace balance {
 
@@ -21,6 +21,8 @@ class Plant::Engine {
   virtual VectorX acceleration(const VectorX& efforts) = 0;
   virtual EquationOfMotion equation() = 0;
   virtual const PlantSample& observe(const VectorX& efforts) = 0;
+  virtual const TermSizes& term_sizes() const = 0;
+  virtual const TermSizes& term_sizes_over_mobility() const = 0;
   virtual const PlantCost& cost() const = 0;
   virtual const std::vector<std::string>& notes() const = 0;
 };
@@ -40,6 +42,8 @@ class EngineOf : public Plant::Engine {
   VectorX acceleration(const VectorX& efforts) override;
   EquationOfMotion equation() override;
   const PlantSample& observe(const VectorX& efforts) override;
+  const TermSizes& term_sizes() const override { return meter_->terms(); }
+  const TermSizes& term_sizes_over_mobility() const override { return meter_->grown(); }
   const PlantCost& cost() const override { return cost_; }
   const std::vector<std::string>& notes() const override { return notes_; }
 
@@ -69,6 +73,7 @@ class EngineOf : public Plant::Engine {
   LoopDynamics<S> loops_;
   std::vector<int> leaders_, independent_;
   std::optional<Observer<S>> observer_;
+  std::optional<TermMeter<S>> meter_;
   Integrator integrator_;
   double time_ = 0, step_;
   int sign_ = 0;  ///< of the determinant: it changes where a singularity is passed

@@ -92,6 +92,41 @@ double ExternalForces<S>::energy(const State<S>& state) const {
   return sum;
 }
 
+template <class S>
+double ExternalForces<S>::length_size(const State<S>& state, const PlacedSpring& spring) {
+  return position(state, spring.first).norm() + position(state, spring.second).norm() + spring.free_length;
+}
+
+template <class S>
+void ExternalForces<S>::add_sizes(const State<S>& state, double time, std::vector<ForceSize>& sizes) const {
+  const auto add = [&](const FixedFrame<S>& at, double force, double moment) {
+    if (at.node == 0) return;
+    ForceSize& size = sizes[static_cast<std::size_t>(at.node)];
+    size.force += force;
+    size.moment += moment + at.p_N.norm() * force;
+  };
+  for (const PlacedLoad& placed : loads_) {
+    Vector3 force, moment;
+    load_at(*placed.load, time, force, moment);
+    add(placed.frame, force.norm(), moment.norm());
+  }
+  for (const PlacedSpring& spring : springs_) {
+    const double tension = spring.stiffness * length_size(state, spring);
+    add(spring.first, tension, 0);
+    add(spring.second, tension, 0);
+  }
+}
+
+template <class S>
+double ExternalForces<S>::energy_size(const State<S>& state) const {
+  double sum = 0;
+  for (const PlacedSpring& spring : springs_) {
+    const double length = length_size(state, spring);
+    sum += 0.5 * spring.stiffness * length * length;
+  }
+  return sum;
+}
+
 template class ExternalForces<Planar>;
 template class ExternalForces<Spatial>;
 

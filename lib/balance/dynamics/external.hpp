@@ -6,6 +6,11 @@
 
 namespace balance {
 
+/// Magnitudes of the terms of a force and of its moment about a node's origin, added up.
+struct ForceSize {
+  double force = 0, moment = 0;
+};
+
 template <class S>
 class ExternalForces {
  public:
@@ -23,6 +28,12 @@ class ExternalForces {
   /// Energy stored in the springs [J].
   double energy(const State<S>& state) const;
 
+  /// Adds to every node's entry how large the terms of its external wrenches are: a spring's tension is a difference of lengths,
+  /// which are differences of places.
+  void add_sizes(const State<S>& state, double time, std::vector<ForceSize>& sizes) const;
+  /// The same of the springs' energy [J].
+  double energy_size(const State<S>& state) const;
+
  private:
   struct PlacedLoad {
     const Load* load;
@@ -33,6 +44,7 @@ class ExternalForces {
     double stiffness, free_length;
   };
 
+  static double length_size(const State<S>& state, const PlacedSpring& spring);
   void apply(const State<S>& state, const FixedFrame<S>& at, const typename S::Vector& force,
              typename S::Angular moment, std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const;
 

@@ -5,6 +5,7 @@
 #include "balance/read/nearest.hpp"
 #include "balance/read/printable.hpp"
 #include "balance/study/result_layout.hpp"
+#include "balance/study/round_off.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -108,6 +109,7 @@ class Reader {
              quantity.name);
       r_.*quantity.member = Eigen::Map<const Samples>(found.values.data(), rows, wide);
       if (quantity.about) about(path);
+      round_off(quantity, path);
     }
     expect(r_.joint_position.size() > 0 || r_.coordinate_names.empty(), "joint_position");
     expect(r_.shaking_force.size() > 0, "shaking_force");
@@ -119,6 +121,17 @@ class Reader {
            "newton_iterations");
     r_.newton_iterations =
         Eigen::Map<const VectorX>(found.values.data(), static_cast<Eigen::Index>(found.values.size())).cast<int>();
+  }
+
+  /// Files of version 0.1.0 have none.
+  void round_off(const Quantity& quantity, const std::string& path) {
+    VectorX TermSizes::*const size = term_size_of(quantity.member);
+    const auto found = file_.numbers_attribute(path, "round_off");
+    if (size == nullptr || !found) return;
+    const auto count = static_cast<Eigen::Index>(found->size()), wide = columns(quantity.columns);
+    const auto good = [](double value) { return value >= 0 && std::isfinite(value); };
+    expect(count > 0 && wide % count == 0 && std::all_of(found->begin(), found->end(), good), quantity.name);
+    r_.round_off.*size = Eigen::Map<const VectorX>(found->data(), count);
   }
 
   void about(const std::string& path) {
@@ -146,6 +159,7 @@ class Reader {
     read("rms", &Metric::rms);
     read("mean", &Metric::mean);
     read("range", &Metric::range);
+    if (file_.has(prefix_ + "metrics/round_off")) read("round_off", &Metric::round_off);
   }
 
   static bool are_finite(const std::vector<double>& values) {

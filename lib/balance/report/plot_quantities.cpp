@@ -1,6 +1,7 @@
 #include "balance/report/plot_quantities.hpp"
 
 #include "balance/study/result_layout.hpp"
+#include "balance/study/round_off.hpp"
 
 #include <algorithm>
 
@@ -127,8 +128,10 @@ std::vector<std::string> list_plot_names(const Result& result) {
 std::optional<PlotQuantity> find_plot_quantity(const Result& result, const std::string& name, VectorView view) {
   if (name == iterations && result.newton_iterations.size() > 0)
     return PlotQuantity{name, "Newton iterations", "1", true, {{"", result.newton_iterations.cast<double>()}}};
-  for (const Quantity& quantity : list_quantities(result)) {
+  for (Quantity& quantity : list_quantities(result)) {
     if (!name.starts_with(quantity.name)) continue;
+    const Samples shown = above_round_off(result, quantity.member);
+    quantity.samples = &shown;
     const std::vector<Part> parts = parts_of(quantity, result);
     if (name == quantity.name) return make(quantity, parts, name, view);
     for (const Part& part : parts) {

@@ -9,6 +9,7 @@
 #include "balance/study/metrics.hpp"
 #include "balance/study/result_columns.hpp"
 #include "balance/study/result_rows.hpp"
+#include "balance/study/round_off.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -86,6 +87,7 @@ class ControlRun {
       cut_rows(done_rows, result_);
       cut_rows(static_cast<long>(between_.next_sample.size()), between_.rows);
     }
+    add_round_off();
     if (result_.time.size() >= 2) add_metrics(result_, between_);
     result_.outcome = outcome_;
     result_.outcome.notes = plant_.notes();
@@ -215,6 +217,18 @@ class ControlRun {
     }
     result.torque_variation.row(row) = variation_;
     if (saturated_.size() > 0) result.saturation.row(row) = saturated_;
+  }
+
+  /// Of a sliding variable −(ė + λ e), what its rate and its position have.
+  void add_round_off() {
+    set_round_off(result_, plant_.term_sizes(), plant_.term_sizes_over_mobility());
+    const auto count = static_cast<Eigen::Index>(law_.sliding().size());
+    result_.round_off.sliding_variable.setZero(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const int c = law_.sliding()[static_cast<std::size_t>(i)];
+      result_.round_off.sliding_variable[i] =
+          result_.round_off.velocity[c] + law_.sliding_lambda()[i] * result_.round_off.position[c];
+    }
   }
 
   void write_tool(Result& result, long row, Eigen::Index event, const PlantSample& seen) {

@@ -1,5 +1,7 @@
 #include "balance/study/metrics.hpp"
 
+#include "balance/study/round_off.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -49,10 +51,17 @@ struct Track {
     const auto row = (place.result->*array).row(place.row).segment(first, count);
     return count == 1 ? std::abs(row[0]) : row.norm();
   }
+  double round_off(const Result& result) const { return round_off_of(result, array, first); }
   double value(const Place& place) const {
     return count == 1 ? (place.result->*array)(place.row, first) : magnitude(place);
   }
 };
+
+void drop_round_off(Metric& metric, double start) {
+  if (metric.peak <= metric.round_off) metric.peak_time = start;
+  for (double Metric::*figure : {&Metric::peak, &Metric::rms, &Metric::mean, &Metric::range})
+    metric.*figure = above(metric.round_off, metric.*figure);
+}
 
 Metric measure(std::string quantity, std::string unit, const Track& series, const std::vector<Place>& places) {
   Metric metric{std::move(quantity), std::move(unit)};
@@ -77,6 +86,8 @@ Metric measure(std::string quantity, std::string unit, const Track& series, cons
   metric.rms = std::sqrt(squares / duration);
   metric.mean = sum / duration;
   metric.range = high - low;
+  metric.round_off = series.round_off(*places.back().result);
+  drop_round_off(metric, places.front().time);
   return metric;
 }
 
@@ -88,6 +99,7 @@ Metric worst_of(const std::vector<Metric>& all, std::string quantity) {
     worst.rms = std::max(worst.rms, metric.rms);
     worst.mean = std::max(worst.mean, metric.mean);
     worst.range = std::max(worst.range, metric.range);
+    worst.round_off = std::max(worst.round_off, metric.round_off);
   }
   return worst;
 }
@@ -157,7 +169,10 @@ double energy(const Result& result, const std::vector<Place>& places) {
     const auto total = [&](const Place& place) { return place.result->power.row(place.row).cwiseAbs().sum(); };
     sum += (places[i].time - places[i - 1].time) * (total(places[i]) + total(places[i - 1])) / 2;
   }
-  return result.actuator_names.empty() ? 0 : sum;
+  if (result.actuator_names.empty()) return 0;
+  double round_off = 0;
+  for (Eigen::Index a = 0; a < result.power.cols(); ++a) round_off += round_off_of(result, &Result::power, a);
+  return above(round_off * (places.back().time - places.front().time), sum);
 }
 
 /// Quantities that show first that places are too few: what the motors and the frame feel.
@@ -202,8 +217,7 @@ std::string sampling_note(const Result& result, const BetweenSamples& between) {
   const std::vector<Metric> fine = telling_figures(result, places), coarse = telling_figures(result, half);
   for (std::size_t i = 0; i < fine.size(); ++i) {
     const double change = std::max(std::abs(fine[i].peak - coarse[i].peak), std::abs(fine[i].rms - coarse[i].rms));
-    // of what is nothing but round-off every digit changes
-    const bool counts = fine[i].peak > 1e-9 * result.kinetic_energy.cwiseAbs().maxCoeff();
+    const bool counts = fine[i].peak > 1e3 * fine[i].round_off;  // of what is nearly round-off every digit changes
     if (counts && change > much * fine[i].peak)
       return std::to_string(places.size()) +
              " places along the motion are few for its figures: without every second one " + fine[i].quantity +

@@ -3,6 +3,7 @@
 /// At a jump of the acceleration the row holds the value just after it; at the end just before.
 
 #include "balance/base/types.hpp"
+#include "balance/dynamics/term_sizes.hpp"
 #include "balance/motion/motion.hpp"
 
 #include <optional>
@@ -11,7 +12,7 @@
 
 namespace balance {
 
-/// One figure of one quantity's magnitude.
+/// The figures of one quantity's magnitude. What is no larger than round-off is 0.
 struct Metric {
   std::string
       quantity;  ///< "torque[A1]", "torque" (worst actuator: the largest of them), "shaking_force", "shaking_moment", "power", …
@@ -21,6 +22,7 @@ struct Metric {
   double rms = 0;        ///< root of the time average of the squared magnitude (trapezoidal rule, jumps honoured)
   double mean = 0;       ///< time average of the magnitude
   double range = 0;      ///< largest minus smallest: of the signed value for scalars, of the magnitude for vectors
+  double round_off = 0;  ///< what is no larger was computed but means 0 (study/round_off.hpp)
 };
 
 struct Result {
@@ -63,6 +65,9 @@ struct Result {
 
   std::vector<Metric> metrics;
   double energy = 0;  ///< ∫ Σ|power| dt: what the actuators move back and forth [J]
+
+  TermSizes term_sizes;  ///< largest in the run; not in files
+  TermSizes round_off;   ///< what samples that ought to be zero may be; the samples themselves are as computed
 };
 
 }  // namespace balance

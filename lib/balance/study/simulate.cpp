@@ -2,13 +2,18 @@
 
 #include "balance/base/rotation.hpp"
 #include "balance/dynamics/observer.hpp"
+#include "balance/dynamics/term_meter.hpp"
 #include "balance/motion/configuration_text.hpp"
 #include "balance/motion/wording.hpp"
 #include "balance/study/metrics.hpp"
 #include "balance/study/overflow.hpp"
 #include "balance/study/result_columns.hpp"
+#include "balance/study/round_off.hpp"
 #include "balance/study/walk.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -32,6 +37,26 @@ void put_orientation(Samples& array, long row, const Observation<Spatial>& seen)
   array.row(row) = q;
 }
 
+/// Which moments' terms are measured: some hundred evenly spread ones, and wherever accelerations are larger or the mobility is
+/// smaller than at all before.
+class Selection {
+ public:
+  explicit Selection(long samples) : stride_(std::max(1L, samples / 128)) {}
+
+  bool takes(long row, const std::vector<double>& accelerations, double mobility) {
+    double fastest = 0;
+    for (const double acceleration : accelerations) fastest = std::max(fastest, std::abs(acceleration));
+    if (row % stride_ != 0 && fastest <= 1.25 * fastest_ && mobility >= 0.8 * mobility_) return false;
+    fastest_ = std::max(fastest_, fastest);
+    mobility_ = std::min(mobility_, mobility);
+    return true;
+  }
+
+ private:
+  long stride_;
+  double fastest_ = 0, mobility_ = 1;
+};
+
 template <class S>
 class Run {
  public:
@@ -46,7 +71,8 @@ class Run {
     Result result;
     result.outcome = plan_.outcome;
     if (plan_.outcome.status != MotionStatus::done) return result;
-    Observer<S> observer(mechanism_, tree_, plan_.freedoms, to_vector<S>(trajectory_.about));
+    const typename S::Vector about = to_vector<S>(trajectory_.about);
+    Observer<S> observer(mechanism_, tree_, plan_.freedoms, about);
     if (!observer.actuation().mismatch().empty()) {
       result.outcome = {MotionStatus::mismatch, 0, observer.actuation().mismatch(), {}};
       return result;
@@ -60,11 +86,13 @@ class Run {
     size_arrays(mechanism_, trajectory_.samples, Contents::everything, result);
     size_arrays(mechanism_, most_rows_between(*plan_.schedule, trajectory_.samples), Contents::everything,
                 between.rows);
+    meter_.emplace(mechanism_, tree_, about);
     if (!follow(stepper, observer, result, between)) {
       Result stopped;
       stopped.outcome = lost_;
       return stopped;
     }
+    set_round_off(result, meter_->terms(), meter_->grown());
     add_metrics(result, between);
     if (const auto overflow = find_overflow(result, between)) {
       Result stopped;
@@ -99,6 +127,9 @@ class Run {
       return false;
     }
     write(stepper, observer.last(), result, row);
+    if (selection_.takes(row, observer.last().acceleration, result.mobility(row, 0)))
+      meter_->see({stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.direct()},
+                  observer.last(), observer.actuation().multipliers(), result.mobility(row, 0));
     return true;
   }
 
@@ -134,6 +165,8 @@ class Run {
   const Progress& progress_;
   Tree<S> tree_;
   Plan<S> plan_;
+  std::optional<TermMeter<S>> meter_;
+  Selection selection_{trajectory_.samples};
   MotionOutcome lost_;  ///< why the run ended early
 };
 

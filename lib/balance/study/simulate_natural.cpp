@@ -6,8 +6,10 @@
 #include "balance/study/metrics.hpp"
 #include "balance/study/overflow.hpp"
 #include "balance/study/result_columns.hpp"
+#include "balance/study/simulate.hpp"
 #include "balance/study/walk.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace balance {
@@ -82,6 +84,7 @@ class NaturalRun {
       stopped.outcome = simulation_.outcome();
       return stopped;
     }
+    measure_terms(result);
     add_metrics(result, between);
     if (const auto overflow = find_overflow(result, between)) {
       Result stopped;
@@ -94,6 +97,15 @@ class NaturalRun {
   }
 
  private:
+  /// The terms are the mechanism's, not the formulation's: the first one measures them, at a few places.
+  void measure_terms(Result& result) const {
+    Trajectory few = trajectory_;
+    few.samples = std::min(few.samples, 101L);
+    const Result measured = simulate(mechanism_, few);
+    result.term_sizes = measured.term_sizes;
+    result.round_off = measured.round_off;
+  }
+
   bool record(Result& result, long row) {
     if (!simulation_.observe()) return false;
     const natural::Observation& seen = simulation_.last();

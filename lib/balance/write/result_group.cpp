@@ -1,6 +1,7 @@
 #include "balance/write/result_group.hpp"
 
 #include "balance/study/result_layout.hpp"
+#include "balance/study/round_off.hpp"
 #include "balance/write/names.hpp"
 #include "balance/write/sha256.hpp"
 
@@ -64,6 +65,14 @@ void add_units(Hdf5File& file, Hdf5File::Group group, const std::string& name, c
   file.add(group, {name, long_name, "1", {dimension}, {}}, units);
 }
 
+/// One number, or one per label where they differ in kind; none if it is not known.
+std::vector<double> round_off_per_label(const Result& r, const Quantity& quantity) {
+  VectorX TermSizes::*const size = term_size_of(quantity.member);
+  if (size == nullptr) return {};
+  const VectorX& known = r.round_off.*size;
+  return {known.data(), known.data() + known.size()};
+}
+
 void add_samples(Hdf5File& file, Hdf5File::Group group, const Result& r, const Dimensions& d,
                  const WriteOptions& options) {
   const std::vector<double> about(r.about.data(), r.about.data() + r.axes);
@@ -72,6 +81,8 @@ void add_samples(Hdf5File& file, Hdf5File::Group group, const Result& r, const D
     Hdf5File::Variable variable{
         quantity.name, quantity.long_name, common_unit(quantity.units), dimensions_of(quantity.columns, d), {}};
     if (quantity.about) variable.attributes.push_back({"about", about});
+    if (const auto round_off = round_off_per_label(r, quantity); !round_off.empty())
+      variable.attributes.push_back({"round_off", round_off});
     file.add(group, variable, values_of(*quantity.samples));
   }
   if (r.newton_iterations.size() == 0) return;
@@ -102,6 +113,7 @@ void add_metrics(Hdf5File& file, Hdf5File::Group parent, const Result& r) {
   add("rms", "root of the time average of the squared magnitude", unit, &Metric::rms);
   add("mean", "time average of the magnitude", unit, &Metric::mean);
   add("range", "largest minus smallest value (vectors: magnitude)", unit, &Metric::range);
+  add("round_off", "what is no larger counts as 0 in the figures", unit, &Metric::round_off);
 }
 
 }  // namespace

@@ -1,0 +1,250 @@
+#include "balance/dynamics/term_meter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+
+void TermSizes::raise(const TermSizes& other, double factor) {
+  for (VectorX TermSizes::*member : all_term_sizes) {
+    VectorX& mine = this->*member;
+    const VectorX& its = other.*member;
+    if (mine.size() != its.size()) mine.setZero(its.size());
+    mine = mine.cwiseMax(factor * its);
+  }
+}
+
+template <class S>
+TermMeter<S>::TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const typename S::Vector& about)
+    : mechanism_(mechanism),
+      tree_(tree),
+      gravity_(mechanism.gravity.norm()),
+      about_(about.norm()),
+      external_(mechanism, tree),
+      nodes_(tree.nodes.size()),
+      tau_(static_cast<std::size_t>(tree.columns)),
+      external_sizes_(tree.nodes.size()) {
+  for (const MassElement<S>& element : tree.elements) {
+    NodeSize& node = nodes_[static_cast<std::size_t>(element.frame.node)];
+    const double mass = element.inertia.mass, reach = element.frame.p_N.norm(), first = element.inertia.moment.norm();
+    double second = 0;
+    if constexpr (S::dimension == 2)
+      second = std::abs(element.inertia.second);
+    else
+      second = element.inertia.second.norm();
+    node.mass += mass;
+    node.first += first + mass * reach;
+    node.second += second + 2 * reach * first + mass * reach * reach;
+  }
+  const auto size = [](const auto& list) { return static_cast<Eigen::Index>(list.size()); };
+  for (auto* values : {&now_.position, &now_.velocity, &now_.acceleration})
+    values->setZero(size(mechanism.coordinates));
+  for (auto* values : {&now_.effort, &now_.power}) values->setZero(size(mechanism.actuators));
+  for (auto* values : {&now_.joint_force, &now_.joint_moment}) values->setZero(size(mechanism.joints));
+  for (auto* value : {&now_.com_position, &now_.com_velocity, &now_.com_acceleration, &now_.force, &now_.moment,
+                      &now_.kinetic_energy, &now_.potential_energy})
+    value->setZero(1);
+  if (!mechanism.tool) return;
+  now_.tool_position.setZero(1);
+  now_.tool_angle.setOnes(1);
+  const FixedFrame<S>& body = tree.bodies[static_cast<std::size_t>(mechanism.tool->body)];
+  tool_ = {body.node, body.R_N, body.p_N + body.R_N * to_vector<S>(mechanism.tool->position)};
+}
+
+template <class S>
+void TermMeter<S>::see(const Instant<S>& now, const Observation<S>& seen, const std::vector<double>& multipliers,
+                       double mobility) {
+  move(now);
+  read_motion(now, seen);
+  for (ForceSize& size : external_sizes_) size = {};
+  if (!external_.none()) external_.add_sizes(now.state, now.time, external_sizes_);
+  collect(now);
+  add_friction(seen);
+  read_sums(now);
+  if (!tree_.closures.empty()) {
+    add_closures(now, multipliers);
+    collect(now);
+    add_friction(seen);
+  }
+  read_transmitted(now, seen);
+  const double growth = mobility < 1 ? 1 / std::max(mobility, 1e-12) : 1;
+  terms_.raise(now_, 1);
+  grown_.raise(now_, growth);
+  // What solves loops is itself found to so many digits only: idle turns of rods show it first.
+  if (!tree_.closures.empty())
+    for (VectorX TermSizes::*motion : {&TermSizes::position, &TermSizes::velocity, &TermSizes::acceleration})
+      grown_.*motion = (grown_.*motion).cwiseMax(growth * growth * now_.*motion);
+}
+
+/// Outwards: places, rates and accelerations.
+template <class S>
+void TermMeter<S>::move(const Instant<S>& now) {
+  nodes_[0].acceleration = gravity_;
+  for (std::size_t n = 1; n < nodes_.size(); ++n) {
+    const Node<S>& joint = tree_.nodes[n];
+    const NodeSize& parent = nodes_[static_cast<std::size_t>(joint.parent)];
+    const double arm = now.state[n].p_PN.norm();
+    NodeSize& node = nodes_[n];
+    node.place = parent.place + arm;
+    node.turning = parent.turning;
+    node.turning_rate = parent.turning_rate;
+    node.speed = parent.speed + parent.turning * arm;
+    node.acceleration = parent.acceleration + (parent.turning_rate + parent.turning * parent.turning) * arm;
+    if (joint.motion == NodeMotion::weld) continue;
+    const double rate = std::abs(joint.ratio * now.dy[joint.column]),
+                 rate_rate = std::abs(joint.ratio * now.ddy[joint.column]);
+    if (joint.motion == NodeMotion::turn) {
+      node.turning += rate;
+      node.turning_rate += rate_rate;
+      if constexpr (S::dimension == 3) node.turning_rate += parent.turning * rate;
+    } else {
+      node.speed += rate;
+      node.acceleration += rate_rate + 2 * parent.turning * rate;
+    }
+  }
+}
+
+template <class S>
+double TermMeter<S>::unit(int coordinate) const {
+  return mechanism_.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::length ? tree_.length : 1;
+}
+
+/// Of the coordinates: all are solved for together, so that one's error is measured by the largest of them.
+template <class S>
+void TermMeter<S>::read_motion(const Instant<S>& now, const Observation<S>& seen) {
+  rate_ = rate_rate_ = 0;
+  for (int c = 0; c < tree_.columns; ++c) {
+    const double scale = tree_.column_kind_length[static_cast<std::size_t>(c)] ? tree_.length : 1;
+    rate_ = std::max(rate_, std::abs(now.dy[c]) / scale);
+    rate_rate_ = std::max(rate_rate_, std::abs(now.ddy[c]) / scale);
+  }
+  rate_rate_ = std::max(rate_rate_, rate_ * rate_);
+  for (Eigen::Index c = 0; c < now_.position.size(); ++c) {
+    const double scale = unit(static_cast<int>(c));
+    const auto i = static_cast<std::size_t>(c);
+    now_.position[c] = std::max(scale, std::abs(seen.position[i]));
+    now_.velocity[c] = std::max(scale * rate_, std::abs(seen.velocity[i]));
+    now_.acceleration[c] = std::max(scale * rate_rate_, std::abs(seen.acceleration[i]));
+  }
+  if (!mechanism_.tool) return;
+  now_.tool_position[0] = nodes_[static_cast<std::size_t>(tool_.node)].place + tool_.p_N.norm();
+  if constexpr (S::dimension == 2) now_.tool_angle[0] = std::max(1.0, std::abs(seen.tool_angle));
+}
+
+/// Inwards: forces, moments, and what they come to along every coordinate.
+template <class S>
+void TermMeter<S>::collect(const Instant<S>& now) {
+  std::fill(tau_.begin(), tau_.end(), 0);
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    NodeSize& node = nodes_[n];
+    const double turn = node.turning_rate + node.turning * node.turning;
+    node.force = external_sizes_[n].force;
+    node.moment = external_sizes_[n].moment;
+    if (n == 0 || node.mass == 0) continue;
+    node.force += node.mass * node.acceleration + turn * node.first;
+    node.moment += (S::dimension == 2 ? node.turning_rate : turn) * node.second + node.first * node.acceleration;
+  }
+  for (std::size_t n = nodes_.size(); n-- > 1;) {
+    const Node<S>& joint = tree_.nodes[n];
+    const NodeSize& node = nodes_[n];
+    if (joint.motion != NodeMotion::weld)
+      tau_[static_cast<std::size_t>(joint.column)] +=
+          std::abs(joint.ratio) * (joint.motion == NodeMotion::turn ? node.moment : node.force);
+    NodeSize& parent = nodes_[static_cast<std::size_t>(joint.parent)];
+    parent.force += node.force;
+    parent.moment += node.moment + now.state[n].p_PN.norm() * node.force;
+  }
+}
+
+template <class S>
+void TermMeter<S>::add_friction(const Observation<S>& seen) {
+  for (const Friction& friction : mechanism_.friction) {
+    const CoordinateSource& source = tree_.sources[static_cast<std::size_t>(friction.coordinate)];
+    if (source.column < 0) continue;
+    const double rate = std::abs(seen.velocity[static_cast<std::size_t>(friction.coordinate)]);
+    tau_[static_cast<std::size_t>(source.column)] +=
+        std::abs(source.ratio) * (friction.viscous * rate + friction.coulomb);
+  }
+}
+
+/// What is summed over all nodes.
+template <class S>
+void TermMeter<S>::read_sums(const Instant<S>& now) {
+  double place = 0, momentum = 0, energy = 0;
+  for (const NodeSize& node : nodes_) {
+    const double spin = node.turning * node.first;
+    place += node.mass * node.place + node.first;
+    momentum += node.mass * node.speed + spin;
+    energy +=
+        0.5 * node.mass * node.speed * node.speed + node.speed * spin + 0.5 * node.turning * node.turning * node.second;
+  }
+  now_.com_position[0] = place / tree_.mass;
+  now_.com_velocity[0] = momentum / tree_.mass;
+  now_.force[0] = nodes_[0].force;
+  now_.moment[0] = nodes_[0].moment + about_ * nodes_[0].force;
+  now_.com_acceleration[0] = nodes_[0].force / tree_.mass;
+  now_.kinetic_energy[0] = energy;
+  now_.potential_energy[0] = gravity_ * place + external_.energy_size(now.state);
+}
+
+/// The closures' wrenches join the external ones. A multiplier is measured by itself and by all the forces that it is solved
+/// from.
+template <class S>
+void TermMeter<S>::add_closures(const Instant<S>& now, const std::vector<double>& multipliers) {
+  double all = 0;
+  for (int c = 0; c < tree_.columns; ++c)
+    all +=
+        tau_[static_cast<std::size_t>(c)] * (tree_.column_kind_length[static_cast<std::size_t>(c)] ? tree_.length : 1);
+  std::size_t r = 0;
+  for (const Closure<S>& closure : tree_.closures) {
+    ForceSize size;
+    for (const ClosureRow& row : closure.rows) {
+      const double multiplier = std::abs(multipliers[r++]);
+      if (row.kind == ClosureRow::Kind::along)
+        size.force += multiplier + all / tree_.length;
+      else
+        size.moment += multiplier + all;
+    }
+    if (!closure.split) {
+      now_.joint_force[closure.joint] = size.force;
+      now_.joint_moment[closure.joint] = size.moment;
+    }
+    const typename S::Vector Q = position(now.state, closure.b);
+    for (const int n : {closure.a.node, closure.b.node}) {
+      if (n == 0) continue;
+      ForceSize& sum = external_sizes_[static_cast<std::size_t>(n)];
+      sum.force += size.force;
+      sum.moment += size.moment + (Q - now.state[static_cast<std::size_t>(n)].p_WN).norm() * size.force;
+    }
+  }
+}
+
+/// What joints and actuators transmit.
+template <class S>
+void TermMeter<S>::read_transmitted(const Instant<S>& now, const Observation<S>& seen) {
+  for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
+    const int coordinate = mechanism_.actuators[a];
+    const CoordinateSource& source = tree_.sources[static_cast<std::size_t>(coordinate)];
+    const auto i = static_cast<Eigen::Index>(a);
+    now_.effort[i] = std::abs(seen.effort[a]);
+    if (source.column >= 0) now_.effort[i] += tau_[static_cast<std::size_t>(source.column)] / std::abs(source.ratio);
+    now_.power[i] = now_.effort[i] * now_.velocity[coordinate];
+  }
+  for (std::size_t j = 0; j < mechanism_.joints.size(); ++j) {
+    const int n = tree_.joint_nodes[j];
+    if (n < 0) continue;
+    const auto i = static_cast<Eigen::Index>(j);
+    const auto node = static_cast<std::size_t>(n);
+    const FixedFrame<S>& second = tree_.bodies[static_cast<std::size_t>(mechanism_.joints[j].second)];
+    const typename S::Vector Q =
+        position(now.state,
+                 {second.node, second.R_N, second.p_N + second.R_N * to_vector<S>(mechanism_.joints[j].point_second)});
+    now_.joint_force[i] = nodes_[node].force;
+    now_.joint_moment[i] = nodes_[node].moment + (Q - now.state[node].p_WN).norm() * nodes_[node].force;
+  }
+}
+
+template class TermMeter<Planar>;
+template class TermMeter<Spatial>;
+
+}  // namespace balance

@@ -1,0 +1,71 @@
+#pragma once
+/// Measures the terms of a mechanism's forces: the recursions of dynamics/recursion.hpp with lengths in place of vectors, so that
+/// nothing cancels. Private to dynamics and the rooms that open it up.
+///
+/// For a node with the terms' sizes p of its place, w of its angular velocity, α of its angular acceleration and a of its
+/// acceleration, and inertia of mass m, first moments c and second moments J (the sizes of their own terms, too):
+///
+///     p = p_P + |r|    w = w_P + |q̇|    α = α_P + |q̈| + w_P |q̇|    a = a_P + (α_P + w_P²) |r| + …    a_0 = |g|
+///     f = m a + (α + w²) c + Σ f_child     n = J (α + w²) + c a + Σ (n_child + |r| f_child)
+///
+/// (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2002, ch. 3: a sum is off by a small multiple of the unit
+/// round-off times the sum of its terms' magnitudes.)
+
+#include "balance/dynamics/observer.hpp"
+#include "balance/dynamics/term_sizes.hpp"
+
+#include <vector>
+
+namespace balance {
+
+template <class S>
+class TermMeter {
+ public:
+  /// @param tree must outlive the meter
+  /// @param about world point that moments are about
+  TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const typename S::Vector& about);
+
+  /// Measures at a moment and keeps the largest sizes.
+  /// @param now after an Observer has seen it: the state holds all poses
+  /// @param seen what the observer found there
+  /// @param multipliers per closure row, as Actuation::multipliers()
+  /// @param mobility of the equations: errors of their solution grow with its inverse
+  void see(const Instant<S>& now, const Observation<S>& seen, const std::vector<double>& multipliers, double mobility);
+
+  /// Largest sizes so far.
+  const TermSizes& terms() const { return terms_; }
+  /// Largest so far of the sizes over the mobility, where that is below one.
+  const TermSizes& grown() const { return grown_; }
+
+ private:
+  struct NodeSize {
+    double mass = 0, first = 0, second = 0;  ///< of everything fixed to it
+    double place = 0, turning = 0, turning_rate = 0, speed = 0, acceleration = 0;
+    double force = 0, moment = 0;
+  };
+
+  void move(const Instant<S>& now);
+  void read_motion(const Instant<S>& now, const Observation<S>& seen);
+  void read_sums(const Instant<S>& now);
+  void collect(const Instant<S>& now);
+  void add_friction(const Observation<S>& seen);
+  void add_closures(const Instant<S>& now, const std::vector<double>& multipliers);
+  void read_transmitted(const Instant<S>& now, const Observation<S>& seen);
+  double unit(int coordinate) const;
+
+  const Mechanism& mechanism_;
+  const Tree<S>& tree_;
+  double gravity_, about_;
+  ExternalForces<S> external_;
+  FixedFrame<S> tool_;
+  std::vector<NodeSize> nodes_;
+  std::vector<double> tau_;  ///< per tree coordinate
+  std::vector<ForceSize> external_sizes_;
+  double rate_ = 0, rate_rate_ = 0;  ///< largest of any tree coordinate, lengths in characteristic lengths
+  TermSizes now_, terms_, grown_;
+};
+
+extern template class TermMeter<Planar>;
+extern template class TermMeter<Spatial>;
+
+}  // namespace balance

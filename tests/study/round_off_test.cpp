@@ -1,0 +1,157 @@
+#include "balance/study/round_off.hpp"
+#include "balance/compare/comparison.hpp"
+#include "balance/compare/difference.hpp"
+#include "balance/read/read_spec.hpp"
+#include "balance/study/control.hpp"
+#include "balance/study/result_layout.hpp"
+#include "balance/study/simulate.hpp"
+#include "balance/study/simulate_natural.hpp"
+
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+using namespace balance;
+
+namespace {
+
+/// A swinging link whose counterweight brings the centre of mass onto the pivot, but for a share `off` of its mass. All masses
+/// times `heavy`, all lengths times `large`.
+std::string link(double off, double heavy = 1, double large = 1) {
+  return fmt::format(R"(
+space: planar
+gravity: [0, -9.81]
+bodies:
+  link: {{mass: {0}, com: [{1}, 0], inertia: {2}, points: {{O: [0, 0]}}}}
+joints:
+  J: {{type: revolute, connects: [ground.origin, link.O]}}
+counterweights:
+  cw: {{on: link, mass: {3}, at: [{4}, 0]}}
+actuators: [J]
+motion: {{duration: 1, samples: 101, from: {{joints: {{J: 0.3}}}}, to: {{joints: {{J: 1.9}}}}}}
+)",
+                     0.7 * heavy, 0.3 * large, 0.02 * heavy * large * large, 2.1 * heavy * (1 + off), -0.1 * large);
+}
+
+Result run(const std::string& text) {
+  const Study study = read_spec(text, "link.yaml");
+  const Result result = simulate(study.mechanism, study.trajectories.at(0));
+  REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
+  return result;
+}
+
+const Metric& figures(const Result& result, const std::string& quantity) {
+  const auto found = std::find_if(result.metrics.begin(), result.metrics.end(),
+                                  [&](const Metric& metric) { return metric.quantity == quantity; });
+  REQUIRE(found != result.metrics.end());
+  return *found;
+}
+
+Study config(const std::string& name) { return read_spec_file(std::string(BALANCE_CONFIGS "/") + name); }
+
+}  // namespace
+
+TEST_CASE(
+    "what round-off leaves of a balanced force is 0 in its figures, and the samples keep what was computed (D2)") {
+  const Study study = config("planar-rrr.yaml");
+  const Result result = simulate(study.mechanism, study.trajectories.at(0));
+  for (const char* quantity : {"shaking_force", "com_velocity", "com_acceleration"}) {
+    CAPTURE(quantity);
+    const Metric& metric = figures(result, quantity);
+    CHECK(metric.peak == 0);
+    CHECK(metric.rms == 0);
+    CHECK(metric.mean == 0);
+    CHECK(metric.range == 0);
+    CHECK(metric.peak_time == 0);
+    CHECK(metric.round_off > 0);
+  }
+  CHECK(result.shaking_force.cwiseAbs().maxCoeff() > 0);
+  CHECK(above_round_off(result, &Result::shaking_force).cwiseAbs().maxCoeff() == 0);
+  CHECK(figures(result, "shaking_moment").peak > 10);
+}
+
+TEST_CASE("a small imbalance is no round-off, whatever the units (D2)") {
+  // a part in 10⁹ of one mass, on a scale of grams and micrometres and on one of ships
+  for (const auto& [heavy, large] : {std::pair{1.0, 1.0}, {1e-15, 1e-6}, {1e9, 1e3}, {1e-30, 1.0}}) {
+    CAPTURE(heavy);
+    const Result balanced = run(link(0, heavy, large)), off = run(link(1e-9, heavy, large));
+    CHECK(figures(balanced, "shaking_force").peak == 0);
+    CHECK(figures(balanced, "torque[J]").peak > 0);
+    const double whole = figures(run(link(1, heavy, large)), "shaking_force").peak;
+    CHECK(figures(off, "shaking_force").peak == doctest::Approx(1e-9 * whole).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("the terms are at least as large as their sum, in every quantity of every kind of run (D2)") {
+  const auto check = [](const Result& result) {
+    REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
+    for (const Quantity& quantity : list_quantities(result)) {
+      CAPTURE(quantity.name);
+      VectorX TermSizes::*const size = term_size_of(quantity.member);
+      if (size == nullptr || size == &TermSizes::sliding_variable || quantity.member == &Result::torque_variation)
+        continue;
+      const VectorX& terms = result.term_sizes.*size;
+      REQUIRE(terms.size() > 0);
+      const Eigen::Index columns = quantity.samples->cols(), width = columns / terms.size();
+      // Sizes are taken at some hundred moments only, and those of unit quaternions and turns are the unit.
+      for (Eigen::Index c = 0; c < columns; ++c)
+        CHECK(1.05 * terms[c / width] >= quantity.samples->col(c).cwiseAbs().maxCoeff());
+    }
+  };
+  for (const char* name : {"3rrr.yaml", "delta.yaml", "spring-press.yaml", "scotch-yoke.yaml", "four-bar-in-space.yaml",
+                           "geared-five-bar.yaml", "squeezer.yaml", "bricard.yaml"}) {
+    CAPTURE(name);
+    const Study study = config(name);
+    check(simulate(study.mechanism, study.trajectories.at(0)));
+    if (std::string(name) == "3rrr.yaml") check(simulate_natural(study.mechanism, study.trajectories.at(0)));
+  }
+  const Study study = config("control-rrr.yaml");
+  const auto& controllers = study.controllers;
+  const auto law = std::find_if(controllers.begin(), controllers.end(),
+                                [](const Controller& controller) { return controller.name == "torque"; });
+  REQUIRE(law != controllers.end());
+  Trajectory trajectory = study.trajectories.at(0);
+  trajectory.samples = 51;
+  check(control(study.mechanism, trajectory, *law, {}));
+}
+
+TEST_CASE("natural coordinates find the same zeros (D2)") {
+  const Study study = config("planar-rrr.yaml");
+  const Result result = simulate_natural(study.mechanism, study.trajectories.at(0));
+  REQUIRE(result.outcome.status == MotionStatus::done);
+  CHECK(figures(result, "shaking_force").peak == 0);
+  CHECK(figures(result, "shaking_moment").peak > 10);
+}
+
+TEST_CASE("motors that need nothing show nothing (D2)") {
+  // a balanced link without inertia about its pivot would need no torque at rest: constant speed instead
+  const std::string text = link(0);
+  const Study study = read_spec(text + "trajectories: {even: {law: uniform, drive: joints}}\n", "link.yaml");
+  const auto even = std::find_if(study.trajectories.begin(), study.trajectories.end(),
+                                 [](const Trajectory& trajectory) { return trajectory.name == "even"; });
+  REQUIRE(even != study.trajectories.end());
+  const Result result = simulate(study.mechanism, *even);
+  REQUIRE(result.outcome.status == MotionStatus::done);
+  for (const char* quantity : {"torque[J]", "power[J]", "shaking_force", "shaking_moment"})
+    CHECK(figures(result, quantity).peak == 0);
+  CHECK(result.energy == 0);
+  CHECK(figures(result, "kinetic_energy").peak > 0);
+}
+
+TEST_CASE("curves that differ by round-off only do not differ, and zeros have no ratio (D2)") {
+  const Study study = config("planar-rrr.yaml");
+  const Result one = simulate(study.mechanism, study.trajectories.at(0));
+  Result other = one;
+  other.shaking_force *= -1;  // another round-off
+  for (const auto& [quantity, difference] : list_differences(one, other)) {
+    CAPTURE(quantity);
+    CHECK(difference.largest == 0);
+    CHECK(difference.rms == 0);
+  }
+  const ComparedRuns compared = compare_runs({{"a", "", "", "", "", "", one}, {"b", "", "", "", "", "", other}});
+  for (const ComparedQuantity& quantity : compared.quantities)
+    if (quantity.quantity == "shaking_force") CHECK(std::isnan(ratio_to_base(quantity, 1, Figure::peak)));
+}
