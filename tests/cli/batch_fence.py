@@ -122,12 +122,12 @@ class Failures(Fence):
     def test_a_case_that_takes_too_long_is_tried_again_with_more_time_only(self):
         """(C1)"""
         suite = self.suite(f"cases: {{a: {SHORT}, bad: {LONG}, b: {SHORT}}}\n")
-        done = self.batch(suite, "--case-timeout", "2", "-j", "2")
+        done = self.batch(suite, "--case-timeout", "4", "-j", "2")
         self.assertEqual(done.returncode, 5)
         self.assertEqual(self.statuses(), {"a": "done", "bad": "failed", "b": "done"})
-        self.assertEqual(self.cases()["bad"]["message"], "exceeded --case-timeout 2 s")
+        self.assertEqual(self.cases()["bad"]["message"], "exceeded --case-timeout 4 s")
         self.assertEqual(self.cases()["bad"]["cause"], "timeout")
-        for limit, note in (("2", "3 of 3"), ("0.5s", "3 of 3"), ("3", "2 of 3")):
+        for limit, note in (("4", "3 of 3"), ("0.5s", "3 of 3"), ("5", "2 of 3")):
             done = self.batch(suite, "--case-timeout", limit)
             self.assertEqual(done.returncode, 5)
             self.assertIn(f"note: {note} cases were finished already", done.stderr)
