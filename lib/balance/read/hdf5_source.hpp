@@ -22,10 +22,10 @@ struct Hdf5Error : std::runtime_error {
 
 /// What a file may make of this process's memory.
 struct Hdf5Limits {
-  std::size_t labels = 100'000;   ///< texts in one dataset, groups in one group
-  std::size_t label = 4096;       ///< bytes of one of them
-  std::size_t text = 8 << 20;     ///< bytes of an attribute
-  std::size_t values = 16 << 20;  ///< of all datasets read, besides one for each byte of the file
+  std::size_t labels = 100'000;  ///< texts in one dataset, groups in one group
+  std::size_t label = 4096;      ///< bytes of one of them
+  std::size_t text = 8 << 20;    ///< bytes of an attribute
+  std::size_t values = 8 << 20;  ///< of all datasets read, besides one for each byte of the file
 };
 
 /// An open file. Paths are `group/name` from the root, "" the root itself. Every member but the destructor
