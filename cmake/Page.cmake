@@ -11,7 +11,8 @@ if(NODE_PROGRAM AND NPM_PROGRAM)
     set(node_suits ON)
   endif()
 endif()
-option(BALANCE_PAGE "Bundle the scripts of `balance report` (needs node 18 or newer, npm and its packages)" ${node_suits})
+# Where node is missing now it may be there at the next configuration.
+option(BALANCE_PAGE "Bundle the scripts of `balance report` (needs node 18 or newer, npm and its packages)" ON)
 
 set(page_folder ${PROJECT_BINARY_DIR}/web)
 set(page_bundle ${page_folder}/bundle)

@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# The demo installs what the program needs and nothing that only tests need (D10). Nothing is installed here: what would be asked for is.
+set -euo pipefail
+root=$(cd "$(dirname "$0")/../.." && pwd)
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+printf '#!/bin/sh\nexit 1\n' >"$folder/dpkg-query"
+printf '#!/bin/sh\necho 0\n' >"$folder/id"
+printf '#!/bin/sh\necho "$@"\n' >"$folder/apt-get"
+chmod +x "$folder"/*
+
+wanted() { PATH=$folder:$PATH "$root/scripts/setup" "$@" | sed -n 's/^install .*--no-install-recommends//p'; }
+program=" $(wanted program) "
+everything=" $(wanted) "
+for package in g++ cmake libhdf5-dev libeigen3-dev; do
+  [[ $program == *" $package "* ]] || { echo "the program is built without $package?" >&2; exit 1; }
+done
+for package in chromium snakemake clang clang-tidy npm nodejs python3 gnuplot-nox lintian; do
+  [[ $program != *" $package "* ]] || { echo "the program needs no $package" >&2; exit 1; }
+done
+for package in $program chromium snakemake lintian; do
+  [[ $everything == *" $package "* ]] || { echo "$package is missing in the whole" >&2; exit 1; }
+done
+grep -q '^scripts/setup program$' "$root/scripts/demo" || { echo "the demo installs more than it needs" >&2; exit 1; }
