@@ -124,10 +124,13 @@ double Stepper::bend(const State& next) const {
 Stepper::Attempt Stepper::judge(const State& next) {
   const double off = bend(next), pivot = all_.look(equations_.jacobian(next.position));
   if (!(pivot >= singular && off <= most_bend * pivot && all_.near_kept(most_change))) return Attempt::singular;
-  if (!held_) return Attempt::done;
-  const double grip = grip_.look(held_(next.position));
-  return grip >= singular && off <= most_bend * grip && grip_.near_kept(most_change) ? Attempt::done
-                                                                                     : Attempt::not_held;
+  if (held_) {
+    const double grip = grip_.look(held_(next.position));
+    if (!(grip >= singular && off <= most_bend * grip && grip_.near_kept(most_change))) return Attempt::not_held;
+    grip_approach_.see(grip, next.time);
+  }
+  approach_.see(pivot, next.time);
+  return Attempt::done;
 }
 
 bool Stepper::advance(double time) {
@@ -157,8 +160,10 @@ void Stepper::accelerate(Side side) {
 
 /// Which matrix has lost rank at the last good configuration?
 void Stepper::stop(Attempt attempt) {
+  const Approach& approach = attempt == Attempt::not_held ? grip_approach_ : approach_;
+  const double time = std::min(approach.vanishes(now_.time), schedule_.duration());
   if (attempt == Attempt::not_held) {
-    outcome_ = no_longer_held(now_.time, "");
+    outcome_ = no_longer_held(time, "");
     return;
   }
   const int rank = model_.unknowns() - freedoms_;
@@ -186,8 +191,8 @@ void Stepper::stop(Attempt attempt) {
     outcome_.status = MotionStatus::assembly_jump;
     what = "the motion could only go on by a jump to another assembly mode";
   }
-  outcome_.time = now_.time;
-  outcome_.reason = at_time(now_.time) + what;
+  outcome_.time = time;
+  outcome_.reason = at_time(time) + what;
 }
 
 }  // namespace balance::natural

@@ -3,6 +3,7 @@
 /// Private to natural.
 
 #include "balance/base/tall_matrix.hpp"
+#include "balance/motion/approach.hpp"
 #include "balance/motion/motion.hpp"
 #include "balance/motion/schedule.hpp"
 #include "balance/natural/equations.hpp"
@@ -55,6 +56,7 @@ class Stepper {
   DriveSample sample_;
   int iterations_ = 0;
   TallMatrix all_, grip_;
+  Approach approach_, grip_approach_;
   std::function<MatrixX(const Coordinates&)> held_;
   MotionOutcome outcome_;
 };
