@@ -8,6 +8,7 @@
 
 #include <doctest/doctest.h>
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -140,6 +141,16 @@ TEST_CASE("what a batch would replace although it reads it is found by any of it
   CHECK(input_in_the_way(folder.plan("cases: {d: {spec: a.yaml}}"), out.string()).find("the suite") == 0);
   CHECK_THROWS_AS(run_batch(folder.plan(designed), {.folder = folder.path.string(), .force = true}),
                   std::invalid_argument);
+}
+
+TEST_CASE("pipes and devices do not keep a plan waiting (C1)") {
+  const Folder folder;
+  REQUIRE(::mkfifo((folder.path / "pipe.yaml").c_str(), 0600) == 0);
+  folder.write("endless.yaml", "loads: {p: {file: /dev/zero}, q: {file: pipe.yaml}}\n");
+  const Plan all = folder.plan(
+      "cases: {a: {spec: pipe.yaml}, b: {spec: /dev/zero}, c: {spec: endless.yaml}, d: {spec: '-'}, e: {spec: .}}");
+  for (const std::size_t i : {0U, 1U, 3U, 4U}) CHECK_FALSE(all.specs[all.cases[i].spec].trouble.empty());
+  CHECK(all.specs[all.cases[2].spec].trouble.empty());
 }
 
 TEST_CASE("every case is in one shard, and shards are of about the same size") {

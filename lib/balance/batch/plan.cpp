@@ -17,9 +17,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Pipes and devices have no end or another one each time: who reads them here would never come to the cases.
+bool is_regular(const std::string& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error);
+}
+
 SpecSource read_source(const std::string& path) {
   SpecSource source;
   source.path = path;
+  std::error_code ignored;
+  if (path == "-" || (fs::exists(path, ignored) && !is_regular(path))) {
+    source.trouble = path + ": expected a spec file, found something else";
+    return source;
+  }
   try {
     source.text = read_text_file(path, "spec");
   } catch (const SystemError& error) {
@@ -41,7 +52,7 @@ std::string spec_part(const SpecSource& source, const std::string& build) {
   add(all, build);
   add(all, fs::path(source.path).filename().string());  // the result's command line names it
   add(all, sha256(source.text));
-  for (const std::string& table : source.tables) add(all, sha256_of_file(table));
+  for (const std::string& table : source.tables) add(all, is_regular(table) ? sha256_of_file(table) : "");
   return all;
 }
 
