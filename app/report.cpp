@@ -90,6 +90,8 @@ Page begin_page(const ReportOptions& options, const Study& study) {
   page.before = study.mechanism;
   page.check = check_json(check(study), study.mechanism, study.warnings);
   page.notes = study.warnings;
+  page.controller = options.controller;
+  if (!options.controller.empty()) page.controller_type = name_of(find_controller(options.controller, study).type);
   return page;
 }
 
@@ -109,6 +111,8 @@ void check_belonging(const RunFile& run, const Study& study) {
 Page file_page(const ReportOptions& options, const RunFile& run, const Study& study) {
   check_belonging(run, study);
   Page page = begin_page(options, study);
+  page.controller = run.controller;
+  page.controller_type = run.controller_type;
   if (!run.ended_early.empty()) page.notes.push_back("the run ended early: " + run.ended_early);
   PageTrajectory shown{run.trajectory, run.law, run.drive, run.result, std::nullopt};
   page.trajectories.push_back(std::move(shown));

@@ -3,11 +3,15 @@
 #include "balance/base/error.hpp"
 #include "balance/read/read_spec.hpp"
 #include "balance/report/base64.hpp"
+#include "balance/study/result_layout.hpp"
+#include "balance/study/round_off.hpp"
 #include "balance/study/simulate.hpp"
+#include "balance/write/sha256.hpp"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 
@@ -110,6 +114,96 @@ TEST_CASE("every quantity of the page has a value for every sample and column") 
       CHECK((series["units"].size() == 1 || series["units"].size() == columns));
     }
   }
+}
+
+TEST_CASE("a page of very many samples shows few of them, every extreme among them (C10)") {
+  Page page = sample_page("rr.yaml", 20001);
+  Result& run = *page.trajectories[0].before;
+  run.torque(12345, 1) = 1e4;  // a spike between two evenly spread samples
+  for (const Eigen::Index k : {7001, 7003, 7005}) run.power(k, 0) += 3e3;
+  const auto json = nlohmann::json::parse(page_json(page));
+  const auto& shown = json["trajectories"][0]["before"];
+  CHECK(shown["samples"] == 20001);
+  const std::vector<double> time = numbers<double>(shown["time"]["f64"]);
+  CHECK(time.size() <= 4000);
+  CHECK(time.size() > 2000);
+  CHECK(std::is_sorted(time.begin(), time.end()));
+  CHECK(time.front() == run.time[0]);
+  CHECK(time.back() == run.time[20000]);
+  CHECK(std::find(time.begin(), time.end(), run.time[12345]) != time.end());
+  for (const Eigen::Index k : {7001, 7003, 7005}) CHECK(std::find(time.begin(), time.end(), run.time[k]) != time.end());
+  for (const Quantity& quantity : list_quantities(run))
+    for (const auto& series : shown["series"]) {
+      if (series["quantity"] != quantity.name || quantity.columns == Columns::joint_axis) continue;
+      CAPTURE(quantity.name);
+      const std::vector<float> values = numbers<float>(series["values"]["f32"]);
+      for (Eigen::Index c = 0; c < quantity.samples->cols(); ++c) {
+        const auto begin = values.begin() + c * static_cast<std::ptrdiff_t>(time.size());
+        const auto [low, high] = std::minmax_element(begin, begin + static_cast<std::ptrdiff_t>(time.size()));
+        const double round_off = round_off_of(run, quantity.member, c);
+        CHECK(*low == static_cast<float>(above(round_off, quantity.samples->col(c).minCoeff())));
+        CHECK(*high == static_cast<float>(above(round_off, quantity.samples->col(c).maxCoeff())));
+      }
+    }
+}
+
+TEST_CASE("before and after are shown at the same of very many samples (C10)") {
+  Page page = sample_page("rr.yaml", 6001);
+  page.trajectories[0].after = page.trajectories[0].before;
+  page.trajectories[0].after->torque(3333, 0) = 1e4;
+  const auto json = nlohmann::json::parse(page_json(page));
+  const auto& trajectory = json["trajectories"][0];
+  CHECK(trajectory["before"]["time"] == trajectory["after"]["time"]);
+  CHECK(numbers<double>(trajectory["before"]["time"]["f64"]).size() < 4001);
+}
+
+TEST_CASE("a page shows round-off as zero (D2)") {
+  const Page page = sample_page("planar-rrr.yaml", 101);
+  REQUIRE(page.trajectories[0].before->shaking_force.cwiseAbs().maxCoeff() > 0);
+  const auto json = nlohmann::json::parse(page_json(page));
+  for (const auto& series : json["trajectories"][0]["before"]["series"])
+    if (series["quantity"] == "shaking_force")
+      for (const float value : numbers<float>(series["values"]["f32"])) CHECK(value == 0);
+}
+
+TEST_CASE("a page's policy allows its own script and style by their hashes, and nothing else (C12)") {
+  if (!has_page_scripts()) return;
+  for (const char* config : {"rr.yaml", "delta.yaml"}) {
+    CAPTURE(config);
+    const std::string html = page_html(sample_page(config, 3));
+    const auto between = [&](const std::string& from, const std::string& to, std::size_t start) {
+      const std::size_t begin = html.find(from, start) + from.size();
+      return html.substr(begin, html.find(to, begin) - begin);
+    };
+    const auto hash = [](const std::string& content) {
+      std::string bytes;
+      const std::string digits = sha256(content);
+      for (std::size_t i = 0; i < digits.size(); i += 2)
+        bytes += static_cast<char>(std::stoi(digits.substr(i, 2), nullptr, 16));
+      return "'sha256-" + base64(bytes) + "'";
+    };
+    const std::string policy = between("http-equiv=\"Content-Security-Policy\" content=\"", "\"", 0);
+    CHECK(policy.starts_with("default-src 'none'; "));
+    CHECK(policy.find("unsafe") == std::string::npos);
+    const std::string style = between("<style>", "</style>", 0);
+    const std::size_t data_end = html.find("</script>");
+    const std::string code = between("<script>", "</script>", data_end);
+    CHECK(policy.find("script-src " + hash(code) + ";") != std::string::npos);
+    CHECK(policy.find("style-src " + hash(style) + ";") != std::string::npos);
+    CHECK(html.find("Content-Security-Policy") < html.find("<style>"));  // it holds for what follows it
+    CHECK(html.find(" style=") == std::string::npos);
+  }
+}
+
+TEST_CASE("what acts on a mechanism is in its page (D5)") {
+  const auto json = nlohmann::json::parse(page_json(sample_page("spring-press.yaml", 3)));
+  const auto& mechanism = json["mechanism"]["before"];
+  for (const char* list : {"loads", "springs", "friction", "coordinates"}) {
+    CAPTURE(list);
+    CHECK(mechanism[list].size() > 0);
+  }
+  const auto geared = nlohmann::json::parse(page_json(sample_page("geared-five-bar.yaml", 3)));
+  CHECK(geared["mechanism"]["before"]["couplings"][0]["ratio"] == -1);
 }
 
 TEST_CASE("a run that could not be made is in the page with its reason") {

@@ -49,7 +49,8 @@ TEST_CASE("a plot draws round-off as zero (D2)") {
     REQUIRE(quantity.has_value());
     for (const PlotCurve& curve : quantity->curves) CHECK(curve.values.cwiseAbs().maxCoeff() == 0);
   }
-  CHECK(find_plot_quantity(result, "shaking_moment", VectorView::both)->curves.front().values.cwiseAbs().maxCoeff() > 1);
+  CHECK(find_plot_quantity(result, "shaking_moment", VectorView::both)->curves.front().values.cwiseAbs().maxCoeff() >
+        1);
 }
 
 TEST_CASE("every quantity of a run can be drawn, by every name that the list has") {

@@ -21,6 +21,7 @@ void add_worst(MetricTable& table, const std::string& quantity) {
     worst.rms = std::max(worst.rms, metric.rms);
     worst.mean = std::max(worst.mean, metric.mean);
     worst.range = std::max(worst.range, metric.range);
+    worst.round_off = std::max(worst.round_off, metric.round_off);
   }
   worst.quantity = quantity;
   metrics.insert(first, worst);

@@ -1,28 +1,65 @@
 #include "balance/report/page.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/report/base64.hpp"
 #include "balance/report/page_assets.hpp"
 #include "balance/report/page_mechanism.hpp"
+#include "balance/report/page_rows.hpp"
 #include "balance/report/page_run.hpp"
+#include "balance/write/sha256.hpp"
 
 namespace balance {
 namespace {
 
 Json parsed(const std::string& text) { return text.empty() ? Json(nullptr) : Json::parse(text); }
 
-Json optional_run(const Mechanism& mechanism, const std::optional<Result>& result) {
-  return result ? run_page_json(mechanism, *result) : Json(nullptr);
+/// More samples than pixels make a page slow and no picture better.
+constexpr Eigen::Index most_page_samples = 4000;
+
+bool has_samples(const std::optional<Result>& run) {
+  return run && run->outcome.status == MotionStatus::done && run->time.size() > 0;
+}
+
+Json optional_run(const Mechanism& mechanism, const std::optional<Result>& run, const std::vector<Eigen::Index>& rows) {
+  return run ? run_page_json(mechanism, *run, rows) : Json(nullptr);
+}
+
+/// Both runs of a trajectory at the same samples: their lines stand in one chart.
+Json trajectory_json(const Page& page, const PageTrajectory& t) {
+  std::vector<const Result*> runs;
+  for (const auto* run : {&t.before, &t.after})
+    if (has_samples(*run)) runs.push_back(&**run);
+  const bool alike = runs.size() == 2 && runs[0]->time.size() == runs[1]->time.size();
+  const auto rows_of = [&](const std::optional<Result>& run) {
+    if (!has_samples(run)) return std::vector<Eigen::Index>();
+    return choose_rows(alike ? runs : std::vector<const Result*>{&*run}, most_page_samples);
+  };
+  return {{"name", t.name},
+          {"law", t.law},
+          {"drive", t.drive},
+          {"before", optional_run(page.before, t.before, rows_of(t.before))},
+          {"after", optional_run(page.after.value_or(page.before), t.after, rows_of(t.after))}};
 }
 
 Json trajectories_json(const Page& page) {
   Json list = Json::array();
-  for (const PageTrajectory& t : page.trajectories)
-    list.push_back({{"name", t.name},
-                    {"law", t.law},
-                    {"drive", t.drive},
-                    {"before", optional_run(page.before, t.before)},
-                    {"after", optional_run(page.after.value_or(page.before), t.after)}});
+  for (const PageTrajectory& t : page.trajectories) list.push_back(trajectory_json(page, t));
   return list;
+}
+
+/// How a policy names an inline script or style: by the SHA-256 of its bytes, in base64.
+std::string hash_source(std::string_view content) {
+  const std::string digits = sha256(content);
+  std::string bytes;
+  for (std::size_t i = 0; i + 1 < digits.size(); i += 2)
+    bytes += static_cast<char>(std::stoi(digits.substr(i, 2), nullptr, 16));
+  return "'sha256-" + base64(bytes) + "'";
+}
+
+/// Nothing but the page's own script and style may run, and nothing may be fetched: a page can be handed on without fear.
+std::string content_policy(std::string_view code, std::string_view style) {
+  return "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src " + hash_source(code) +
+         "; style-src " + hash_source(style) + "; img-src data: blob:; base-uri 'none'; form-action 'none'\">\n";
 }
 
 /// The script must not be ended by what it contains.
@@ -52,6 +89,8 @@ std::string page_json(const Page& page) {
   json["meaning"] = page.meaning;
   json["mechanism"] = {{"before", mechanism_json(page.before)},
                        {"after", page.after ? mechanism_json(*page.after) : Json(nullptr)}};
+  json["controller"] = nullptr;
+  if (!page.controller.empty()) json["controller"] = {{"name", page.controller}, {"type", page.controller_type}};
   json["trajectories"] = trajectories_json(page);
   json["notes"] = page.notes;
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -89,8 +128,10 @@ std::string page_html(const Page& page) {
         "this program was built without the scripts of the page: install node 18 or newer and npm "
         "(scripts/setup does), then configure and build again");
   const bool planar = page.before.space == SpaceKind::planar;
-  std::string html =
-      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+  const std::string_view code = planar ? assets.planar_script : assets.spatial_script;
+  std::string html = "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
+  html += content_policy(code, assets.style);
+  html +=
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<meta name=\"generator\" content=\"balance " +
       html_escaped(page.version) + "\">\n<link rel=\"icon\" href=\"data:,\">\n<title>" +
@@ -98,7 +139,7 @@ std::string page_html(const Page& page) {
   html += assets.style;
   html += "</style>\n</head>\n<body>\n<noscript>This page needs JavaScript, which it brings with it.</noscript>\n";
   html += script(" type=\"application/json\" id=\"balance-data\"", script_safe(page_json(page)));
-  html += script("", planar ? assets.planar_script : assets.spatial_script);
+  html += script("", code);
   return html + "</body>\n</html>\n";
 }
 

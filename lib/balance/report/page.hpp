@@ -21,12 +21,13 @@ struct Page {
   std::string command;    ///< what makes the same page again
   std::string spec_file;  ///< its name without folders
   std::string spec_text;
-  Mechanism before;                  ///< as the spec's runs see it
-  std::optional<Mechanism> after;    ///< designed
-  std::string check;                 ///< what `balance check --json` prints; empty: not checked
-  std::string conditions;            ///< what `balance conditions --json` prints; empty: no goal
-  std::string design;                ///< what `balance design --json` prints; empty: no design
-  std::vector<std::string> meaning;  ///< the goals in words
+  Mechanism before;                         ///< as the spec's runs see it
+  std::optional<Mechanism> after;           ///< designed
+  std::string check;                        ///< what `balance check --json` prints; empty: not checked
+  std::string conditions;                   ///< what `balance conditions --json` prints; empty: no goal
+  std::string design;                       ///< what `balance design --json` prints; empty: no design
+  std::vector<std::string> meaning;         ///< the goals in words
+  std::string controller, controller_type;  ///< of all runs; empty: they follow their trajectories exactly
   std::vector<PageTrajectory> trajectories;
   std::vector<std::string> notes;  ///< warnings and notes for the reader
 };

@@ -88,7 +88,52 @@ Json springs_json(const Mechanism& mechanism) {
                     {"first", spring.first},
                     {"second", spring.second},
                     {"point_first", place(spring.point_first)},
-                    {"point_second", place(spring.point_second)}});
+                    {"point_second", place(spring.point_second)},
+                    {"stiffness", spring.stiffness},
+                    {"free_length", spring.free_length}});
+  return list;
+}
+
+Json coordinates_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Coordinate& coordinate : mechanism.coordinates)
+    list.push_back({{"name", coordinate.name},
+                    {"joint", coordinate.joint},
+                    {"unit", coordinate.kind == CoordinateKind::angle ? "rad" : "m"}});
+  return list;
+}
+
+Json couplings_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Coupling& coupling : mechanism.couplings)
+    list.push_back({{"follower", coupling.follower},
+                    {"leader", coupling.leader},
+                    {"ratio", coupling.ratio},
+                    {"offset", coupling.offset}});
+  return list;
+}
+
+Json loads_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Load& load : mechanism.loads) {
+    Json forces = Json::array(), moments = Json::array();
+    for (const Vector3& force : load.force) forces.push_back(place(force));
+    for (const Vector3& moment : load.moment) moments.push_back(place(moment));
+    list.push_back({{"name", load.name},
+                    {"body", load.body},
+                    {"point", place(load.point)},
+                    {"frame", load.frame == Frame::world ? "world" : "body"},
+                    {"time", load.time},
+                    {"force", std::move(forces)},
+                    {"moment", std::move(moments)}});
+  }
+  return list;
+}
+
+Json friction_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Friction& friction : mechanism.friction)
+    list.push_back({{"coordinate", friction.coordinate}, {"viscous", friction.viscous}, {"coulomb", friction.coulomb}});
   return list;
 }
 
@@ -100,7 +145,11 @@ Json mechanism_json(const Mechanism& mechanism) {
                {"joints", joints_json(mechanism)},
                {"attachments", attachments_json(mechanism)},
                {"discs", discs_json(mechanism)},
-               {"springs", springs_json(mechanism)}};
+               {"springs", springs_json(mechanism)},
+               {"coordinates", coordinates_json(mechanism)},
+               {"couplings", couplings_json(mechanism)},
+               {"loads", loads_json(mechanism)},
+               {"friction", friction_json(mechanism)}};
   json["actuated"] = Json::array();
   for (const int actuator : mechanism.actuators)
     json["actuated"].push_back(mechanism.coordinates[static_cast<std::size_t>(actuator)].joint);

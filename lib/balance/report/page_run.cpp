@@ -1,8 +1,10 @@
 #include "balance/report/page_run.hpp"
 
 #include "balance/report/base64.hpp"
+#include "balance/report/page_rows.hpp"
 #include "balance/study/body_poses.hpp"
 #include "balance/study/result_layout.hpp"
+#include "balance/study/round_off.hpp"
 
 #include <algorithm>
 #include <array>
@@ -63,7 +65,8 @@ Json series_json(const Result& result) {
   for (const Quantity& quantity : list_quantities(result)) {
     if (std::find(left_out.begin(), left_out.end(), std::string(quantity.name)) != left_out.end()) continue;
     const bool reaction = quantity.columns == Columns::joint_axis;
-    const Samples samples = reaction ? magnitudes(*quantity.samples, result.axes) : *quantity.samples;
+    const Samples clean = above_round_off(result, quantity.member);
+    const Samples samples = reaction ? magnitudes(clean, result.axes) : clean;
     list.push_back({{"quantity", quantity.name},
                     {"columns", column_names(quantity, result)},
                     {"units", quantity.units},
@@ -74,14 +77,18 @@ Json series_json(const Result& result) {
 
 }  // namespace
 
-Json run_page_json(const Mechanism& mechanism, const Result& result) {
-  Json json = {{"outcome", outcome_json(result.outcome)}};
-  if (result.outcome.status != MotionStatus::done) return json;
+Json run_page_json(const Mechanism& mechanism, const Result& computed, const std::vector<Eigen::Index>& rows) {
+  Json json = {{"outcome", outcome_json(computed.outcome)}};
+  if (computed.outcome.status != MotionStatus::done) return json;
+  const bool all = static_cast<Eigen::Index>(rows.size()) == computed.time.size();
+  const Result thinned = all ? Result{} : at_rows(computed, rows);
+  const Result& result = all ? computed : thinned;
   json["notes"] = result.outcome.notes;
   json["metrics"] = Json::array();
   for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));
   json["energy"] = result.energy;
   json["about"] = vector_json(result.about, result.axes);
+  json["samples"] = computed.time.size();
   json["time"] = {{"f64", base64_doubles(result.time)}};
   json["poses"] = {{"f32", base64_floats(packed_poses(mechanism, result))}};
   json["series"] = series_json(result);

@@ -5,10 +5,13 @@
 #include "balance/study/result.hpp"
 #include "balance/write/json_parts.hpp"
 
+#include <vector>
+
 namespace balance {
 
-/// Outcome, metrics, times, poses of all bodies, and every quantity over time.
+/// Outcome, metrics, times, poses of all bodies, and every quantity over time, what is round-off as 0.
+/// @param rows samples to show
 /// @throws std::invalid_argument if the run is of another mechanism
-Json run_page_json(const Mechanism& mechanism, const Result& result);
+Json run_page_json(const Mechanism& mechanism, const Result& result, const std::vector<Eigen::Index>& rows);
 
 }  // namespace balance

@@ -8,7 +8,7 @@ namespace balance {
 
 namespace {
 
-constexpr std::array<std::pair<Samples Result::*, VectorX TermSizes::*>, 25> sizes = {{
+constexpr std::array<std::pair<Samples Result::*, VectorX TermSizes::*>, 25> size_members = {{
     {&Result::joint_position, &TermSizes::position},
     {&Result::joint_velocity, &TermSizes::velocity},
     {&Result::joint_acceleration, &TermSizes::acceleration},
@@ -45,8 +45,9 @@ void set_round_off(Result& result, const TermSizes& terms, const TermSizes& grow
 }
 
 VectorX TermSizes::*term_size_of(Samples Result::*array) {
-  const auto found = std::find_if(sizes.begin(), sizes.end(), [&](const auto& size) { return size.first == array; });
-  return found == sizes.end() ? nullptr : found->second;
+  const auto found =
+      std::find_if(size_members.begin(), size_members.end(), [&](const auto& size) { return size.first == array; });
+  return found == size_members.end() ? nullptr : found->second;
 }
 
 double round_off_of(const Result& result, Samples Result::*array, Eigen::Index column) {
