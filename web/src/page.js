@@ -7,7 +7,9 @@ import {Player} from "./motion/player.js";
 import {listenToKeys} from "./motion/transport.js";
 import {conditionsSection, designSection} from "./sections/balancing.js";
 import {metricsSection, trajectoriesTable} from "./sections/metrics.js";
-import {figures, mechanismSection, subtitle} from "./sections/overview.js";
+import {mechanismSection} from "./sections/mechanism.js";
+import {figures, subtitle} from "./sections/overview.js";
+import {hintAtHiddenColumns, unfoldOnPaper} from "./fit.js";
 import {startTheme, themeButton} from "./theme.js";
 
 function header(data) {
@@ -42,13 +44,19 @@ function motionSection(data, clock, Stage, onTrajectory) {
     return {section, board: null, player: null};
   }
   const player = new Player(data, clock, Stage);
-  const board = new Board(clock);
+  const board = new Board(clock, {title: data.title, controlled: Boolean(data.controller)});
   const about = h("p", {class: "about"});
+  const thinned = h("p", {class: "note thinned"});
   const choose = (name) => {
     const trajectory = runnable.find((t) => t.name === name);
     const variants = variantsOf(trajectory);
-    about.textContent = `${trajectory.law} law on the ${trajectory.drive === "com" ? "centre of mass" : trajectory.drive}`;
-    clock.setTimes(variants[0].run.time);
+    const path = `${trajectory.law} law on the ${trajectory.drive === "com" ? "centre of mass" : trajectory.drive}`;
+    about.textContent = data.controller ? `${path}, followed by controller ${data.controller.name} (${data.controller.type})` : path;
+    const {run} = variants[0];
+    thinned.textContent = run.samples > run.time.length
+      ? `${run.samples.toLocaleString("en")} samples were computed; ${run.time.length.toLocaleString("en")} of them are shown, every extreme among them.` : "";
+    clock.setTimes(run.time);
+    player.trajectory = name;
     player.setRuns(variants);
     board.setRuns(variants);
     onTrajectory(trajectory);
@@ -57,7 +65,7 @@ function motionSection(data, clock, Stage, onTrajectory) {
     runnable.length > 1 ? choice("Trajectory", runnable.map((t) => ({value: t.name, text: t.name})), runnable[0].name, choose)
       : h("span", {class: "only"}, runnable[0].name),
     about, h("span", {class: "screen-only push"}, board.reset));
-  section.append(bar, ...failed, h("div", {class: "bench"}, player.element, board.element));
+  section.append(bar, ...failed, thinned, h("div", {class: "bench"}, player.element, board.element));
   return {section, board, player, begin: () => choose(runnable[0].name)};
 }
 
@@ -71,7 +79,7 @@ export function buildPage(Stage) {
   const data = readData(document);
   startTheme();
   const clock = new Clock();
-  const metrics = metricsSection();
+  const metrics = metricsSection(Boolean(data.controller));
   const motion = motionSection(data, clock, Stage, (trajectory) => metrics.show(trajectory));
   const sections = [motion.section, motion.board ? metrics.element : null, trajectoriesTable(data), designSection(data),
     conditionsSection(data), mechanismSection(data), source(data)];
@@ -79,6 +87,8 @@ export function buildPage(Stage) {
     data.notes.map((text) => h("p", {class: "note"}, text)), contents(sections), sections.filter(Boolean)));
   motion.begin?.();
   const {board} = motion;
+  hintAtHiddenColumns(document);
+  unfoldOnPaper();
   listenToKeys(clock, {by: (f) => board?.zoomBy(f), reset: () => board?.resetZoom()});
   // For whoever wants to look at the page by program.
   window.balanceReport = {data, clock, player: motion.player, board};

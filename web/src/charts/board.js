@@ -3,11 +3,13 @@ import uPlot from "uplot";
 import {h, toggle} from "../dom.js";
 import {onTheme} from "../theme.js";
 import {Chart} from "./chart.js";
-import {firstShown, listCharts} from "./quantities.js";
+import {errors, firstShown, listCharts} from "./quantities.js";
 
 export class Board {
-  constructor(clock) {
+  /** @param about {title, controlled}: of runs under control the errors come first */
+  constructor(clock, about) {
     this.clock = clock;
+    this.about = about;
     this.key = uPlot.sync("balance").key;
     this.charts = [];
     this.shown = null;
@@ -26,8 +28,8 @@ export class Board {
   /** @param variants as Chart's */
   setRuns(variants) {
     this.variants = variants;
-    const available = listCharts(variants[0].run);
-    this.shown ??= new Set(firstShown);
+    const available = listCharts(variants[0].run, this.about.controlled);
+    this.shown ??= new Set(this.about.controlled ? [...errors, ...firstShown] : firstShown);
     this.choices.replaceChildren(...available.map((chart) =>
       toggle(chart.title, this.isShown(chart), (on) => this.choose(chart, on), {"data-chart": chart.id})));
     this.available = available;

@@ -2,11 +2,13 @@
 import uPlot from "uplot";
 import {colour, h} from "../dom.js";
 import {format, unitText, withUnit} from "../data/numbers.js";
+import {csv, fileName, saveCanvas, saveText} from "../data/save.js";
 import {linesOf} from "./quantities.js";
 
 const height = 190;
 const palette = 8;
-const roundOff = 1e-9; // of the largest value of the chart: nothing but rounding is left
+const many = 10; // lines more than a legend can name at a glance
+const vanished = 1e-9; // of what a design started from: nothing is left
 
 /** @param variants [{key, label, run}]: one, or before and after */
 export class Chart {
@@ -18,16 +20,56 @@ export class Chart {
       linesOf(run, chart).map((line, i) => ({...line, variant: key, label: nameOf(line, label, chart), colour: i % palette})));
     this.time = variants[0].run.time;
     this.compares = variants.length > 1;
-    this.roundOff = roundOff * Math.max(...this.lines.map((l) => peak(l.values)), 0);
+    this.roundOff = this.compares ? vanished * Math.max(...this.lines.map((l) => peak(l.values)), 0) : 0;
+    this.shown = this.firstShown();
     this.plotBox = h("div", {class: "plot"});
     this.legend = h("div", {class: "legend", role: "group", "aria-label": `Lines of ${chart.title}`});
     this.readings = this.lines.map(() => h("span", {class: "value"}));
     this.element = h("figure", {class: "chart", "data-chart": chart.id, "aria-label": chart.title},
       h("figcaption", {}, h("span", {class: "chart-title"}, chart.title),
-        h("span", {class: "chart-unit"}, unitText(chart.unit))),
-      this.plotBox, this.legend);
+        h("span", {class: "chart-unit"}, unitText(chart.unit)),
+        h("span", {class: "chart-tools screen-only"}, this.tool("PNG", "Save the chart as a picture", () => this.savePicture()),
+          this.tool("CSV", "Save the chart's values as a table", () => this.saveTable()))),
+      this.plotBox, this.crowd(), this.legend);
     this.hovered = null;
     this.addLegend();
+  }
+
+  /** Of very many lines the largest ones: the others are a click away. */
+  firstShown() {
+    if (this.lines.length <= many) return this.lines.map(() => true);
+    const sizes = this.lines.map((l) => span(l.values));
+    const least = [...sizes].sort((a, b) => b - a)[palette - 1];
+    let left = palette;
+    return sizes.map((size) => size >= least && left-- > 0);
+  }
+
+  tool(text, title, action) {
+    const button = h("button", {type: "button", class: "tool", title, "aria-label": `${title}: ${this.chart.title}`}, text);
+    button.addEventListener("click", action);
+    return button;
+  }
+
+  /** Says how many of many lines are shown, and shows all or none. */
+  crowd() {
+    if (this.lines.length <= many) return "";
+    this.legend.classList.add("crowded");
+    this.count = h("span", {class: "crowd-count"});
+    const every = (text, on) => this.tool(text, on ? "Show all lines" : "Hide all lines", () => this.lines.forEach((_, i) => this.show(i, on)));
+    return h("div", {class: "crowd"}, this.count, h("span", {class: "screen-only"}, every("All", true), every("None", false)));
+  }
+
+  name() {
+    return fileName(this.group.about.title, this.chart.id);
+  }
+
+  savePicture() {
+    saveCanvas(this.plot.ctx.canvas, colour("panel"), `${this.name()}.png`);
+  }
+
+  saveTable() {
+    const columns = this.lines.map((l) => ({name: l.label, unit: this.chart.unit, values: l.values}));
+    saveText(csv(this.time, columns), "text/csv", `${this.name()}.csv`);
   }
 
   /** Dashed where there is something to compare with. */
@@ -38,8 +80,7 @@ export class Chart {
   /** Once the element is in the page and has a width. */
   draw() {
     this.plot?.destroy();
-    const shown = this.plot ? this.plot.series.slice(1).map((s) => s.show) : this.lines.map(() => true);
-    this.plot = new uPlot(this.options(shown), [this.time, ...this.lines.map((l) => l.values)], this.plotBox);
+    this.plot = new uPlot(this.options(this.shown), [this.time, ...this.lines.map((l) => l.values)], this.plotBox);
     this.head = h("div", {class: "playhead"});
     this.plot.over.append(this.head);
     this.listen();
@@ -57,7 +98,7 @@ export class Chart {
       width: Math.max(this.plotBox.clientWidth, 160),
       height,
       legend: {show: false},
-      scales: {x: {time: false}},
+      scales: {x: {time: false}, y: {range: (_, low, high) => room(low, high)}},
       cursor: {
         sync: {key: this.group.key},
         drag: {x: true, y: false, dist: 6},
@@ -100,12 +141,13 @@ export class Chart {
   addLegend() {
     this.buttons = this.lines.map((line, i) => {
       const swatch = h("span", {class: this.isOld(line) ? "swatch before" : "swatch", "aria-hidden": "true"});
-      const button = h("button", {type: "button", class: "key", "aria-pressed": "true", "data-line": line.label},
+      const button = h("button", {type: "button", class: "key", "aria-pressed": String(this.shown[i]), "data-line": line.label},
         swatch, h("span", {class: "name"}, line.label), this.readings[i]);
       button.addEventListener("click", () => this.show(i, button.getAttribute("aria-pressed") !== "true"));
       return button;
     });
     this.legend.append(...this.buttons);
+    this.countLines();
   }
 
   paintLegend() {
@@ -114,7 +156,13 @@ export class Chart {
 
   show(i, on) {
     this.buttons[i].setAttribute("aria-pressed", String(on));
+    this.shown[i] = on;
     this.plot.setSeries(i + 1, {show: on});
+    this.countLines();
+  }
+
+  countLines() {
+    if (this.count) this.count.textContent = `${this.shown.filter(Boolean).length} of ${this.lines.length} lines`;
   }
 
   zoom(min, max) {
@@ -161,6 +209,26 @@ export class Chart {
 function nameOf(line, variant, chart) {
   const own = line.name === "value" ? "" : line.name;
   return [own, variant].filter(Boolean).join(" ") || chart.title.replace(/ \(.*/, "");
+}
+
+/** The axis: with some room, and never zoomed into what is constant but for the last digits. */
+function room(low, high) {
+  if (low === null || high === null || !Number.isFinite(low) || !Number.isFinite(high)) return [-1, 1];
+  const size = Math.max(Math.abs(low), Math.abs(high));
+  const wide = high - low;
+  if (wide > 1e-6 * size) {
+    const spare = 0.08 * wide;
+    return [low >= 0 && low < spare ? 0 : low - spare, high <= 0 && -high < spare ? 0 : high + spare];
+  }
+  const middle = (low + high) / 2;
+  const half = size > 0 ? 0.2 * size : 1;
+  return [middle - half, middle + half];
+}
+
+function span(values) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const v of values) [low, high] = [Math.min(low, v), Math.max(high, v)];
+  return high - low;
 }
 
 function peak(values) {

@@ -18,9 +18,19 @@ const titles = {
   kinetic_energy: "Kinetic energy",
   potential_energy: "Potential energy",
   mobility: "Mobility (zero at a singularity)",
+  tracking_error: "Tracking error of the joints, desired minus actual",
+  tool_error: "Tracking error of the tool, desired minus actual",
+  tool_angle_error: "Tracking error of the tool's angle",
+  desired_position: "Joint position, desired",
+  desired_tool_position: "Tool position, desired",
+  sliding_variable: "Sliding variable",
+  torque_variation: "Torque, sum of all changes",
+  saturation: "Torque at its limit",
+  energy: "Energy",
 };
+export const errors = ["tool_error", "tracking_error"];
 export const firstShown = ["torque", "shaking_force", "shaking_moment"];
-const vectors = new Set(["shaking_force", "ground_force", "com_velocity", "com_acceleration"]);
+const vectors = new Set(["shaking_force", "ground_force", "com_velocity", "com_acceleration", "tool_error"]);
 const scalar = new Set(["kinetic_energy", "potential_energy", "mobility"]);
 
 export function titleOf(quantity) {
@@ -28,9 +38,12 @@ export function titleOf(quantity) {
 }
 
 /** Charts: a quantity with several units (turning and sliding joints) has one for each. */
-export function listCharts(run) {
+export function listCharts(run, controlled = false) {
   const charts = [];
-  for (const series of run.series.values()) {
+  const all = [...run.series.values()];
+  const isError = (series) => Number(errors.includes(series.quantity));
+  if (controlled) all.sort((a, b) => isError(b) - isError(a) || errors.indexOf(a.quantity) - errors.indexOf(b.quantity));
+  for (const series of all) {
     const units = [...new Set(series.columns.map((c) => c.unit))];
     for (const unit of units)
       charts.push({

@@ -35,6 +35,14 @@ export function discRadius(disc, length) {
   return Math.min(Math.max(solid, 0.06 * length), 0.35 * length);
 }
 
+/** Radii of the two wheels of a coupling: they touch where the ratio is negative and the distance allows it. */
+export function wheels(ratio, apart, length) {
+  const size = Math.min(Math.max(Math.abs(ratio), 0.2), 5); // leader's radius over the follower's
+  const touching = ratio < 0 && apart > 0.02 * length && apart < 3 * length;
+  const sum = touching ? apart : 0.3 * length;
+  return {leader: (sum * size) / (1 + size), follower: sum / (1 + size), touching};
+}
+
 /** Convex hull of points in the plane, counter-clockwise (Andrew's monotone chain). */
 export function hull(points) {
   const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);

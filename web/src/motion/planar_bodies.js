@@ -3,17 +3,12 @@ import {hull} from "../data/shape.js";
 
 const slides = (joint) => joint.type === "prismatic" || joint.type === "pin-slot";
 
-/** A body is the rounded shape around its points. */
+/** A body is the rounded shape around its points. One with a single point is its joint: a block, or nothing of its own. */
 export function drawBodies(stage) {
   const {view, pen, palette} = stage;
   for (let body = 1; body < view.geometry.bodies.length; ++body) {
     const corners = hull(view.outlines[body].map((p) => stage.at(body, p)));
-    const isBlock = corners.length === 1 && view.geometry.joints.some((j) => slides(j) && j.second === body);
-    if (corners.length === 1 && !isBlock) continue;
-    if (isBlock) {
-      block(stage, body, corners[0]);
-      continue;
-    }
+    if (corners.length < 2) continue;
     stage.path(corners, corners.length > 2);
     stage.ink(palette["link-edge"], stage.width + 2.5);
     pen.stroke();
@@ -25,21 +20,51 @@ export function drawBodies(stage) {
   }
 }
 
-/** A body with a single point that slides is a block along its guide. */
-function block(stage, body, [x, y]) {
-  const {pen, palette, view} = stage;
-  const joint = view.geometry.joints.find((j) => j.second === body && slides(j));
+/** Where something slides: slots with their pins in them, and blocks on their guides. */
+export function drawSliders(stage) {
+  const {view} = stage;
+  for (const joint of view.geometry.joints) {
+    if (joint.type === "pin-slot") slot(stage, joint);
+    if (joint.type === "prismatic") block(stage, joint);
+  }
+}
+
+/** A rectangle around the sliding point, along the guide. */
+function along(stage, joint, from, to, half, paint) {
+  const {pen, view} = stage;
+  const [x, y] = stage.place(view.poses.point(stage.sample, joint.first, joint.point_first));
   const d = view.poses.direction(stage.sample, joint.first, joint.axis);
   pen.save();
   pen.translate(x, y);
   pen.rotate(-Math.atan2(d[1], d[0]));
   pen.beginPath();
-  pen.roundRect(-1.5 * stage.width, -0.9 * stage.width, 3 * stage.width, 1.8 * stage.width, 3);
-  pen.fillStyle = palette.link;
-  stage.ink(palette["link-edge"], 1.25);
-  pen.fill();
-  pen.stroke();
+  pen.roundRect(from, -half, to - from, 2 * half, Math.min(half, 3));
+  paint();
   pen.restore();
+}
+
+function block(stage, joint) {
+  const {pen, palette, view} = stage;
+  const at = view.slide(joint, stage.sample) * stage.scale;
+  along(stage, joint, at - 1.5 * stage.width, at + 1.5 * stage.width, 0.95 * stage.width, () => {
+    pen.fillStyle = palette.link;
+    stage.ink(palette["link-edge"], 1.25);
+    pen.fill();
+    pen.stroke();
+  });
+}
+
+/** As long as the motion needs it. */
+function slot(stage, joint) {
+  const {pen, palette, view} = stage;
+  const [low, high] = view.travel(joint);
+  const half = 0.62 * stage.width;
+  along(stage, joint, low * stage.scale - 1.3 * stage.width, high * stage.scale + 1.3 * stage.width, half + 2, () => {
+    pen.fillStyle = palette.panel;
+    stage.ink(palette["link-edge"], 1.5);
+    pen.fill();
+    pen.stroke();
+  });
 }
 
 export function drawJoints(stage) {
@@ -47,9 +72,13 @@ export function drawJoints(stage) {
   const actuated = new Set(view.geometry.actuated);
   const r = 0.42 * stage.width;
   view.geometry.joints.forEach((joint, index) => {
-    if (slides(joint) && joint.first !== 0) guide(stage, joint); // a slot in a moving body
-    if (joint.type === "fixed" || joint.type === "prismatic") return;
+    if (slides(joint) && joint.first !== 0) guide(stage, joint);
+    if (joint.type === "fixed") return;
     const at = stage.at(joint.second, joint.point_second);
+    if (joint.type === "prismatic") {
+      if (actuated.has(index)) dot(stage, at, r, palette.accent);
+      return;
+    }
     if (actuated.has(index)) {
       stage.circle(at, r + 3);
       pen.fillStyle = palette.accent;
@@ -61,6 +90,12 @@ export function drawJoints(stage) {
     stage.ink(actuated.has(index) ? palette.paper : palette["link-edge"], 1.5);
     pen.stroke();
   });
+}
+
+function dot(stage, at, r, colour) {
+  stage.circle(at, r);
+  stage.pen.fillStyle = colour;
+  stage.pen.fill();
 }
 
 /** Bearings with hatching below them, guides of sliding joints, and the ground's other points as crosses. */
@@ -102,16 +137,7 @@ function guide(stage, joint) {
   const {view, pen, palette} = stage;
   const origin = view.poses.point(stage.sample, joint.first, joint.point_first);
   const d = view.poses.direction(stage.sample, joint.first, joint.axis);
-  let [low, high] = [Infinity, -Infinity];
-  const step = Math.max(1, Math.floor(view.samples / 60));
-  for (let k = 0; k < view.samples; k += step) {
-    const o = view.poses.point(k, joint.first, joint.point_first);
-    const e = view.poses.direction(k, joint.first, joint.axis);
-    const p = view.poses.point(k, joint.second, joint.point_second);
-    const along = (p[0] - o[0]) * e[0] + (p[1] - o[1]) * e[1];
-    low = Math.min(low, along);
-    high = Math.max(high, along);
-  }
+  const [low, high] = view.travel(joint);
   const room = 0.15 * view.length;
   const end = (t) => stage.place([origin[0] + t * d[0], origin[1] + t * d[1]]);
   stage.ink(palette.faint, 1.25, [7, 5]);

@@ -37,7 +37,7 @@ export function drawForce(stage) {
   const unit = (0.22 * Math.min(...stage.size)) / Math.max(view.forceScale, 1e-300);
   const [dx, dy] = [force[0] * unit, -force[1] * unit];
   const length = Math.hypot(dx, dy);
-  if (length > 2) arrow(stage, com, [com[0] + dx, com[1] + dy], length);
+  if (length > 2) stage.arrow(com, [com[0] + dx, com[1] + dy], length, palette.force);
   comMark(stage, com);
   const tool = view.tool(sample);
   if (tool) {
@@ -45,20 +45,6 @@ export function drawForce(stage) {
     stage.ink(palette.tool, 2);
     pen.stroke();
   }
-}
-
-function arrow(stage, from, to, length) {
-  const {pen, palette} = stage;
-  const u = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
-  const head = Math.min(11, 0.6 * length);
-  const neck = [to[0] - head * u[0], to[1] - head * u[1]];
-  stage.ink(palette.force, 3);
-  stage.path([from, neck]);
-  pen.stroke();
-  const side = 0.45 * head;
-  stage.path([to, [neck[0] - side * u[1], neck[1] + side * u[0]], [neck[0] + side * u[1], neck[1] - side * u[0]]], true);
-  pen.fillStyle = palette.force;
-  pen.fill();
 }
 
 /** The usual sign of a centre of mass: a circle with two dark quarters. */
@@ -105,6 +91,28 @@ export function drawLabels(stage) {
 function centre(points) {
   const sum = points.reduce((s, p) => s.map((x, i) => x + p[i]), [0, 0, 0]);
   return sum.map((x) => x / Math.max(points.length, 1));
+}
+
+/** The world's axes: at its origin where that is in the picture, else in the corner. */
+export function drawAxes(stage) {
+  const {pen, palette, size} = stage;
+  const origin = stage.place([0, 0]);
+  const room = 40;
+  const inside = origin.every((x, i) => x > 8 && x < size[i] - 8);
+  const [x, y] = inside ? origin : [size[0] - room - 14, size[1] - 18];
+  pen.font = "italic 12px system-ui, sans-serif";
+  pen.textBaseline = "middle";
+  for (const [name, dx, dy] of [["x", 1, 0], ["y", 0, -1]]) {
+    const tip = [x + room * dx, y + room * dy];
+    stage.ink(palette.faint, 1.25);
+    stage.path([[x, y], tip]);
+    pen.stroke();
+    const back = [tip[0] - 6 * dx, tip[1] - 6 * dy];
+    stage.path([[back[0] + 3 * dy, back[1] + 3 * dx], tip, [back[0] - 3 * dy, back[1] - 3 * dx]]);
+    pen.stroke();
+    pen.fillStyle = palette.faint;
+    pen.fillText(name, tip[0] + 5 * dx - 3 * Math.abs(dy), tip[1] + 9 * dy);
+  }
 }
 
 /** A round length in the corner. */

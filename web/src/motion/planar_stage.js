@@ -1,13 +1,18 @@
 // The mechanism in the plane, on a canvas.
 import {colour} from "../dom.js";
-import {drawBodies, drawGround, drawJoints} from "./planar_bodies.js";
+import {drawBodies, drawGround, drawJoints, drawSliders} from "./planar_bodies.js";
+import {drawCouplings, drawLoads} from "./planar_couplings.js";
 import {drawDiscs, drawLumps, drawSprings} from "./planar_parts.js";
-import {drawForce, drawLabels, drawTraces, scaleBar} from "./planar_overlay.js";
+import {drawAxes, drawForce, drawLabels, drawTraces, scaleBar} from "./planar_overlay.js";
+import {SvgPen} from "./svg_pen.js";
+import {saveCanvas, saveText} from "../data/save.js";
 
 const colours = ["ink", "faint", "rule", "paper", "panel", "accent", "link", "link-edge", "weight", "disc", "com", "tool",
-  "force", "payload"];
+  "force", "payload", "gear", "load"];
 
 export class PlanarStage {
+  formats = ["png", "svg"];
+
   constructor(element) {
     this.element = element;
     this.canvas = document.createElement("canvas");
@@ -62,17 +67,35 @@ export class PlanarStage {
     pen.lineJoin = pen.lineCap = "round";
     // A link's width in pixels: thin enough for small pictures, calm in large ones.
     this.width = Math.min(Math.max(0.055 * this.view.length * this.scale, 5), 13);
+    if (this.layers.axes) drawAxes(this);
     drawGround(this);
+    drawCouplings(this);
     if (this.layers.traces) drawTraces(this);
     drawSprings(this);
     drawLumps(this, "behind");
     drawBodies(this);
     drawDiscs(this);
+    drawSliders(this);
     drawJoints(this);
     drawLumps(this, "marks");
+    if (this.layers.loads) drawLoads(this);
     if (this.layers.force) drawForce(this);
     if (this.layers.labels) drawLabels(this);
     scaleBar(this);
+  }
+
+  /** The picture as it is now: "png" or "svg". */
+  save(kind, name) {
+    if (kind === "png") {
+      saveCanvas(this.canvas, this.palette.panel, `${name}.png`);
+      return;
+    }
+    const canvas = this.pen;
+    this.pen = new SvgPen(...this.size, this.palette.panel);
+    this.draw();
+    saveText(String(this.pen), "image/svg+xml", `${name}.svg`);
+    this.pen = canvas;
+    this.draw();
   }
 
   /** A point of a body on the screen. */
@@ -89,6 +112,19 @@ export class PlanarStage {
   circle([x, y], r) {
     this.pen.beginPath();
     this.pen.arc(x, y, Math.max(r, 0), 0, 2 * Math.PI);
+  }
+
+  arrow(from, to, length, colour) {
+    const u = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
+    const head = Math.min(11, 0.6 * length);
+    const neck = [to[0] - head * u[0], to[1] - head * u[1]];
+    this.ink(colour, 3);
+    this.path([from, neck]);
+    this.pen.stroke();
+    const side = 0.45 * head;
+    this.path([to, [neck[0] - side * u[1], neck[1] + side * u[0]], [neck[0] + side * u[1], neck[1] - side * u[0]]], true);
+    this.pen.fillStyle = colour;
+    this.pen.fill();
   }
 
   ink(stroke, width = 1, dash = []) {

@@ -1,6 +1,7 @@
 // Stage, transport and the switches between them: the mechanism moving.
 import {choice, h, toggle} from "../dom.js";
 import {withUnit} from "../data/numbers.js";
+import {csv, fileName, runColumns, saveText} from "../data/save.js";
 import {onTheme} from "../theme.js";
 import {transport} from "./transport.js";
 import {View} from "./view.js";
@@ -11,7 +12,7 @@ export class Player {
   constructor(data, clock, Stage) {
     this.data = data;
     this.clock = clock;
-    this.layers = {traces: true, force: true, labels: false};
+    this.layers = {traces: true, force: true, loads: true, axes: true, labels: false};
     this.stageBox = h("div", {
       class: "stage", id: "stage", tabindex: "0", role: "group", "aria-label": "The mechanism in motion", "aria-describedby": "keys",
     });
@@ -20,8 +21,10 @@ export class Player {
     this.element = h("section", {class: "card player", "aria-label": "Animation"}, this.stageBox, this.caption,
       h("div", {class: "screen-only"}, transport(clock),
         h("div", {class: "layers"}, this.variants, this.switches()),
+        this.savers = h("div", {class: "layers savers"}),
         h("p", {class: "note", id: "keys"}, keys)));
     this.stage = this.makeStage(Stage);
+    this.addSavers();
     clock.onChange(() => this.move());
     onTheme(() => this.stage?.setTheme());
   }
@@ -37,12 +40,30 @@ export class Player {
   }
 
   switches() {
-    const names = {traces: "Traces", force: "Shaking force", labels: "Names"};
+    const names = {traces: "Traces", force: "Shaking force", loads: "Loads", axes: "Axes", labels: "Names"};
+    if (this.data.mechanism.before.loads.length === 0) delete names.loads;
     return Object.entries(names).map(([layer, text]) =>
       toggle(text, this.layers[layer], (on) => {
         this.layers[layer] = on;
         this.stage?.setLayers(this.layers);
       }, {"data-layer": layer}));
+  }
+
+  /** The picture as it stands, and the run as a table. */
+  addSavers() {
+    const button = (text, name, action) => {
+      const made = h("button", {type: "button", class: "quiet", "data-save": name}, text);
+      made.addEventListener("click", action);
+      return made;
+    };
+    for (const kind of this.stage?.formats ?? [])
+      this.savers.append(button(`Picture as ${kind.toUpperCase()}`, kind, () => this.stage.save(kind, this.fileName())));
+    this.savers.append(button("All values as CSV", "csv", () =>
+      saveText(csv(this.view.run.time, runColumns(this.view.run)), "text/csv", `${this.fileName()}.csv`)));
+  }
+
+  fileName() {
+    return fileName(this.data.title, this.trajectory, this.runs.length > 1 ? this.shown : "");
   }
 
   /** @param runs [{key, label, run}] */
@@ -74,7 +95,8 @@ export class Player {
     const sample = Math.min(this.clock.sample, this.view.samples - 1);
     this.stage?.draw(sample);
     const force = Math.hypot(...this.view.force(sample));
-    const size = force <= 1e-9 * this.view.forceScale ? 0 : force; // what rounding leaves is nothing
+    // Beside what it was before the design, what is left of a force that vanished is nothing.
+    const size = this.runs.length > 1 && force <= 1e-9 * this.view.forceScale ? 0 : force;
     this.caption.textContent = `Shaking force ${withUnit(size, "N")}`;
   }
 }

@@ -3,12 +3,17 @@ import {
   BufferAttribute, BufferGeometry, CanvasTexture, ConeGeometry, CylinderGeometry, GridHelper, Group, Line, LineBasicMaterial,
   Mesh, MeshBasicMaterial, SRGBColorSpace, SphereGeometry, Sprite, SpriteMaterial, Vector3,
 } from "three";
+import {loadAt} from "../data/loads.js";
+import {wheels} from "../data/shape.js";
 
 const up = new Vector3(0, 1, 0);
 
+/** Side of a square of the floor [m]: the scale of the picture. */
+export const floorCell = (length) => 10 ** Math.floor(Math.log10(0.5 * length));
+
 function floor(box, length, palette) {
   const size = box.getSize(new Vector3());
-  const cell = 10 ** Math.floor(Math.log10(0.5 * length));
+  const cell = floorCell(length);
   const cells = 2 * Math.ceil((0.55 * Math.max(size.x, size.y)) / cell);
   const grid = new GridHelper(cells * cell, cells, palette.faint, palette.rule);
   grid.rotation.x = Math.PI / 2;
@@ -72,6 +77,76 @@ function label(text, palette, size) {
   return sprite;
 }
 
+/** The world's axes at its origin. */
+function axes(length, palette) {
+  const group = new Group();
+  const size = 0.28 * length;
+  for (const [name, direction] of [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]]) {
+    const {group: made, point} = arrow(0.006 * length, palette.faint);
+    const along = new Vector3(...direction).multiplyScalar(size);
+    point(new Vector3(), along);
+    const text = label(name, palette, 0.07 * length);
+    text.position.copy(along).multiplyScalar(1.15);
+    group.add(made, text);
+  }
+  return group;
+}
+
+/** Forces end where they act; a moment is an arrow with two heads along its axis. */
+function loadArrows(view, palette, box) {
+  const group = new Group();
+  const longest = 0.22 * box.getSize(new Vector3()).length();
+  const made = view.geometry.loads.map((load) => {
+    const force = arrow(0.009 * view.length, palette.load);
+    const moment = [arrow(0.009 * view.length, palette.load), arrow(0.009 * view.length, palette.load)];
+    const text = label(load.name, palette, 0.065 * view.length);
+    group.add(force.group, ...moment.map((m) => m.group), text);
+    return {load, force, moment, text};
+  });
+  const move = (sample) => {
+    for (const {load, force, moment, text} of made) {
+      const now = loadAt(view, load, sample);
+      const at = new Vector3(...now.at);
+      const along = new Vector3(...now.force).multiplyScalar(longest / Math.max(view.loadScale, 1e-300));
+      force.point(at.clone().sub(along), along);
+      const turn = new Vector3(...now.moment).multiplyScalar((0.8 * longest) / Math.max(view.momentScale, 1e-300));
+      moment[0].point(at, turn);
+      moment[1].point(at, turn.clone().multiplyScalar(0.8));
+      text.position.copy(at).sub(along).add(new Vector3(0, 0, 0.05 * view.length));
+    }
+  };
+  return {group, move};
+}
+
+/** Wheels of coupled joints that turn, and a line between the two joints. */
+function couplings(view, palette) {
+  const group = new Group();
+  const paint = new MeshBasicMaterial({color: palette.gear, transparent: true, opacity: 0.35});
+  const ink = new LineBasicMaterial({color: palette.gear});
+  const moves = [];
+  for (const {coupling, leader, follower, turning} of view.couplings) {
+    const made = wheels(coupling.ratio, 0, view.length);
+    for (const [joint, r] of turning ? [[leader, made.leader], [follower, made.follower]] : []) {
+      const wheel = new Mesh(new CylinderGeometry(r, r, 0.012 * view.length, 40), paint);
+      group.add(wheel);
+      moves.push((sample) => {
+        wheel.position.set(...view.poses.point(sample, joint.second, joint.point_second));
+        wheel.quaternion.setFromUnitVectors(up, new Vector3(...view.poses.direction(sample, joint.first, joint.axis)).normalize());
+      });
+    }
+    const places = new BufferAttribute(new Float32Array(6), 3);
+    const line = new Line(new BufferGeometry().setAttribute("position", places), ink);
+    line.frustumCulled = false;
+    group.add(line);
+    moves.push((sample) => {
+      places.setXYZ(0, ...view.poses.point(sample, leader.second, leader.point_second));
+      places.setXYZ(1, ...view.poses.point(sample, follower.second, follower.point_second));
+      places.needsUpdate = true;
+    });
+  }
+  return {group, move: (sample) => moves.forEach((m) => m(sample))};
+}
+
 export function makeOverlay(view, palette, box) {
   const size = 0.02 * view.length;
   const tool = trace(view.column("tool_position"), view.samples, palette.tool);
@@ -85,6 +160,9 @@ export function makeOverlay(view, palette, box) {
     labels.add(sprite);
     return {sprite, joint};
   });
+  const world = axes(view.length, palette);
+  const loads = loadArrows(view, palette, box);
+  const gears = couplings(view, palette);
   const longest = 0.3 * box.getSize(new Vector3()).length();
 
   force.group.renderOrder = 2;
@@ -100,10 +178,14 @@ export function makeOverlay(view, palette, box) {
     force.group.visible &&= Boolean(layers.force);
     centre.visible = Boolean(layers.force);
     labels.visible = Boolean(layers.labels);
+    world.visible = Boolean(layers.axes);
+    loads.move(sample);
+    loads.group.visible = Boolean(layers.loads);
+    gears.move(sample);
     for (const {sprite, joint} of named) {
       const p = view.poses.point(sample, joint.second, joint.point_second);
       sprite.position.set(p[0], p[1], p[2] + 0.06 * view.length);
     }
   };
-  return {objects: [floor(box, view.length, palette), traces, force.group, centre, labels], move};
+  return {objects: [floor(box, view.length, palette), world, loads.group, gears.group, traces, force.group, centre, labels], move};
 }

@@ -3,15 +3,19 @@ import {
   AmbientLight, Box3, DirectionalLight, Group, HemisphereLight, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
 } from "three";
 import {OrbitControls} from "three/addons/controls/OrbitControls.js";
-import {choice, colour} from "../dom.js";
+import {choice, colour, h} from "../dom.js";
 import {makeBodies} from "./spatial_bodies.js";
-import {makeOverlay} from "./spatial_overlay.js";
+import {floorCell, makeOverlay} from "./spatial_overlay.js";
+import {format} from "../data/numbers.js";
+import {saveCanvas} from "../data/save.js";
 
 const colours = ["ink", "faint", "rule", "paper", "panel", "accent", "link", "link-edge", "weight", "disc", "com", "tool",
-  "force", "payload"];
+  "force", "payload", "gear", "load"];
 const directions = {oblique: [1.1, -1.5, 0.85], front: [0, -1, 0.02], side: [1, 0, 0.02], top: [0, -0.001, 1]};
 
 export class SpatialStage {
+  formats = ["png"];
+
   constructor(element) {
     this.element = element;
     this.renderer = new WebGLRenderer({antialias: true, alpha: true, preserveDrawingBuffer: true});
@@ -28,6 +32,8 @@ export class SpatialStage {
     element.append(choice("View from", Object.keys(directions).map((d) => ({value: d, text: d})), "oblique",
       (d) => this.look(d)));
     element.lastChild.classList.add("views", "screen-only");
+    this.scaleNote = h("p", {class: "grid-note"});
+    element.append(this.scaleNote);
   }
 
   setView(view) {
@@ -57,9 +63,17 @@ export class SpatialStage {
     this.scene.add(sun);
     const {low, high} = this.view.bounds();
     this.box = new Box3(new Vector3(...low), new Vector3(...high));
+    const cell = floorCell(this.view.length);
+    this.scaleNote.textContent = `floor in squares of ${cell >= 1 ? `${format(cell)} m` : `${format(1000 * cell)} mm`}`;
     this.bodies = makeBodies(this.view, this.palette);
     this.overlay = makeOverlay(this.view, this.palette, this.box);
     this.scene.add(new Group().add(...this.bodies.objects), ...this.overlay.objects);
+  }
+
+  /** The picture as it is now. */
+  save(_, name) {
+    this.render();
+    saveCanvas(this.renderer.domElement, this.palette.panel, `${name}.png`);
   }
 
   /** From a named direction, everything in sight. */

@@ -60,9 +60,14 @@ function decimals(duration) {
 
 /** Space plays and pauses, arrows step, Home and End jump: wherever a key has no meaning of its own. */
 export function listenToKeys(clock, zoom) {
+  // A button that was clicked with the pointer has done its work: the next space is not for it.
+  document.addEventListener("click", (event) => {
+    if (event.detail > 0) event.target.closest?.("button, summary, a")?.blur();
+  });
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const own = event.target.closest?.("input, select, textarea, [contenteditable]");
+    const slider = event.key === " " && event.target.matches?.('input[type="range"]');
+    const own = !slider && event.target.closest?.("input, select, textarea, [contenteditable]");
     const pressable = event.target.closest?.("button, a, summary");
     const far = event.shiftKey ? 10 : 1;
     const actions = {

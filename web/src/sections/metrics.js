@@ -5,19 +5,17 @@ import {format, ratio, ratioText, unitText} from "../data/numbers.js";
 import {titleOf} from "../charts/quantities.js";
 
 const main = ["torque", "power", "shaking_force", "shaking_moment", "ground_force", "ground_moment", "kinetic_energy"];
+const tracking = ["tracking_error", "tool_error", "tool_angle_error", "sliding_variable", "torque_variation", "saturation"];
 
 function label(quantity) {
   const [name, of] = quantity.replace("]", "").split("[");
-  return of ? `${titleOf(name).replace(", magnitude", "")}, ${of}` : titleOf(name);
+  const title = titleOf(name).replace(/, magnitude|, desired minus actual/, "");
+  return of ? `${title}, ${of}` : title;
 }
 
-/** What rounding leaves of a force that vanished is shown as zero. */
-function clean(value, other, floor) {
-  return Math.abs(value) <= Math.max(1e-9 * Math.abs(other), floor) ? 0 : value;
-}
-
-function floorOf(metrics, unit) {
-  return 1e-13 * Math.max(...metrics.filter((m) => m.unit === unit).map((m) => m.peak), 0);
+/** What a design leaves of a force that vanished is shown as zero; round-off is zero already. */
+function clean(value, other) {
+  return Math.abs(value) <= 1e-9 * Math.abs(other) ? 0 : value;
 }
 
 const cell = (text, extra = "") => h("td", {class: `number ${extra}`}, text);
@@ -29,10 +27,9 @@ function ratioCell(before, after) {
 }
 
 function comparisonRow(before, after) {
-  const floor = Math.max(floorOf([before], before.unit), 0);
   const cells = ["peak", "rms"].flatMap((figure) => {
-    const was = clean(before[figure], after[figure], floor);
-    const is = clean(after[figure], before[figure], floor);
+    const was = clean(before[figure], after[figure]);
+    const is = clean(after[figure], before[figure]);
     return [cell(format(was)), cell(format(is)), ratioCell(was, is)];
   });
   return h("tr", {}, h("th", {scope: "row"}, label(before.quantity)), h("td", {class: "unit"}, unitText(before.unit)), cells);
@@ -63,22 +60,25 @@ function trajectoryTables(trajectory) {
   const old = new Map(isDone(before) ? before.metrics.map((m) => [m.quantity, m]) : []);
   const make = (m) => (both && old.has(m.quantity) ? comparisonRow(old.get(m.quantity), m) : plainRow(m));
   const kind = both ? "both" : "plain";
-  const isMain = (m) => main.includes(m.quantity.split("[")[0]);
-  const rest = list.filter((m) => !isMain(m));
+  const among = (names) => (m) => names.includes(m.quantity.split("[")[0]);
+  const errors = list.filter(among(tracking));
+  const rest = list.filter((m) => !among(main)(m) && !among(tracking)(m));
   return [
-    table("Motors and frame", kind, list.filter(isMain).map(make)),
+    errors.length ? table("Control", kind, errors.map(make)) : null,
+    table("Motors and frame", kind, list.filter(among(main)).map(make)),
     rest.length ? h("details", {class: "more"}, h("summary", {}, "Motion of the centre of mass, joint reactions"),
       table("Further figures", kind, rest.map(make))) : null,
   ];
 }
 
-export function metricsSection() {
+/** @param controlled runs are under control: how well they follow comes first */
+export function metricsSection(controlled) {
   const body = h("div", {});
   const title = h("h2", {"data-short": "Figures"});
   const element = h("section", {class: "card", id: "metrics"}, title, body);
   const show = (trajectory) => {
-    title.textContent = `Figures along ${trajectory.name}`;
-    body.replaceChildren(...trajectoryTables(trajectory).filter(Boolean));
+    title.textContent = controlled ? `Figures under control, along ${trajectory.name}` : `Figures along ${trajectory.name}`;
+    body.replaceChildren(h("div", {class: "tables"}, trajectoryTables(trajectory).filter(Boolean)));
   };
   return {element, show};
 }
@@ -89,14 +89,14 @@ export function trajectoriesTable(data) {
     [["before", t.before], ["after", t.after]].filter(([, run]) => isDone(run))
       .map(([key, run]) => ({name: t.name, key: t.before && t.after ? key : "", run})));
   if (runs.length < 2) return null;
-  const quantities = ["torque", "shaking_force", "shaking_moment"];
+  const controlled = runs.some(({run}) => run.metrics.some((m) => m.quantity === "tracking_error"));
+  const quantities = [...(controlled ? ["tracking_error"] : []), "torque", "shaking_force", "shaking_moment"];
   const find = (run, q) => run.metrics.find((m) => m.quantity === q);
   const units = quantities.map((q) => runs.map(({run}) => find(run, q)?.unit).find(Boolean));
   const rows = runs.map(({name, key, run}) => h("tr", {}, h("th", {scope: "row"}, [name, key].filter(Boolean).join(", ")),
     quantities.map((q, i) => {
       const m = find(run, q);
-      const floor = Math.max(...runs.map((r) => 1e-9 * (find(r.run, q)?.peak ?? 0)));
-      return units[i] ? cell(m ? format(Math.abs(m.peak) <= floor ? 0 : m.peak) : "–") : null;
+      return units[i] ? cell(m ? format(m.peak) : "–") : null;
     }), cell(format(run.energy))));
   const head = ["Trajectory", ...quantities.map((q, i) => units[i] && `${titleOf(q)} [${unitText(units[i])}]`), "Energy moved [J]"];
   return h("section", {class: "card", id: "trajectories"}, h("h2", {"data-short": "Trajectories"}, "Peaks of all trajectories"),

@@ -1,9 +1,9 @@
 // What the mechanism is, in a line and a few figures.
 import {h} from "../dom.js";
 import {isDone} from "../data/decode.js";
-import {format, ratio, ratioText, unitText, withUnit} from "../data/numbers.js";
+import {format, ratio, ratioText, withUnit} from "../data/numbers.js";
 
-const plural = (n, one, many = `${one}s`) => `${n} ${n === 1 ? one : many}`;
+export const plural = (n, one, many = `${one}s`) => `${n} ${n === 1 ? one : many}`;
 
 export function subtitle(data) {
   const check = data.check;
@@ -32,6 +32,25 @@ function change(before, value, unit) {
   ];
 }
 
+/** Peaks of a quantity by itself or of the motors: those that turn and those that push have no common worst. */
+function worst(run, quantity) {
+  const all = run?.metrics?.filter((m) => m.quantity === quantity || m.quantity.startsWith(`${quantity}[`)) ?? [];
+  const whole = all.filter((m) => m.quantity === quantity);
+  const list = whole.length ? whole : [...all].sort((a, b) => a.peak - b.peak);
+  return new Map(list.map((m) => [m.unit, m]));
+}
+
+/** How well a controller follows: of the tool where there is one, and of the motors. */
+function trackingFigures(trajectory) {
+  return [["tool_error", "Peak tool error"], ["tracking_error", "Peak tracking error"]].flatMap(([quantity, name]) => {
+    const [before, after] = ["before", "after"].map((key) => worst(trajectory?.[key], quantity));
+    return [...(after.size ? after : before).values()].map((m) => {
+      const was = after.size && before.get(m.unit);
+      return figure(name, was ? change(was.peak, m.peak, m.unit) : withUnit(m.peak, m.unit), `rms ${withUnit(m.rms, m.unit)}, along ${trajectory.name}`);
+    });
+  });
+}
+
 export function figures(data) {
   const shown = [];
   const mass = data.design?.mass;
@@ -39,6 +58,7 @@ export function figures(data) {
     : figure("Moving mass", withUnit(data.check.total_mass ?? data.mass, "kg")));
   const trajectory = data.trajectories.find((t) => isDone(t.before) && (!t.after || isDone(t.after)))
     ?? data.trajectories.find((t) => isDone(t.before) || isDone(t.after));
+  if (data.controller) shown.unshift(figure("Controller", data.controller.name, data.controller.type), ...trackingFigures(trajectory));
   for (const [quantity, name] of [["torque", "Peak torque"], ["shaking_force", "Peak shaking force"],
     ["shaking_moment", "Peak shaking moment"]]) {
     const before = peak(trajectory, "before", quantity);
@@ -49,56 +69,4 @@ export function figures(data) {
     shown.push(figure(name, value, `along ${trajectory.name}`));
   }
   return h("dl", {class: "figures"}, shown);
-}
-
-const row = (name, ...cells) => h("tr", {}, h("th", {scope: "row"}, name), cells.map((c) => h("td", {}, c)));
-
-function table(caption, head, rows) {
-  return h("div", {class: "table-box"}, h("table", {}, h("caption", {}, caption),
-    h("thead", {}, h("tr", {}, head.map((c) => h("th", {scope: "col"}, c)))), h("tbody", {}, rows)));
-}
-
-const place = (p, planar) => p.slice(0, planar ? 2 : 3).map((x) => format(x)).join(", ");
-
-function kinematics(check) {
-  if (check.degrees_of_freedom === undefined) return null;
-  const facts = [
-    ["Degrees of freedom", `${check.degrees_of_freedom} by rank, ${check.degrees_of_freedom_by_counting} by counting`],
-    ["Spanning tree", check.tree_joints.join(", ")],
-    ...check.loops.map((loop) => [`Loop closed at ${loop.cut_joint}`, `${loop.bodies.join(" – ")}; ${plural(loop.closure_equations, "equation")}`]),
-    ...check.redundant.map((text) => ["Redundant", text]),
-    ...check.idle.map((text) => ["Idle", text]),
-  ];
-  return h("dl", {class: "facts"}, facts.map(([name, text]) => [h("dt", {}, name), h("dd", {}, text)]).flat());
-}
-
-/** Bodies, joints and what was added to them. */
-export function mechanismSection(data) {
-  const planar = data.space === "planar";
-  const before = data.mechanism.before;
-  const geometry = data.mechanism.after ?? before;
-  const changed = (was, is, text) => (data.mechanism.after && text(was) !== text(is)
-    ? [h("span", {class: "was"}, text(was)), " → ", text(is)] : text(is));
-  const vector = (p) => place(p, planar);
-  const inertia = (b) => b.inertia.map((x) => format(x)).join(", ");
-  const bodies = geometry.bodies.slice(1).map((body, i) => {
-    const old = before.bodies[i + 1];
-    return row(body.name, changed(old.mass, body.mass, format), changed(old.com, body.com, vector), changed(old, body, inertia));
-  });
-  const joints = geometry.joints.map((joint, j) =>
-    row(joint.name, joint.type, `${geometry.bodies[joint.first].name} – ${geometry.bodies[joint.second].name}`,
-      geometry.actuated.includes(j) ? "motor" : ""));
-  const lumps = [
-    ...geometry.attachments.map((a, i) => row(a.name, a.kind, geometry.bodies[a.body].name,
-      changed(before.attachments[i].mass, a.mass, format), changed(before.attachments[i].position, a.position, vector))),
-    ...geometry.discs.map((d, i) => row(d.name, ["disc, ratio ", changed(before.discs[i].ratio, d.ratio, format)],
-      geometry.bodies[d.body].name, changed(before.discs[i].mass, d.mass, format),
-      changed(before.discs[i].position, d.position, vector))),
-  ];
-  const axes = planar ? "x, y" : "x, y, z";
-  return h("section", {class: "card", id: "mechanism"}, h("h2", {}, "Mechanism"), kinematics(data.check),
-    h("div", {class: "tables"},
-      table("Bodies", ["Body", "Mass [kg]", `Centre of mass ${axes} [m]`, `Inertia about it [${unitText("kg m^2")}]`], bodies),
-      table("Joints", ["Joint", "Type", "Connects", "Driven by"], joints),
-      lumps.length ? table("Counterweights, payloads and discs", ["Name", "Kind", "On", "Mass [kg]", `At ${axes} [m]`], lumps) : null));
 }

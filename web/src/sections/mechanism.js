@@ -1,0 +1,90 @@
+// What the mechanism is made of, as tables.
+import {h} from "../dom.js";
+import {format, unitText, withUnit} from "../data/numbers.js";
+import {largestForce, largestMoment} from "../data/loads.js";
+import {plural} from "./overview.js";
+
+const row = (name, ...cells) => h("tr", {}, h("th", {scope: "row"}, name), cells.map((c) => h("td", {}, c)));
+
+function table(caption, head, rows) {
+  return h("div", {class: "table-box"}, h("table", {}, h("caption", {}, caption),
+    h("thead", {}, h("tr", {}, head.map((c) => h("th", {scope: "col"}, c)))), h("tbody", {}, rows)));
+}
+
+const place = (p, planar) => p.slice(0, planar ? 2 : 3).map((x) => format(x)).join(", ");
+
+function kinematics(check) {
+  if (check.degrees_of_freedom === undefined) return null;
+  const facts = [
+    ["Degrees of freedom", `${check.degrees_of_freedom} by rank, ${check.degrees_of_freedom_by_counting} by counting`],
+    ["Spanning tree", check.tree_joints.join(", ")],
+    ...check.loops.map((loop) => [`Loop closed at ${loop.cut_joint}`, `${loop.bodies.join(" – ")}; ${plural(loop.closure_equations, "equation")}`]),
+    ...check.redundant.map((text) => ["Redundant", text]),
+    ...check.idle.map((text) => ["Idle", text]),
+  ];
+  return h("dl", {class: "facts"}, facts.map(([name, text]) => [h("dt", {}, name), h("dd", {}, text)]).flat());
+}
+
+/** Bodies, joints and what was added to them. */
+export function mechanismSection(data) {
+  const planar = data.space === "planar";
+  const before = data.mechanism.before;
+  const geometry = data.mechanism.after ?? before;
+  const changed = (was, is, text) => (data.mechanism.after && text(was) !== text(is)
+    ? [h("span", {class: "was"}, text(was)), " → ", text(is)] : text(is));
+  const vector = (p) => place(p, planar);
+  const inertia = (b) => b.inertia.map((x) => format(x)).join(", ");
+  const bodies = geometry.bodies.slice(1).map((body, i) => {
+    const old = before.bodies[i + 1];
+    return row(body.name, changed(old.mass, body.mass, format), changed(old.com, body.com, vector), changed(old, body, inertia));
+  });
+  const joints = geometry.joints.map((joint, j) =>
+    row(joint.name, joint.type, `${geometry.bodies[joint.first].name} – ${geometry.bodies[joint.second].name}`,
+      geometry.actuated.includes(j) ? "motor" : ""));
+  const lumps = [
+    ...geometry.attachments.map((a, i) => row(a.name, a.kind, geometry.bodies[a.body].name,
+      changed(before.attachments[i].mass, a.mass, format), changed(before.attachments[i].position, a.position, vector))),
+    ...geometry.discs.map((d, i) => row(d.name, ["disc, ratio ", changed(before.discs[i].ratio, d.ratio, format)],
+      geometry.bodies[d.body].name, changed(before.discs[i].mass, d.mass, format),
+      changed(before.discs[i].position, d.position, vector))),
+  ];
+  const axes = planar ? "x, y" : "x, y, z";
+  const on = (body) => geometry.bodies[body].name;
+  return h("section", {class: "card", id: "mechanism"}, h("h2", {}, "Mechanism"), kinematics(data.check),
+    h("div", {class: "tables"},
+      table("Bodies", ["Body", "Mass [kg]", `Centre of mass ${axes} [m]`, `Inertia about it [${unitText("kg m^2")}]`], bodies),
+      table("Joints", ["Joint", "Type", "Connects", "Driven by"], joints),
+      lumps.length ? table("Counterweights, payloads and discs", ["Name", "Kind", "On", "Mass [kg]", `At ${axes} [m]`], lumps) : null,
+      others(geometry, before, changed, vector, on)));
+}
+
+/** Springs, couplings, loads and friction; tables without lines are left out. */
+function others(geometry, before, changed, vector, on) {
+  const name = (coordinate) => geometry.coordinates[coordinate].name;
+  const turns = (coordinate) => geometry.coordinates[coordinate].unit === "rad";
+  const springs = geometry.springs.map((s, i) => row(s.name, `${on(s.first)} – ${on(s.second)}`,
+    changed(before.springs[i], s, (x) => withUnit(x.stiffness, "N/m")), changed(before.springs[i], s, (x) => withUnit(x.free_length, "m")),
+    changed(before.springs[i], s, (x) => vector(x.point_first)), changed(before.springs[i], s, (x) => vector(x.point_second))));
+  const couplings = geometry.couplings.map((c) => row(name(c.follower), name(c.leader), format(c.ratio, 6),
+    withUnit(c.offset, geometry.coordinates[c.follower].unit)));
+  const loads = geometry.loads.map((l) => row(l.name, on(l.body), vector(l.point), largest(l.force, largestForce(l), "N"),
+    largest(l.moment, largestMoment(l), "N m"), l.frame === "world" ? "world" : "the body", when(l)));
+  const friction = geometry.friction.map((f) => row(name(f.coordinate), withUnit(f.viscous, turns(f.coordinate) ? "N m s/rad" : "N s/m"),
+    withUnit(f.coulomb, turns(f.coordinate) ? "N m" : "N")));
+  return [
+    springs.length ? table("Springs", ["Spring", "Between", "Stiffness", "Free length", "From [m]", "To [m]"], springs) : null,
+    couplings.length ? table("Gears and belts", ["Follower", "Leader", "Ratio", "Offset"], couplings) : null,
+    loads.length ? table("Loads", ["Load", "On", "At [m]", "Force", "Moment", "In the axes of", "When"], loads) : null,
+    friction.length ? table("Friction", ["In", "Viscous", "Dry"], friction) : null,
+  ];
+}
+
+/** A constant vector itself, of a changing one the largest size. */
+function largest(list, size, unit) {
+  if (size === 0) return "–";
+  if (list.length > 1) return `up to ${withUnit(size, unit)}`;
+  const used = list[0].map((x, i) => (x === 0 ? null : `${"xyz"[i]} ${format(x)}`)).filter(Boolean);
+  return `${used.join(", ")}\u202f${unitText(unit)}`;
+}
+
+const when = (load) => (load.time.length ? `${plural(load.time.length, "time")}, ${format(load.time[0])} to ${format(load.time.at(-1))} s` : "always");
