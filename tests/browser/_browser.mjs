@@ -19,8 +19,8 @@ export async function open(browser, file, options = {}) {
   const complaints = [];
   const asked = [];
   page.on("console", (message) => {
-    // Taking pictures of WebGL slows it down, which the driver mentions.
-    if (message.text().includes("GPU stall due to ReadPixels")) return;
+    // Taking pictures slows the page down, which the browser mentions.
+    if (/GPU stall due to ReadPixels|Multiple readback operations/.test(message.text())) return;
     if (["error", "warning"].includes(message.type())) complaints.push(message.text());
   });
   page.on("pageerror", (error) => complaints.push(String(error)));

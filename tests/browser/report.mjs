@@ -1,52 +1,9 @@
 // The report's pages in Chromium with real clicks and keys. Arguments: program, folder of mechanisms, folder for pictures.
 import assert from "node:assert/strict";
 import {execFileSync} from "node:child_process";
-import {existsSync, mkdirSync, statSync} from "node:fs";
+import {statSync} from "node:fs";
 import {join} from "node:path";
-import {launch, open} from "./_browser.mjs";
-
-const [program, configs, folder] = process.argv.slice(2);
-if (!existsSync(process.env.CHROMIUM ?? "")) {
-  console.log("skipped: there is no Chromium here (scripts/setup installs it)");
-  process.exit(77);
-}
-mkdirSync(folder, {recursive: true});
-const only = process.env.ONLY;
-
-function makePage(name) {
-  const file = join(folder, `${name}.html`);
-  execFileSync(program, ["report", join(configs, `${name}.yaml`), "-o", file, "--force", "-q"]);
-  return file;
-}
-
-const browser = await launch();
-let failed = 0;
-
-/** One test on one page; complaints of its console and requests for anything else are failures. */
-async function test(sentence, name, body, options = {}) {
-  if (only && !sentence.includes(only)) return;
-  try {
-    const opened = await open(browser, makePage(name), options);
-    await body(opened.page, opened);
-    assert.deepEqual(opened.complaints, [], "the console is silent");
-    assert.deepEqual(opened.foreign, [], "nothing else is fetched");
-    await opened.close();
-    console.log(`ok      ${sentence}`);
-  } catch (error) {
-    ++failed;
-    console.log(`FAILED  ${sentence}\n${error.stack}`);
-  }
-}
-
-const clock = (page) => page.evaluate(() => {
-  const {sample, now, playing} = window.balanceReport.clock;
-  return {sample, now, playing};
-});
-const pressed = (page, selector) => page.locator(selector).getAttribute("aria-pressed");
-const shot = (page, name, fullPage = true) => page.screenshot({path: join(folder, name), fullPage});
-
-/** Differences between two pictures of the stage, as the share of pixels. */
-const stagePixels = (page) => page.locator("#stage canvas").first().screenshot();
+import {browser, clock, configs, failures, folder, pressed, program, shot, stagePixels, test} from "./_pages.mjs";
 
 await test("the page of the 3RRR is small and opens quickly", "3rrr", async (page, {seconds}) => {
   const size = statSync(join(folder, "3rrr.html")).size;
@@ -236,6 +193,7 @@ await test("paper is light, with charts and without controls", "5r-design", asyn
   await shot(page, "5r-design-print.png");
 }, {colorScheme: "dark"});
 
+await import("./_press.mjs");
 await browser.close();
-console.log(failed ? `${failed} failed` : "all passed");
-process.exit(failed ? 1 : 0);
+console.log(failures() ? `${failures()} failed` : "all passed");
+process.exit(failures() ? 1 : 0);
