@@ -136,8 +136,10 @@ TEST_CASE("along its free motion a joint passes on what its motor supplies less 
           if (m.actuators[a] == c) passed -= run.result.torque(k, static_cast<long>(a));
         for (const balance::Friction& friction : m.friction) {
           const double rate = run.result.joint_velocity(k, friction.coordinate);
-          if (friction.coordinate == c)
-            passed += friction.viscous * rate + friction.coulomb * ((rate > 0) - (rate < 0));
+          if (friction.coordinate != c) continue;
+          const double fastest = run.result.joint_velocity.row(k).cwiseAbs().maxCoeff();
+          const bool rests = std::abs(rate) <= 1e-10 * std::max(fastest, 1 / run.result.time[run.samples() - 1]);
+          passed += friction.viscous * rate + (rests ? 0 : std::copysign(friction.coulomb, rate));
         }
         const bool angle = coordinate.kind == balance::CoordinateKind::angle;
         worst.see(std::abs(passed) / (scale * (angle ? run.length() : 1)), k);

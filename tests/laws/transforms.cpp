@@ -81,6 +81,7 @@ void scale_forces(Mechanism& m, const Units& by) {
   for (Friction& friction : m.friction) {
     const bool length = m.coordinates[friction.coordinate].kind == CoordinateKind::length;
     friction.coulomb *= length ? by.force() : by.moment();
+    if (friction.at_rest) *friction.at_rest *= length ? by.force() : by.moment();
     friction.viscous *= (length ? by.force() / L : by.moment()) * by.time;
   }
 }

@@ -125,7 +125,9 @@ class Books {
       for (const Friction& friction : m.friction) {
         if (friction.coordinate != c) continue;
         const double rate = run_.result.joint_velocity(k_, c);
-        passed += friction.viscous * rate + friction.coulomb * ((rate > 0) - (rate < 0));
+        const double fastest = run_.result.joint_velocity.row(k_).cwiseAbs().maxCoeff();
+        const bool rests = std::abs(rate) <= 1e-10 * std::max(fastest, 1 / run_.trajectory.duration);
+        passed += friction.viscous * rate + (rests ? 0 : std::copysign(friction.coulomb, rate));
       }
       const bool slides = m.coordinates[c].kind == CoordinateKind::length;
       see("effort along " + m.coordinates[c].name, std::abs(passed) / (force_ * (slides ? 1 : length_)));

@@ -1,5 +1,6 @@
 #include "balance/dynamics/observer.hpp"
 
+#include "balance/dynamics/friction.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
 
 #include <algorithm>
@@ -68,7 +69,7 @@ bool Observer<S>::observe(Stepper<S>& stepper, Detail detail) {
   set_state(now, detail);
   balance_forces(now);
   read_coordinates(now);
-  if (!mechanism_.friction.empty()) add_friction();
+  if (!mechanism_.friction.empty()) add_friction(mechanism_, tree_, now.dy, stepper.duration(), tau_.data());
   const bool held = actuation_.solve(stepper.equations(), tau_.data());
   std::copy(actuation_.efforts().begin(), actuation_.efforts().end(), seen_.effort.begin());
   read_rest(now, detail, actuation_.multipliers());
@@ -90,6 +91,13 @@ void Observer<S>::follow(const Instant<S>& now) {
   read_coordinates(now);
   first_ = false;
   time_ = now.time;
+}
+
+template <class S>
+void Observer<S>::watch(Stepper<S>& stepper) {
+  const Instant<S> now{stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.direct()};
+  follow(now);
+  if (mechanism_.tool) read_tool(now);
 }
 
 template <class S>
@@ -194,16 +202,6 @@ void Observer<S>::read_cut_coordinates(const Instant<S>& now) {
       seen_.velocity[cut.coordinate] = reading.velocity[coordinate.index];
       seen_.acceleration[cut.coordinate] = reading.acceleration[coordinate.index];
     }
-  }
-}
-
-template <class S>
-void Observer<S>::add_friction() {
-  for (const Friction& friction : mechanism_.friction) {
-    const CoordinateSource& source = tree_.sources[friction.coordinate];
-    const double rate = seen_.velocity[friction.coordinate];
-    const double sign = rate > 0 ? 1 : rate < 0 ? -1 : 0;
-    tau_[source.column] += source.ratio * (friction.viscous * rate + friction.coulomb * sign);
   }
 }
 

@@ -63,6 +63,9 @@ class Observer {
   /// @param multipliers per closure row, as Actuation::multipliers()
   void observe_under(const Instant<S>& instant, const double* efforts, const std::vector<double>& multipliers);
 
+  /// Only the coordinates and the tool, at the stepper's present moment: the motion without the forces.
+  void watch(Stepper<S>& stepper);
+
   /// Only the coordinates, so that the count of whole turns goes on.
   void follow(const Instant<S>& instant);
   /// The next observation is the first of another motion.
@@ -87,7 +90,6 @@ class Observer {
   void read_coordinates(const Instant<S>& now);
   void read_cut_coordinates(const Instant<S>& now);
   void balance_forces(const Instant<S>& now);
-  void add_friction();
   void read_rest(const Instant<S>& now, Detail detail, const std::vector<double>& multipliers);
   void read_forces();
   void read_tool(const Instant<S>& now);

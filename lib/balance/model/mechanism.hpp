@@ -132,11 +132,14 @@ struct Spring {
   double free_length = 0;  ///< [m]; zero is a zero-free-length spring
 };
 
-/// Friction in a joint coordinate: it resists with viscous · q̇ + coulomb · sign(q̇).
+/// Friction in a joint coordinate: it resists with viscous · q̇ + coulomb · sign(q̇); at rest it holds against as much as
+/// static_limit() (model/friction.hpp has the law).
 struct Friction {
   int coordinate = 0;
-  double viscous = 0;  ///< [N m s/rad] or [N s/m]
-  double coulomb = 0;  ///< [N m] or [N]
+  double viscous = 0;                  ///< [N m s/rad] or [N s/m]
+  double coulomb = 0;                  ///< [N m] or [N]
+  std::optional<double> at_rest = {};  ///< what it takes to break loose, at least coulomb [N m or N]; none: coulomb
+  double static_limit() const { return at_rest.value_or(coulomb); }
 };
 
 /// The point of interest of one body.

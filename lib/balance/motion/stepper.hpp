@@ -33,6 +33,7 @@ class Stepper {
   const double* dy() const { return now_.dy.data(); }
   const double* ddy() const { return now_.ddy.data(); }
   double time() const { return now_.time; }
+  double duration() const { return plan_.schedule->duration(); }  ///< of the whole motion [s]
   int iterations() const { return iterations_; }
   const MotionOutcome& outcome() const { return outcome_; }
   /// How near the way has come to singularities; empty if it stays away from them.

@@ -1,7 +1,9 @@
 #include "balance/natural/observer.hpp"
 
+#include "balance/model/friction.hpp"
 #include "balance/motion/wording.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace balance::natural {
@@ -109,10 +111,15 @@ VectorX Observer::needed_forces(const Stepper& stepper) {
     for (const ScalarTerm& term : rotor.turn.terms)
       needed[2 * moving + term.scalar] +=
           term.coefficient * rotor.inertia * rotor.turn.rate(state.acceleration.scalars);
+  const auto unit = [&](std::size_t c) { return mechanism_.coordinates[c].kind == CoordinateKind::length ? L : 1; };
+  double fastest = 0;
+  for (std::size_t c = 0; c < seen_.velocity.size(); ++c)
+    fastest = std::max(fastest, std::abs(seen_.velocity[c]) / unit(c));
+  const double rest = rest_rate(fastest, stepper.duration());
   for (const Friction& friction : mechanism_.friction) {
     const auto c = static_cast<std::size_t>(friction.coordinate);
     const double rate = seen_.velocity[c];
-    const double resistance = friction.viscous * rate + friction.coulomb * static_cast<double>((rate > 0) - (rate < 0));
+    const double resistance = sliding_friction(friction, rate, sliding_sign(rate, rest * unit(c)));
     for (const ScalarTerm& term : model_.coordinates[c].form.terms)
       needed[2 * moving + term.scalar] += term.coefficient * resistance / (L * L);
   }

@@ -28,6 +28,7 @@ class Stepper {
   void accelerate(Side side);
 
   double time() const { return now_.time; }
+  double duration() const { return schedule_.duration(); }  ///< of the whole motion [s]
   const State& state() const { return now_; }
   /// Angle of every body, running on past ±π [rad], with its rates; from the scalars or read off the directions.
   const std::vector<double>& angles() const { return angles_; }

@@ -1,5 +1,7 @@
 #include "balance/study/force_matrices.hpp"
 
+#include "balance/dynamics/friction.hpp"
+
 #include <algorithm>
 
 namespace balance {
@@ -101,12 +103,7 @@ void ForceMatrices<S>::constant_torque(Stepper<S>& stepper, Eigen::Ref<VectorX> 
     loads_.subtract(stepper.state(), stepper.time(), wrenches_, total, loads);
     wrench_torques(tree_, stepper.state(), wrenches_, tau.data());
   }
-  for (const Friction& friction : mechanism_.friction) {
-    const CoordinateSource& source = tree_.sources[friction.coordinate];
-    const double rate = source.ratio * stepper.dy()[source.column];
-    const double sign = rate > 0 ? 1 : rate < 0 ? -1 : 0;
-    tau[source.column] += source.ratio * (friction.viscous * rate + friction.coulomb * sign);
-  }
+  if (!mechanism_.friction.empty()) add_friction(mechanism_, tree_, stepper.dy(), stepper.duration(), tau.data());
 }
 
 /// From the world's origin to the point that moments are about.
