@@ -51,7 +51,7 @@ inline std::vector<double> numbers_of(const balance::Mechanism& m) {
   for (const auto& l : m.loads) n << l.body << l.point << l.time << l.force << l.moment;
   for (const auto& s : m.springs)
     n << s.first << s.second << s.point_first << s.point_second << s.stiffness << s.free_length;
-  for (const auto& f : m.friction) n << f.coordinate << f.viscous << f.coulomb;
+  for (const auto& f : m.friction) n << f.coordinate << f.viscous << f.coulomb << f.static_limit();
   if (m.tool) n << m.tool->body << m.tool->position;
   return n.all;
 }

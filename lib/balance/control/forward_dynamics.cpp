@@ -9,7 +9,7 @@
 namespace balance {
 
 void ForwardOptions::validate() const {
-  if (!(friction_width > 0)) throw std::invalid_argument("friction_width must be positive");
+  if (!(friction_width >= 0)) throw std::invalid_argument("friction_width cannot be negative");
 }
 
 class ForwardDynamics::Core {

@@ -19,8 +19,9 @@
 namespace balance {
 
 struct ForwardOptions {
-  /// Coulomb friction grows smoothly from zero to its full value over speeds up to this one [rad/s, for slides characteristic
-  /// lengths per second]: coulomb · x (3 − x²)/2 with x = speed/width, beyond it coulomb · sign(speed) exactly. Positive.
+  /// What a controller compensates: Coulomb friction that grows smoothly from zero to its full value over speeds up to this one
+  /// [rad/s, for slides characteristic lengths per second]: coulomb · x (3 − x²)/2 with x = speed/width, beyond it coulomb ·
+  /// sign(speed) exactly. Not negative. A Plant does not smooth.
   double friction_width = 1e-3;
   /// Mechanism coordinates that should be the independent ones, usually the actuated ones: kept as long as they determine the
   /// others. Empty, or of another number than the freedoms: whatever determines the rest best.

@@ -28,11 +28,23 @@ class Integrator {
     return stepper_.try_step(derivative, x, time, step) == boost::numeric::odeint::success;
   }
 
+  /// From x with the derivative there to as much later as one step of this length leads, whatever its error; the next
+  /// try_step() begins anew.
+  template <class Derivative>
+  void leap(Derivative&& derivative, State& x, double time, double step) {
+    restart();
+    slope_.resize(x.size()), new_slope_.resize(x.size()), end_.resize(x.size());
+    derivative(x, slope_, time);
+    stepper_.stepper().do_step(derivative, x, slope_, time, end_, new_slope_, step);
+    x = end_;
+  }
+
  private:
   using Method = boost::numeric::odeint::runge_kutta_dopri5<State>;
   using Checker = boost::numeric::odeint::default_error_checker<double, boost::numeric::odeint::range_algebra,
                                                                 boost::numeric::odeint::default_operations>;
   boost::numeric::odeint::controlled_runge_kutta<Method, Checker> stepper_;
+  State slope_, new_slope_, end_;
 };
 
 }  // namespace balance

@@ -37,8 +37,9 @@ LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& 
   for (const Friction& friction : mechanism.friction) {
     const CoordinateSource& source = full_.sources[friction.coordinate];
     const bool slides = mechanism.coordinates[friction.coordinate].kind == CoordinateKind::length;
-    rubbing_.push_back({source.column, source.ratio, friction.viscous, friction.coulomb,
-                        options.friction_width * (slides ? full_.length : 1)});
+    const double unit = slides ? full_.length : 1;
+    rubbing_.push_back({friction, source.column, source.ratio, unit, options.friction_width * unit});
+    dry_ = dry_ || rubbing_.back().dry();
   }
   const std::size_t most = static_cast<std::size_t>(n) + static_cast<std::size_t>(full_.closure_rows);
   x_.assign(most, 0), rates_.assign(most, 0);
@@ -138,34 +139,6 @@ void LoopDynamics<S>::prepare(double time, const double* dy) {
   inverse_dynamics(tree_, state_, wrenches_, tau_.data());
   if (!rubbing_.empty()) add_friction(dy);
   composite_.fill(tree_, state_, mass_.data());
-}
-
-namespace {
-
-/// sign(v), smooth over |v| < width.
-double smooth_sign(double speed, double width) {
-  const double x = speed / width;
-  return x >= 1 ? 1 : x <= -1 ? -1 : x * (3 - x * x) / 2;
-}
-
-}  // namespace
-
-template <class S>
-void LoopDynamics<S>::add_friction(const double* dy) {
-  for (const Rubbing& rub : rubbing_) {
-    const double rate = rub.ratio * dy[rub.column];
-    tau_[rub.column] += rub.ratio * (rub.viscous * rate + rub.coulomb * smooth_sign(rate, rub.width));
-  }
-}
-
-template <class S>
-double LoopDynamics<S>::friction_power(const double* dy) const {
-  double sum = 0;
-  for (const Rubbing& rub : rubbing_) {
-    const double rate = rub.ratio * dy[rub.column];
-    sum += rate * (rub.viscous * rate + rub.coulomb * smooth_sign(rate, rub.width));
-  }
-  return sum;
 }
 
 /// Right-hand side of the rates that a unit rate of one independent coordinate causes; nothing beyond the last.
@@ -271,6 +244,7 @@ bool LoopDynamics<S>::accelerate(double time, const double* dy, const double* ef
   }
   for (int a = 0; a < d; ++a)
     for (int b = 0; b <= a; ++b) factor_[a * d + b] = M_(a, b);
+  if (any_stuck()) hold();
   if (!solve_positive(factor_.data(), right_.data(), d)) return false;
   bool finite = true;
   for (int c = 0; c < n; ++c) {

@@ -3,6 +3,8 @@
 /// Private to control.
 
 #include "balance/control/forward_dynamics.hpp"
+#include "balance/control/rubbing.hpp"
+#include "balance/control/stiction.hpp"
 #include "balance/control/tree_mass.hpp"
 #include "balance/dynamics/external.hpp"
 #include "balance/motion/equations.hpp"
@@ -70,6 +72,21 @@ class LoopDynamics {
   /// Largest scaled residual of all closures at the poses of state().
   double residual() const;
   double mobility() const;
+
+  // Dry friction (loop_friction.cpp). A joint that sticks holds its column at rest, which is chosen to be independent:
+  bool dry() const { return dry_; }                                 ///< some joint has it
+  bool any_stuck() const { return !stuck_.empty(); }                ///< some joint sticks
+  bool stuck_share() const { return held_count_ < stuck_.size(); }  ///< their friction is one of many that hold them
+  /// Asks at the state last closed which joints that do not move stick, and settles which way all others slip.
+  /// @param dy on return exactly 0 where a joint sticks
+  /// @param rest rates up to this, or of the wrong sign, are none [rad/s, or characteristic lengths per second]
+  /// @return sticks: then choose() must follow
+  FrictionChange decide_friction(double time, double* dy, const double* efforts, double rest);
+  /// Negative where some joint has come to rest or broken loose since the last decision. At the state last closed.
+  /// @param fastest rates of this size are the unit of what is left, in the same units as `rest`
+  double friction_margin(double time, const double* dy, const double* efforts, double fastest);
+  /// Friction of the joints that stick becomes part of bias(): after accelerate(), which does not need it.
+  void add_stuck_friction(const double* efforts, const double* ddy);
   double friction_power(const double* dy) const;
 
   /// Rereferences every ball whose middle angle is beyond the limit [rad]. Then close() must follow.
@@ -80,16 +97,18 @@ class LoopDynamics {
     int column;
     double ratio;
   };
-  struct Rubbing {
-    int column;
-    double ratio, viscous, coulomb, width;
-  };
-
   void dependent_poses(const double* y);
   void bend(double* y);
   void unit_rows(int k, std::vector<double>& rows) const;
   void take_column(int k, const std::vector<double>& rates);
   void add_friction(const double* dy);
+  double sliding_part(const Rubbing& rub, double rate) const;
+  StickProblem stick_problem(const double* efforts, const std::vector<int>& at_rest);
+  StickAnswer ask_those_at_rest(double time, const double* dy, const double* efforts, const std::vector<int>& at_rest);
+  void forget_friction();
+  std::vector<bool> stuck_columns() const;
+  void hold_columns();
+  void hold();
   void weigh_columns();
   void take_rows(const std::vector<int>& rows);
   std::vector<int> preferred_columns() const;
@@ -111,6 +130,10 @@ class LoopDynamics {
   std::vector<bool> depends_;  ///< per node: its column is not independent
   std::vector<Driven> driven_;
   std::vector<Rubbing> rubbing_;
+  bool dry_ = false;
+  std::vector<int> stuck_, at_rest_, new_stuck_;  ///< of rubbing_; the last two are scratch
+  std::vector<bool> held_;                        ///< per independent column: a joint that sticks keeps it
+  std::size_t held_count_ = 0;
   State<S> state_;
   DriveSample sample_;
   std::vector<Wrench<S>> wrenches_;

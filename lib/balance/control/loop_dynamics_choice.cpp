@@ -1,6 +1,7 @@
 /// Which coordinates are independent, and the way there from a guess.
 
 #include "balance/base/factorizations.hpp"
+#include "balance/control/column_choice.hpp"
 #include "balance/control/loop_dynamics.hpp"
 #include "balance/control/tree_state.hpp"
 #include "balance/kinematics/assembly.hpp"
@@ -23,39 +24,6 @@ constexpr double own_loop_weight = 3;
 
 MotionOutcome stopped(MotionStatus status, double time, std::string reason) {
   return {status, time, std::move(reason), {}};
-}
-
-double smallest_to_largest(const MatrixX& matrix) {
-  if (matrix.size() == 0) return 1;
-  const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
-  return values[0] > 0 ? values[values.size() - 1] / values[0] : 0;
-}
-
-MatrixX picked(const MatrixX& matrix, const std::vector<int>& columns) {
-  MatrixX out(matrix.rows(), static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t k = 0; k < columns.size(); ++k) out.col(static_cast<Eigen::Index>(k)) = matrix.col(columns[k]);
-  return out;
-}
-
-std::vector<int> others(const std::vector<int>& some, int n) {
-  std::vector<int> out;
-  for (int c = 0; c < n; ++c)
-    if (std::find(some.begin(), some.end(), c) == some.end()) out.push_back(c);
-  return out;
-}
-
-/// The first `count` pivots of a QR decomposition with column pivoting.
-std::vector<int> pivots(const MatrixX& matrix, int count, double& last) {
-  const Eigen::ColPivHouseholderQR<MatrixX> qr(matrix);
-  std::vector<int> out;
-  last = 1;
-  for (int k = 0; k < count; ++k) {
-    out.push_back(qr.colsPermutation().indices()[k]);
-    last = std::abs(qr.matrixQR()(k, k) / qr.matrixQR()(0, 0));
-  }
-  if (!(last == last)) last = 0;
-  std::sort(out.begin(), out.end());
-  return out;
 }
 
 }  // namespace
@@ -110,6 +78,7 @@ bool LoopDynamics<S>::choose(const double* y, bool prefer) {
     double last;
     std::vector<int> dependent = pivots(weighted, rank, closure_regularity_);
     if (closure_regularity_ < regular) return false;
+    if (any_stuck()) dependent = pivots_that_move(weighted, rank, stuck_columns());
     if (!wanted.empty() && smallest_to_largest(picked(jacobian, others(wanted, n))) > usable)
       dependent = others(wanted, n);
     else
@@ -127,6 +96,7 @@ bool LoopDynamics<S>::choose(const double* y, bool prefer) {
   sample_.value.setZero(d);
   sample_.rate.setZero(d);
   sample_.acceleration.setZero(d);
+  hold_columns();
   C_.assign(n * d, 0), HC_.assign(n * d, 0);
   M_.setZero(d, d), bias_.setZero(d);
   factor_.assign(d * d, 0), right_.assign(d, 0);
@@ -169,6 +139,7 @@ template <class S>
 MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, VectorX& y, VectorX& dy) {
   for (std::size_t b = 0; b < full_.balls.size(); ++b)
     full_.nodes[full_.balls[b]].R_PF = tree_.nodes[full_.balls[b]].R_PF = reference_[b];
+  forget_friction();
   to_tree(mechanism_, full_, q, dq, y, dy);
   turn_balls_back(0.5, y.data(), dy.data());
   System<S> closures(full_, Drive<S>{});

@@ -10,7 +10,7 @@ struct PlantOptions {
   double relative_tolerance = 1e-9;   ///< of every coordinate and rate per step, in (0, 1e-2]
   double absolute_tolerance = 1e-11;  ///< the same in rad, characteristic lengths, and these per second; positive
   double longest_step = 0.05;         ///< [s], positive
-  long most_steps = 5'000'000;        ///< of one advance(), rejected ones included; positive
+  long most_steps = 5'000'000;        ///< of all advances together, rejected ones included; positive
   ForwardOptions dynamics;
 
   /// @throws std::invalid_argument
@@ -39,7 +39,9 @@ struct PlantSample {
 
 /// What the integration has cost so far.
 struct PlantCost {
-  long steps = 0, rejected = 0, evaluations = 0, choices = 0;  ///< choices: of independent coordinates
+  long steps = 0, rejected = 0, evaluations = 0;
+  long choices = 0;  ///< of independent coordinates
+  long events = 0;   ///< of dry friction: joints that come to rest, turn back or break loose
 };
 
 class Plant {
@@ -69,9 +71,9 @@ class Plant {
   const VectorX& position() const;  ///< per mechanism coordinate; angles run on past ±π
   const VectorX& velocity() const;
 
-  /// At the present state:
+  /// At the present state. Joints with dry friction that stand still stick under these efforts or break loose:
   VectorX acceleration(const VectorX& efforts);  ///< per mechanism coordinate
-  EquationOfMotion equation();
+  EquationOfMotion equation();                   ///< without the friction of joints that stick
   const PlantSample& observe(const VectorX& efforts);
 
   /// How large the terms were at all moments observed since the start.

@@ -11,8 +11,9 @@ namespace balance {
 
 namespace {
 
-/// A start keeps the actuated coordinates unless something else is preferred.
+/// A start keeps the actuated coordinates unless something else is preferred. Friction is the true one.
 ForwardOptions with_actuated(const Mechanism& mechanism, ForwardOptions options) {
+  options.friction_width = 0;
   if (options.preferred.empty()) options.preferred = mechanism.actuators;
   return options;
 }
@@ -57,8 +58,11 @@ MotionOutcome EngineOf<S>::start(double time, const VectorX& q, const VectorX& d
   store();
   integrator_.restart();
   started_ = true;
-  follow();
+  fastest_ = 0;
+  events_here_ = 0, event_time_ = -INFINITY;
+  grow_fastest();
   make_notes();
+  follow();
   return outcome;
 }
 
@@ -67,6 +71,7 @@ MotionOutcome EngineOf<S>::advance(double time, const VectorX& efforts) {
   require_started(efforts);
   if (efforts != efforts_) efforts_ = efforts, integrator_.restart();
   while (time_ < time) {
+    if (!settle_friction(efforts_)) return stop(MotionStatus::constraint_singularity);
     const auto kink = std::upper_bound(kinks_.begin(), kinks_.end(), time_);
     const double end = kink != kinks_.end() && *kink < time ? *kink : time;
     const MotionOutcome outcome = go(end);
@@ -94,6 +99,7 @@ void EngineOf<S>::require_started(const VectorX& efforts) const {
 template <class S>
 void EngineOf<S>::evaluate(const VectorX& efforts) {
   require_started(efforts);
+  settle_friction(efforts);
   loops_.close(y_.data(), dy_.data());
   loops_.accelerate(time_, dy_.data(), efforts.data(), ddy_.data());
   ++cost_.evaluations;
@@ -121,6 +127,7 @@ EquationOfMotion EngineOf<S>::equation() {
 template <class S>
 const PlantSample& EngineOf<S>::observe(const VectorX& efforts) {
   evaluate(efforts);
+  loops_.add_stuck_friction(efforts.data(), ddy_.data());
   loops_.multipliers(efforts.data(), ddy_.data(), y_.data(), multipliers_);
   observer_->observe_under(instant(), efforts.data(), multipliers_);
   copy_observation(observer_->last(), sample_);

@@ -6,6 +6,8 @@
 #include "balance/control/plant.hpp"
 #include "balance/dynamics/term_meter.hpp"
 
+#include <cmath>
+
 namespace balance {
 
 class Plant::Engine {
@@ -62,9 +64,17 @@ class EngineOf : public Plant::Engine {
   bool try_step(double& time, double& step, bool& refused, bool& fresh);
   void derivative(const std::vector<double>& x, std::vector<double>& dxdt, double time);
   bool settle(bool& fresh);
+  void grow_fastest();
   bool choose_anew();
   void load(const std::vector<double>& x);
   void store();
+
+  // dry friction: plant_friction.cpp
+  bool settle_friction(const VectorX& efforts);
+  double friction_margin(double time);
+  bool find_event(double step, double& time);
+  bool pass_event();
+  bool overflows();
   MotionOutcome stop(MotionStatus status);
 
   const Mechanism& mechanism_;
@@ -76,7 +86,12 @@ class EngineOf : public Plant::Engine {
   std::optional<TermMeter<S>> meter_;
   Integrator integrator_;
   double time_ = 0, step_;
-  int sign_ = 0;  ///< of the determinant: it changes where a singularity is passed
+  double fastest_ = 0;             ///< largest rate of any coordinate so far [rad/s, characteristic lengths per second]
+  double event_time_ = -INFINITY;  ///< of the last event of dry friction
+  int events_here_ = 0;            ///< so many of them follow each other without any progress
+  bool blind_ = false, shared_ = false;  ///< the next step takes no notice of them; joints that share have been met
+  int sign_ = 0;                         ///< of the determinant: it changes where a singularity is passed
+  bool event_ = false;                   ///< the last step ended at one of dry friction
   bool started_ = false, reads_each_step_ = false;
   std::vector<double> x_, last_x_;  ///< tree coordinates, then their rates, lengths in characteristic lengths
   std::vector<double> kinks_, multipliers_;

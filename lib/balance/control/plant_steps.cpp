@@ -14,6 +14,7 @@ namespace {
 constexpr double worn = 0.3;            // part of its first regularity below which a choice of coordinates is made anew
 constexpr double smallest_step = 1e-9;  // of the longest one
 constexpr double singular = 1e-3;       // regularity of the closures that explains steps too short to go on
+constexpr double enormous = 1e60;       // of coordinates, rates, efforts and accelerations
 constexpr double open = 1e-9;           // residual of redundant rows that says that they are not redundant here
 
 }  // namespace
@@ -64,7 +65,7 @@ bool EngineOf<S>::try_step(double& time, double& step, bool& refused, bool& fres
       derivative(x, dxdt, t);
     };
     if (!integrator_.try_step(slope, x_, time, step)) return false;
-    if (settle(fresh)) return true;
+    if (settle(fresh) && find_event(tried, time)) return true;
     x_ = last_x_;
     integrator_.restart();
   } catch (const Refused&) {
@@ -78,8 +79,8 @@ bool EngineOf<S>::try_step(double& time, double& step, bool& refused, bool& fres
 template <class S>
 MotionOutcome EngineOf<S>::go(double end) {
   bool fresh = false;  // the independent coordinates have just been chosen, at the state that the step starts from
-  for (long tries = 0; time_ < end; ++tries) {
-    if (tries >= options_.most_steps) return stop(MotionStatus::unreachable);
+  while (time_ < end) {
+    if (cost_.steps + cost_.rejected >= options_.most_steps) return stop(MotionStatus::unreachable);
     const double whole = std::min(step_, options_.longest_step), left = end - time_;
     const bool last = left <= whole * (1 + 1e-9);
     const double tried = last ? left : left >= 2 * whole ? whole : left / 2;  // no tiny step at the end
@@ -87,8 +88,10 @@ MotionOutcome EngineOf<S>::go(double end) {
     bool refused;
     if (try_step(time, step, refused, fresh)) {
       ++cost_.steps;
-      time_ = last ? end : time;
+      time_ = last && !event_ ? end : time;
       step_ = tried < whole ? std::max(step_, step) : step;
+      if (event_ && !pass_event()) return stop(MotionStatus::constraint_singularity);
+      grow_fastest();
       if (loops_.turn_balls_back(1, y_.data(), dy_.data())) {  // other coordinates, other rates
         fresh = choose_anew();
         store();
@@ -134,16 +137,32 @@ bool EngineOf<S>::choose_anew() {
   return good;
 }
 
+/// Whether what stopped the integration are numbers beyond bounds that no mechanism has.
+template <class S>
+bool EngineOf<S>::overflows() {
+  const auto beyond = [](const VectorX& v, double bound) { return v.size() > 0 && !(v.cwiseAbs().maxCoeff() < bound); };
+  if (beyond(efforts_, enormous) || beyond(y_, enormous) || beyond(dy_, enormous)) return true;
+  if (!loops_.close(y_.data(), dy_.data())) return false;
+  loops_.accelerate(time_, dy_.data(), efforts_.data(), ddy_.data());
+  return beyond(ddy_, enormous);
+}
+
 template <class S>
 MotionOutcome EngineOf<S>::stop(MotionStatus status) {
   load(last_x_);
   follow();
+  if (overflows()) return numbers_overflow(time_, "the motion under these efforts");
   if (status != MotionStatus::constraint_singularity &&
       (!loops_.choose(y_.data(), false) || loops_.closure_regularity() < singular))
     status = MotionStatus::constraint_singularity;
-  const char* what = status == MotionStatus::constraint_singularity
-                         ? "constraint singularity: the loop closures lose rank, the mechanism gains a freedom"
-                         : "the integration needs steps that are too short or too many to go on";
+  std::string what = "the integration needs steps that are too short to go on";
+  if (status == MotionStatus::constraint_singularity) {
+    what = "constraint singularity: the loop closures lose rank, the mechanism gains a freedom";
+  } else if (cost_.steps + cost_.rejected >= options_.most_steps) {
+    what = "the integration has taken the " + std::to_string(options_.most_steps) +
+           " steps that it may take: the motion is faster than the run is long (stiff springs, hard control), or more "
+           "steps must be allowed";
+  }
   return {status, time_, at_time(time_) + what + "; configuration: " + configuration_text(mechanism_, position_), {}};
 }
 
@@ -155,6 +174,7 @@ MotionOutcome EngineOf<S>::stop(MotionStatus status) {
   template MotionOutcome EngineOf<S>::go(double);                                                  \
   template bool EngineOf<S>::settle(bool&);                                                        \
   template bool EngineOf<S>::choose_anew();                                                        \
+  template bool EngineOf<S>::overflows();                                                          \
   template MotionOutcome EngineOf<S>::stop(MotionStatus);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)

@@ -148,15 +148,21 @@ void read_one_friction(const Member& member, Draft& draft) {
   const bool turns =
       draft.mechanism().coordinates[static_cast<std::size_t>(friction.coordinate)].kind == CoordinateKind::angle;
   const Dimension effort = turns ? dimension::moment : dimension::force;
+  std::optional<Cursor> held;
   const Dimension rate = (turns ? dimension::angle : dimension::length) / dimension::time;
   if (!read_fields(
-          member.value, "friction {viscous, coulomb}",
+          member.value, "friction {viscous, coulomb, static}",
           {{"viscous", Need::optional,
             [&](const Cursor& c) { friction.viscous = read_number(c, draft, effort / rate, Sign::not_negative); }},
            {"coulomb", Need::optional,
-            [&](const Cursor& c) { friction.coulomb = read_number(c, draft, effort, Sign::not_negative); }}}))
+            [&](const Cursor& c) { friction.coulomb = read_number(c, draft, effort, Sign::not_negative); }},
+           {"static", Need::optional, [&](const Cursor& c) {
+              friction.at_rest = read_number(c, draft, effort, Sign::not_negative);
+              held = c;
+            }}}))
     return;
-  if (member.value.node().items.empty()) member.value.expected("'viscous' or 'coulomb'");
+  if (member.value.node().items.empty()) member.value.expected("'viscous', 'coulomb' or 'static'");
+  if (friction.static_limit() < friction.coulomb) held->expected("at least as much as 'coulomb'");
   draft.mechanism().friction.push_back(friction);
 }
 
@@ -181,7 +187,7 @@ void read_springs(const Cursor& section, Draft& draft) {
 }
 
 void read_friction(const Cursor& section, Draft& draft) {
-  for (const Member& member : members(section, "a mapping of joint coordinates to friction {viscous, coulomb}"))
+  for (const Member& member : members(section, "a mapping of joint coordinates to friction {viscous, coulomb, static}"))
     draft.problems.guard([&] { read_one_friction(member, draft); });
 }
 

@@ -1,0 +1,29 @@
+#pragma once
+/// A joint with friction while the mechanism moves. Private to control.
+
+#include "balance/model/friction.hpp"
+
+namespace balance {
+
+struct Rubbing {
+  Friction law;
+  int column;          ///< of the tree
+  double ratio, unit;  ///< unit: 1 or the characteristic length
+  double width;        ///< over which the smoothed law goes from −coulomb to coulomb, half of it; 0: the true law
+  int sign = 0, last_sign = 0;  ///< the way it slips, and that before the last decision
+  bool stuck = false;
+  double slack = 0;     ///< rate of the wrong sign that is round-off, in units
+  double friction = 0;  ///< what it resists with while it sticks
+
+  bool dry() const { return law.static_limit() > 0; }
+  double rate(const double* dy) const { return ratio * dy[column]; }
+};
+
+/// What a decision about dry friction has changed.
+enum class FrictionChange {
+  none,
+  slips,   ///< the way a joint slips
+  sticks,  ///< which joints stick
+};
+
+}  // namespace balance

@@ -1,0 +1,160 @@
+#include "balance/control/stiction.hpp"
+
+#include "balance/base/factorizations.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+
+namespace {
+
+constexpr double weight_of_sharing = 1e-12;  // of the least-norm term that chooses among λ that hold equally well
+constexpr double exceeds = 1e-9;             // part of the terms of w beyond which w is not zero
+constexpr double idle = 1e-24;               // response, against the largest, of a joint that forces do not move
+
+/// Minimum of ½ zᵀB z − pᵀz within |z| ≤ bound by a primal active-set method (Nocedal and Wright, Numerical Optimization, 2006,
+/// section 16.5): B is positive definite, so it ends.
+class BoxProgram {
+ public:
+  BoxProgram(const MatrixX& B, const VectorX& p, const VectorX& bound)
+      : B_(B), p_(p), bound_(bound), at_(static_cast<std::size_t>(p.size()), free_), z_(VectorX::Zero(p.size())) {
+    for (Eigen::Index i = 0; i < p.size(); ++i)
+      if (bound[i] <= 0) at(i) = pinned_;
+  }
+
+  const VectorX& solve() {
+    const long most = 100 * (p_.size() + 1);
+    for (long turn = 0; turn < most; ++turn) {
+      if (go_to(free_minimum())) continue;
+      if (!release_worst()) break;
+    }
+    return z_;
+  }
+
+ private:
+  enum Place { free_, low_, high_, pinned_ };
+  Place& at(Eigen::Index i) { return at_[static_cast<std::size_t>(i)]; }
+
+  VectorX free_minimum() {
+    std::vector<Eigen::Index> inside;
+    for (Eigen::Index i = 0; i < p_.size(); ++i)
+      if (at(i) == free_) inside.push_back(i);
+    VectorX goal = z_;
+    if (inside.empty()) return goal;
+    const auto count = static_cast<Eigen::Index>(inside.size());
+    MatrixX matrix(count, count);
+    VectorX right(count);
+    for (Eigen::Index a = 0; a < count; ++a) {
+      const Eigen::Index i = inside[static_cast<std::size_t>(a)];
+      right[a] = p_[i];
+      for (Eigen::Index j = 0; j < p_.size(); ++j)
+        if (at(j) != free_) right[a] -= B_(i, j) * z_[j];
+      for (Eigen::Index b = 0; b < count; ++b) matrix(a, b) = B_(i, inside[static_cast<std::size_t>(b)]);
+    }
+    const VectorX solution = Eigen::LDLT<MatrixX>(matrix).solve(right);
+    for (Eigen::Index a = 0; a < count; ++a) goal[inside[static_cast<std::size_t>(a)]] = solution[a];
+    return goal;
+  }
+
+  /// Towards the goal as far as the bounds let. @return true if one stopped it
+  bool go_to(const VectorX& goal) {
+    double part = 1;
+    Eigen::Index first = -1;
+    for (Eigen::Index i = 0; i < p_.size(); ++i) {
+      if (at(i) != free_ || std::abs(goal[i]) <= bound_[i]) continue;
+      const double edge = std::copysign(bound_[i], goal[i]);
+      const double reach = std::clamp((edge - z_[i]) / (goal[i] - z_[i]), 0.0, 1.0);
+      if (first >= 0 && reach >= part) continue;
+      part = reach;
+      first = i;
+    }
+    z_ += part * (goal - z_);
+    if (first < 0) return false;
+    at(first) = goal[first] > 0 ? high_ : low_;
+    z_[first] = goal[first] > 0 ? bound_[first] : -bound_[first];
+    return true;
+  }
+
+  bool release_worst() {
+    const VectorX pull = p_ - B_ * z_;
+    Eigen::Index worst = -1;
+    double most = 0;
+    for (Eigen::Index i = 0; i < p_.size(); ++i) {
+      const double inwards = at(i) == high_ ? -pull[i] : at(i) == low_ ? pull[i] : 0;
+      const double size = std::abs(p_[i]) + B_.row(i).cwiseAbs().dot(z_.cwiseAbs());
+      if (inwards <= 1e-15 * size || inwards <= most) continue;
+      most = inwards;
+      worst = i;
+    }
+    if (worst < 0) return false;
+    at(worst) = free_;
+    return true;
+  }
+
+  const MatrixX& B_;
+  const VectorX &p_, &bound_;
+  std::vector<Place> at_;
+  VectorX z_;
+};
+
+/// One question with fixed limits, in forces that count as parts of what each joint holds at rest.
+struct Reply {
+  VectorX friction, acceleration, size;
+};
+
+Reply ask(const StickProblem& problem, const VectorX& limit) {
+  const Eigen::Index m = problem.free.size();
+  const VectorX& unit = problem.at_rest;
+  MatrixX B = unit.asDiagonal() * problem.response * unit.asDiagonal();
+  const VectorX p = unit.cwiseProduct(problem.free);
+  VectorX bound = limit.cwiseQuotient(unit);
+  const double largest = std::max(B.diagonal().maxCoeff(), 0.0);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    if (B(i, i) > idle * largest) {
+      B(i, i) *= 1 + weight_of_sharing;
+    } else {
+      bound[i] = 0;
+      B(i, i) += 1;
+    }
+  }
+  Reply reply;
+  reply.friction = unit.cwiseProduct(BoxProgram(B, p, bound).solve());
+  reply.acceleration = problem.free - problem.response * reply.friction;
+  reply.size = problem.free.cwiseAbs() + problem.response.cwiseAbs() * reply.friction.cwiseAbs();
+  return reply;
+}
+
+}  // namespace
+
+StickAnswer decide(const StickProblem& problem) {
+  const Eigen::Index m = problem.free.size();
+  StickAnswer answer;
+  answer.slips.assign(static_cast<std::size_t>(m), 0);
+  answer.friction = VectorX::Zero(m);
+  if (m == 0) return answer;
+  VectorX limit = problem.at_rest;
+  for (Eigen::Index turn = 0; turn <= m; ++turn) {
+    const Reply reply = ask(problem, limit);
+    bool lower = false;
+    double beyond = 0;
+    for (Eigen::Index i = 0; i < m; ++i) {
+      const double w = reply.acceleration[i];
+      const bool moves = std::abs(w) > exceeds * reply.size[i] && std::abs(w) > problem.round_off[i];
+      answer.slips[static_cast<std::size_t>(i)] = !moves ? 0 : w > 0 ? 1 : -1;
+      if (!moves) continue;
+      beyond = std::max(beyond, std::abs(w) / reply.size[i]);
+      lower = lower || limit[i] > problem.sliding[i];
+      limit[i] = problem.sliding[i];
+    }
+    if (turn == 0)
+      answer.margin = beyond > 0 ? -beyond
+                                 : std::max(1 - reply.friction.cwiseQuotient(problem.at_rest).cwiseAbs().maxCoeff(),
+                                            weight_of_sharing);
+    answer.friction = reply.friction;
+    if (!lower) break;
+  }
+  return answer;
+}
+
+}  // namespace balance
