@@ -1,6 +1,6 @@
 #include "balance/control/control_law.hpp"
 
-#include "balance/base/factorizations.hpp"
+#include "balance/control/default_gains.hpp"
 #include "balance/motion/wording.hpp"
 
 #include <algorithm>
@@ -40,6 +40,11 @@ bool inverts(const Controller& controller) {
     case ControllerType::extended_sliding_mode: return true;
   }
   return true;
+}
+
+bool needs_desired_motion(const Controller& controller) {
+  if (controller.type == ControllerType::open_loop) return controller.efforts.time.empty();
+  return controller.type != ControllerType::none;
 }
 
 ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller)
@@ -88,14 +93,12 @@ MotionOutcome ControlLaw::settle_gains(const GainBasis& basis) {
   kp_ = VectorX::Constant(actuators, frequency * frequency);
   kd_ = VectorX::Constant(actuators, 2 * controller_.damping * frequency);
   if (controller_.type == ControllerType::pd && (controller_.kp.size() == 0 || controller_.kd.size() == 0)) {
-    // Each motor as if it were alone with the inertia that it feels at the start.
-    const EquationOfMotion equation = model_.equation();
-    const MatrixX felt = equation.input.transpose() * equation.mass.llt().solve(equation.input);
-    for (Eigen::Index a = 0; a < actuators; ++a) {
-      const double inertia = felt(a, a) > 0 ? 1 / felt(a, a) : 0;
-      kp_[a] *= inertia;
-      kd_[a] *= inertia;
-    }
+    // A start without a motion to follow is all that there is to go by.
+    const std::vector<DesiredState> here = {{state_, rates_, VectorX::Zero(state_.size())}};
+    const PdGains gains = default_pd_gains(believed_, controller_, basis.along.empty() ? here : basis.along);
+    kp_ = gains.kp;
+    kd_ = gains.kd;
+    notes_ = gains.notes;
   }
   if (controller_.kp.size() > 0) kp_ = controller_.kp;
   if (controller_.kd.size() > 0) kd_ = controller_.kd;

@@ -14,11 +14,15 @@ struct DesiredState {
 
 /// What the gains follow from where the controller does not state them.
 struct GainBasis {
-  VectorX peak_acceleration;  ///< per actuator: largest desired magnitude along the motion
+  VectorX peak_acceleration;        ///< per actuator: largest desired magnitude along the motion
+  std::vector<DesiredState> along;  ///< the motion, at some of its moments
 };
 
 /// Whether the controller makes efforts of what it wants of the mechanism, which singular configurations do not allow.
 bool inverts(const Controller& controller);
+
+/// Whether the controller does anything with a desired motion: free motion and stated efforts do not.
+bool needs_desired_motion(const Controller& controller);
 
 class ControlLaw {
  public:
@@ -42,6 +46,9 @@ class ControlLaw {
   /// The coordinates that have a sliding variable s = −(ė + λ e), and their λ; none for laws without one.
   const std::vector<int>& sliding() const { return sliding_; }
   const VectorX& sliding_lambda() const { return lambda_; }
+
+  /// What a user should know of the gains.
+  const std::vector<std::string>& notes() const { return notes_; }
 
  private:
   struct Errors {
@@ -74,6 +81,7 @@ class ControlLaw {
   std::vector<bool> readable_;  ///< per coordinate: its value means the same in every assembly of the mechanism
   VectorX efforts_, at_limit_;
   MotionOutcome trouble_;
+  std::vector<std::string> notes_;
 };
 
 }  // namespace balance

@@ -1,0 +1,218 @@
+#include "balance/control/default_gains.hpp"
+
+#include "balance/base/factorizations.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <optional>
+
+namespace balance {
+
+namespace {
+
+constexpr double damped = 0.25;  // kd · period / inertia of the lightest pose, as part of what kd itself is of ω I
+constexpr double difference = 1e-5;  // step of differences, in radians or characteristic lengths, and these per second
+constexpr double apart = 1.25;       // two frequencies that are tried
+constexpr int most_tries = 49;
+constexpr double highest = 1;  // ω · period that is tried
+
+/// The loop at one moment of the motion, for small departures x = (δq, δν) of the independent coordinates.
+struct Moment {
+  VectorX inertia;     ///< felt by each motor alone
+  MatrixX plant;       ///< 2d×2d: ẋ = plant · x + input · δu
+  MatrixX input;       ///< 2d×A
+  MatrixX measured;    ///< A×d: the motors' coordinates
+  MatrixX supporting;  ///< A×d: how the efforts that hold the model follow the pose
+};
+
+MatrixX exponential(MatrixX A) {
+  int halvings = 0;
+  for (; A.cwiseAbs().rowwise().sum().maxCoeff() > 0.25 && halvings < 60; ++halvings) A /= 2;
+  MatrixX sum = MatrixX::Identity(A.rows(), A.cols()), term = sum;
+  for (int k = 1; k <= 12; ++k) sum += term = term * A / k;
+  for (; halvings > 0; --halvings) sum = sum * sum;
+  return sum;
+}
+
+/// The largest magnitude of an eigenvalue, by squaring again and again.
+double spectral_radius(MatrixX A) {
+  double logarithm = 0;
+  for (int k = 0; k < 30; ++k) {
+    const double size = A.norm();
+    if (!(size > 0)) return 0;
+    if (!std::isfinite(size)) return INFINITY;
+    logarithm += std::log(size) / std::ldexp(1.0, k);
+    A /= size;
+    A = A * A;
+  }
+  return std::exp(logarithm);
+}
+
+class Linearised {
+ public:
+  Linearised(const Mechanism& believed, const Controller& controller)
+      : mechanism_(frictionless(believed)),
+        controller_(controller),
+        length_(characteristic_length(believed)),
+        model_(mechanism_, {.preferred = mechanism_.actuators}) {}
+
+  int freedoms() const { return model_.freedoms(); }
+
+  /// @return nothing where the model cannot be put
+  std::optional<Moment> at(const DesiredState& state) {
+    if (!put(state.position, state.velocity)) return {};
+    const std::vector<int> independent = model_.independent();
+    const EquationOfMotion here = model_.equation();
+    const Transformation all = model_.transformation();
+    const auto d = static_cast<Eigen::Index>(independent.size()), motors = here.input.cols();
+    Moment moment;
+    const Eigen::LLT<MatrixX> mass(here.mass);
+    if (mass.info() != Eigen::Success) return {};
+    const MatrixX push = mass.solve(here.input);
+    moment.inertia = (here.input.transpose() * push).diagonal().cwiseInverse();
+    if (motors < d) return moment;
+    VectorX rate_change(d);
+    for (Eigen::Index k = 0; k < d; ++k) rate_change[k] = state.acceleration[independent[static_cast<std::size_t>(k)]];
+    const VectorX efforts =
+        Eigen::CompleteOrthogonalDecomposition<MatrixX>(here.input).solve(here.mass * rate_change + here.bias);
+    moment.plant = MatrixX::Zero(2 * d, 2 * d);
+    moment.plant.topRightCorner(d, d).setIdentity();
+    moment.input = MatrixX::Zero(2 * d, motors);
+    moment.input.bottomRows(d) = push;
+    moment.measured.resize(motors, d);
+    for (Eigen::Index a = 0; a < motors; ++a)
+      moment.measured.row(a) = all.matrix.row(mechanism_.actuators[static_cast<std::size_t>(a)]);
+    moment.supporting = MatrixX::Zero(motors, d);
+    for (Eigen::Index k = 0; k < d; ++k) {
+      const double step = difference * unit(independent[static_cast<std::size_t>(k)]);
+      const VectorX along = step * all.matrix.col(k), none = VectorX::Zero(state.velocity.size());
+      VectorX up, down, turned_up, turned_down;
+      if (!change(state.position + along, state.velocity, efforts, independent, up) ||
+          !change(state.position - along, state.velocity, efforts, independent, down) ||
+          !change(state.position, state.velocity + along, efforts, independent, turned_up) ||
+          !change(state.position, state.velocity - along, efforts, independent, turned_down))
+        return {};
+      moment.plant.col(k).tail(d) = (up - down) / (2 * step);
+      moment.plant.col(d + k).tail(d) = (turned_up - turned_down) / (2 * step);
+      if (controller_.gravity == Gravity::ignored) continue;
+      if (!support(state.position + along, none, up) || !support(state.position - along, none, down)) return {};
+      moment.supporting.col(k) = (up - down) / (2 * step);
+    }
+    return moment;
+  }
+
+ private:
+  static Mechanism frictionless(Mechanism mechanism) {
+    mechanism.friction.clear();
+    return mechanism;
+  }
+
+  double unit(int coordinate) const {
+    return mechanism_.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::length ? length_ : 1;
+  }
+
+  bool put(const VectorX& position, const VectorX& velocity) {
+    return model_.set(0, position, velocity).status == MotionStatus::done;
+  }
+
+  bool change(const VectorX& position, const VectorX& velocity, const VectorX& efforts,
+              const std::vector<int>& independent, VectorX& out) {
+    if (!put(position, velocity) || model_.independent() != independent) return false;
+    const EquationOfMotion equation = model_.equation();
+    out = Eigen::LLT<MatrixX>(equation.mass).solve(equation.input * efforts - equation.bias);
+    return out.allFinite();
+  }
+
+  bool support(const VectorX& position, const VectorX& none, VectorX& out) {
+    if (!put(position, none)) return false;
+    const EquationOfMotion equation = model_.equation();
+    out = Eigen::CompleteOrthogonalDecomposition<MatrixX>(equation.input).solve(equation.bias);
+    return out.allFinite();
+  }
+
+  const Mechanism mechanism_;
+  const Controller& controller_;
+  double length_;
+  ForwardDynamics model_;
+};
+
+/// One period after another, the efforts held: (x, last measured position) → the same one period later.
+double growth(const Moment& moment, const Controller& controller, const VectorX& kp, const VectorX& kd) {
+  const Eigen::Index n = moment.plant.rows(), d = n / 2, motors = moment.input.cols();
+  MatrixX both = MatrixX::Zero(n + motors, n + motors);
+  both.topLeftCorner(n, n) = moment.plant * controller.period;
+  both.topRightCorner(n, motors) = moment.input * controller.period;
+  const MatrixX held = exponential(both);
+  const bool differences = controller.measurement.velocity == VelocitySource::difference;
+  MatrixX feedback = MatrixX::Zero(motors, n + motors);
+  feedback.leftCols(d) = moment.supporting - MatrixX(kp.asDiagonal()) * moment.measured;
+  if (differences) {
+    feedback.leftCols(d) -= MatrixX(kd.asDiagonal()) * moment.measured / controller.period;
+    feedback.rightCols(motors) = MatrixX(kd.asDiagonal()) / controller.period;
+  } else {
+    feedback.middleCols(d, d) = -(MatrixX(kd.asDiagonal()) * moment.measured);
+  }
+  MatrixX step = MatrixX::Zero(n + motors, n + motors);
+  step.topRows(n) = held.block(0, n, n, motors) * feedback;
+  step.topLeftCorner(n, n) += held.topLeftCorner(n, n);
+  step.bottomLeftCorner(motors, d) = moment.measured;
+  return spectral_radius(step);
+}
+
+std::string other_bandwidth(const Controller& controller, double frequency) {
+  char text[200];
+  std::snprintf(text, sizeof text,
+                ": the default gains are those of a bandwidth of %.3g Hz, since those of %.3g Hz would not be stable "
+                "all along the motion at this sample rate",
+                frequency / (2 * std::numbers::pi), controller.natural_frequency() / (2 * std::numbers::pi));
+  return controller.name + text;
+}
+
+}  // namespace
+
+PdGains default_pd_gains(const Mechanism& believed, const Controller& controller,
+                         const std::vector<DesiredState>& along) {
+  Linearised model(believed, controller);
+  std::vector<Moment> moments;
+  for (const DesiredState& state : along)
+    if (std::optional<Moment> moment = model.at(state)) moments.push_back(std::move(*moment));
+  const auto motors = static_cast<Eigen::Index>(believed.actuators.size());
+  PdGains best;
+  VectorX most = VectorX::Zero(motors), least = VectorX::Constant(motors, INFINITY);
+  for (const Moment& moment : moments) {
+    most = most.cwiseMax(moment.inertia);
+    least = least.cwiseMin(moment.inertia);
+  }
+  const double nominal = controller.natural_frequency();
+  double least_growth = INFINITY, used = nominal;
+  for (int turn = 0; turn < most_tries; ++turn) {
+    // the nominal one, then higher and lower ones in turn; a stated bandwidth is not exceeded
+    const bool up = turn % 2 == 1;
+    const double frequency = nominal * std::pow(apart, up ? (turn + 1) / 2 : -turn / 2);
+    if (up && (controller.bandwidth || frequency * controller.period > highest)) continue;
+    const double allowed = std::max(1.0, damped / std::max(controller.damping * frequency * controller.period, 1e-12));
+    const VectorX inertia = most.cwiseMin(allowed * least);
+    const VectorX kp = controller.kp.size() > 0 ? controller.kp : VectorX(frequency * frequency * inertia);
+    const VectorX kd = controller.kd.size() > 0 ? controller.kd : VectorX(2 * controller.damping * frequency * inertia);
+    double worst = 0;
+    for (const Moment& moment : moments) {
+      if (moment.plant.size() == 0) continue;
+      for (const double more : {1.0, 2.0}) worst = std::max(worst, growth(moment, controller, more * kp, more * kd));
+    }
+    if (worst < least_growth || turn == 0) {
+      least_growth = worst;
+      best.kp = kp, best.kd = kd;
+      used = frequency;
+    }
+    if (worst < 1) break;
+  }
+  if (!(least_growth < 1))
+    best.notes.push_back(controller.name + ": no default gains are stable all along the motion; state kp and kd");
+  else if (used != nominal)
+    best.notes.push_back(other_bandwidth(controller, used));
+  return best;
+}
+
+}  // namespace balance
