@@ -11,9 +11,10 @@
 namespace balance::app {
 namespace {
 
-Result control_or_throw(const Study& study, const Trajectory& trajectory, const Controller& controller, double settle) {
+Result control_or_throw(const Study& study, const Trajectory& trajectory, const Controller& controller,
+                        const ControlCommandOptions& options) {
   try {
-    return control(study.mechanism, trajectory, controller, {.settle = settle});
+    return control(study.mechanism, trajectory, controller, {.settle = options.settle, .most_steps = options.steps});
   } catch (const std::invalid_argument& error) {
     // The library was asked something that the spec should not have asked.
     throw SpecError(study.spec_file + ": trajectories." + trajectory.name + ", controllers." + controller.name + ": " +
@@ -30,7 +31,7 @@ ExitCode run(const ControlCommandOptions& options) {
   tell_what_is_run(shared, study, trajectory);
   if (options.controller.empty() && !shared.quiet)
     tell("note: no --controller given: '" + controller.name + "' is taken");
-  const Result result = control_or_throw(study, trajectory, controller, options.settle);
+  const Result result = control_or_throw(study, trajectory, controller, options);
   tell_notes(shared, result);
   const FileDescription description = describe(options, study, trajectory, controller);
   // What was computed until something stopped the run is worth keeping; the file says that it ended early.

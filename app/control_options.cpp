@@ -20,6 +20,9 @@ void add_control_options(CLI::App& parser, ControlCommandOptions& o) {
   parser.add_option("--settle", o.settle, "hold the last pose so much longer, in seconds")
       ->type_name("T")
       ->check(CLI::NonNegativeNumber);
+  parser.add_option("--steps", o.steps, "how many steps the integration may take before the run is given up")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
 }
 
 Controller choose_controller(const ControlCommandOptions& options, const Study& study) {
@@ -40,7 +43,8 @@ FileDescription describe(const ControlCommandOptions& options, const Study& stud
                               .set = o.spec.set,
                               .compress = o.compress,
                               .controller = controller.name,
-                              .settle = options.settle});
+                              .settle = options.settle,
+                              .steps = options.steps});
 }
 
 Controller find_controller(const std::string& name, const Study& study) {

@@ -9,6 +9,7 @@ struct ControlCommandOptions {
   SimulateOptions run;
   std::string controller;  ///< empty: the first of the spec, or computed torque
   double settle = 0;       ///< [s]
+  long steps = 0;          ///< that the integration may take; 0: the default
 };
 
 void add_control_options(CLI::App& parser, ControlCommandOptions& options);

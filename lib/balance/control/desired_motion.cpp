@@ -1,6 +1,7 @@
 #include "balance/control/desired_motion.hpp"
 
 #include "balance/dynamics/observer.hpp"
+#include "balance/kinematics/joint_coordinates.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -56,13 +57,14 @@ class Tracing {
       for (; jump < jumps.size() && jumps[jump] < time; ++jump)
         if (jumps[jump] > stepper.time() && !stepper.advance(jumps[jump])) return false;
       if (time > stepper.time() && !stepper.advance(time)) return false;
-      observer.observe(stepper, Detail::forces);
+      observer.watch(stepper);
       record(observer.last(), static_cast<Eigen::Index>(k), times[k] > desired_.duration * (1 + 1e-12));
     }
     return true;
   }
 
   void record(const Observation<S>& seen, Eigen::Index row, bool held) {
+    desired_.rows = row + 1;
     put(desired_.position, row, seen.position);
     if (!held) {
       put(desired_.velocity, row, seen.velocity);
@@ -82,6 +84,18 @@ class Tracing {
   Plan<S> plan_;
   DesiredMotion desired_;
 };
+
+template <class S>
+MotionOutcome find_start_position(const Mechanism& mechanism, const Trajectory& trajectory, VectorX& position) {
+  const Tree<S> tree = compile<S>(mechanism, prescribed_coordinates(trajectory));
+  const PoseEquations<S> from = pose_equations(mechanism, tree, trajectory.from);
+  System<S> system(tree, from.drive);
+  const Solution start = find_pose(mechanism, tree, system, from.target);
+  if (!start.found) return {MotionStatus::unreachable, 0, "the start pose cannot be reached", {}};
+  const std::vector<double> coordinates = read_coordinates(mechanism, tree, start.y);
+  position = Eigen::Map<const VectorX>(coordinates.data(), static_cast<Eigen::Index>(coordinates.size()));
+  return {MotionStatus::done, 0, "", {}};
+}
 
 template <class S>
 MotionOutcome displace(const Mechanism& mechanism, const Trajectory& trajectory, const Vector3& displacement,
@@ -125,6 +139,11 @@ DesiredMotion desired_motion(const Mechanism& mechanism, const Trajectory& traje
   if (times.empty() || times.front() != 0) throw std::invalid_argument("a desired motion begins at time 0");
   return mechanism.space == SpaceKind::planar ? Tracing<Planar>(mechanism, trajectory).run(times)
                                               : Tracing<Spatial>(mechanism, trajectory).run(times);
+}
+
+MotionOutcome start_position(const Mechanism& mechanism, const Trajectory& trajectory, VectorX& position) {
+  return mechanism.space == SpaceKind::planar ? find_start_position<Planar>(mechanism, trajectory, position)
+                                              : find_start_position<Spatial>(mechanism, trajectory, position);
 }
 
 MotionOutcome displace_tool(const Mechanism& mechanism, const Trajectory& trajectory, const Vector3& displacement,

@@ -11,7 +11,8 @@ namespace balance {
 /// Row k at time[k]. At a jump of the acceleration the side just after it.
 struct DesiredMotion {
   MotionOutcome outcome;
-  double duration = 0;                       ///< of the trajectory [s]
+  double duration = 0;    ///< of the trajectory [s]
+  Eigen::Index rows = 0;  ///< that hold something: all if the outcome is done, those before its end else
   Samples position, velocity, acceleration;  ///< rows × coordinates of the mechanism; angles run on past ±π
   Samples tool_position;                     ///< rows × 3 [m]; empty without a tool
   VectorX tool_angle;                        ///< planar [rad]
@@ -25,6 +26,10 @@ double duration_of(const Trajectory& trajectory);
 /// @throws std::invalid_argument if trajectory and mechanism do not fit
 DesiredMotion desired_motion(const Mechanism& mechanism, const Trajectory& trajectory,
                              const std::vector<double>& times);
+
+/// The pose that the trajectory starts from, whether it can be followed or not.
+/// @param position on return, per coordinate
+MotionOutcome start_position(const Mechanism& mechanism, const Trajectory& trajectory, VectorX& position);
 
 /// Where the mechanism starts: its coordinates at the trajectory's start, moved by the initial error's tool displacement.
 /// @param position per coordinate; in: where the displacement begins, out: where it ends

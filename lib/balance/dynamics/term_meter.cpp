@@ -163,7 +163,7 @@ void TermMeter<S>::add_friction(const Observation<S>& seen) {
     if (source.column < 0) continue;
     const double rate = std::abs(seen.velocity[static_cast<std::size_t>(friction.coordinate)]);
     tau_[static_cast<std::size_t>(source.column)] +=
-        std::abs(source.ratio) * (friction.viscous * rate + friction.coulomb);
+        std::abs(source.ratio) * (friction.viscous * rate + friction.static_limit());
   }
 }
 

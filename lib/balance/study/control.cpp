@@ -1,19 +1,21 @@
 #include "balance/study/control.hpp"
 
-#include "balance/base/rotation.hpp"
 #include "balance/control/control_law.hpp"
 #include "balance/control/desired_motion.hpp"
 #include "balance/control/plant.hpp"
 #include "balance/control/sensor.hpp"
 #include "balance/control/singularity_watch.hpp"
+#include "balance/motion/wording.hpp"
+#include "balance/study/control_record.hpp"
 #include "balance/study/metrics.hpp"
-#include "balance/study/result_columns.hpp"
+#include "balance/study/overflow.hpp"
 #include "balance/study/result_rows.hpp"
 #include "balance/study/round_off.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <cstdio>
+#include <optional>
 #include <stdexcept>
 
 namespace balance {
@@ -47,8 +49,13 @@ std::vector<Event> list_events(double step, long samples, const Controller& cont
   return events;
 }
 
-void put(Samples& array, long row, const Vector3& v, int first, int count) {
-  for (int i = 0; i < count; ++i) array(row, first + i) = v[count == 1 ? 2 : i];
+constexpr double enormous = 1e100;  // of rates and positions: what comes of them are no numbers
+
+std::string lost_track(const std::string& name, double error, double range, double time, const char* unit) {
+  char text[160];
+  std::snprintf(text, sizeof text, ": the error grows to %.4g %s (at t = %.6g s), where the motion's range is %.4g %s",
+                error, unit, time, range, unit);
+  return "the controller does not lead " + name + text;
 }
 
 class ControlRun {
@@ -61,24 +68,33 @@ class ControlRun {
         law_(mechanism, controller),
         sensor_(controller.measurement, controller.period),
         watch_(mechanism),
-        plant_(mechanism, {.dynamics = {.preferred = mechanism.actuators}}, trajectory.about),
+        options_(options),
+        record_(mechanism, law_, desired_),
         efforts_(VectorX::Zero(static_cast<Eigen::Index>(mechanism.actuators.size()))),
         variation_(efforts_) {
     const double duration = duration_of(trajectory), step = duration / static_cast<double>(trajectory.samples - 1);
+    if (!(duration >= shortest_run)) throw std::invalid_argument("the trajectory takes less than 1e-12 s");
     const double extra = std::ceil(options.settle / step - 1e-9),
                  steps = static_cast<double>(trajectory.samples) + extra;
-    if (!(steps + (duration + options.settle) / controller.period <= most_control_steps))
+    const double all = steps + (controller.samples() ? (duration + options.settle) / controller.period : 0);
+    if (!(all <= most_control_steps))
       throw std::invalid_argument("the run has more than " + std::to_string(static_cast<long>(most_control_steps)) +
                                   " samples of controller and result together");
     samples_ = trajectory.samples + static_cast<long>(extra);
     events_ = list_events(step, samples_, controller);
+    PlantOptions plant{.dynamics = {.preferred = mechanism.actuators}};
+    const auto default_steps = 500'000 + 50 * static_cast<long>(events_.size());
+    plant.most_steps = options.most_steps > 0 ? options.most_steps : default_steps;
+    plant_.emplace(mechanism, plant, trajectory.about);
   }
 
   Result run() {
     std::vector<double> times;
     for (const Event& event : events_) times.push_back(event.time);
     desired_ = desired_motion(mechanism_, trajectory_, times);
-    if (desired_.outcome.status != MotionStatus::done || !begin()) return refused();
+    const bool wanted = desired_.outcome.status == MotionStatus::done;
+    if (!wanted && needs_desired_motion(controller_)) return refused();
+    if (!begin()) return refused();
     long done_rows = 0;
     for (std::size_t e = 0; e < events_.size(); ++e) {
       if (!pass(e, done_rows)) break;
@@ -88,9 +104,19 @@ class ControlRun {
       cut_rows(static_cast<long>(between_.next_sample.size()), between_.rows);
     }
     add_round_off();
-    if (result_.time.size() >= 2) add_metrics(result_, between_);
+    if (result_.time.size() >= 2) {
+      add_metrics(result_, between_);
+      if (const auto lost = find_overflow(result_, between_); lost && outcome_.status == MotionStatus::done)
+        outcome_ = *lost;
+    }
     result_.outcome = outcome_;
-    result_.outcome.notes = plant_.notes();
+    result_.outcome.notes = plant_->notes();
+    const std::vector<std::string>& own = law_.notes();
+    result_.outcome.notes.insert(result_.outcome.notes.end(), own.begin(), own.end());
+    if (!wanted)
+      result_.outcome.notes.push_back("no errors are reported, because the desired motion does not exist: " +
+                                      desired_.outcome.reason);
+    note_lost_track();
     return std::move(result_);
   }
 
@@ -119,46 +145,54 @@ class ControlRun {
 
   /// Puts the mechanism where it starts and makes room for the rows.
   bool begin() {
-    VectorX position = desired_.position.row(0);
-    const VectorX velocity = desired_.velocity.row(0);
+    const auto coordinates = static_cast<Eigen::Index>(mechanism_.coordinates.size());
+    VectorX position(coordinates), velocity = VectorX::Zero(coordinates);
+    if (desired_.rows > 0) {
+      position = desired_.position.row(0);
+      velocity = desired_.velocity.row(0);
+    } else if (!good(start_position(mechanism_, trajectory_, position))) {
+      return false;
+    }
     const InitialError& error = controller_.initial_error;
     if (error.tool && !good(displace_tool(mechanism_, trajectory_, *error.tool, error.angle, position))) return false;
     for (const CoordinateValue& joint : error.joints) position[joint.coordinate] += joint.value;
-    GainBasis basis{VectorX::Zero(efforts_.size())};
-    for (Eigen::Index e = 0; e < desired_.acceleration.rows(); ++e)
-      basis.peak_acceleration =
-          basis.peak_acceleration.cwiseMax(actuated(desired_.acceleration.row(e).transpose()).cwiseAbs());
-    if (!good(plant_.start(0, position, velocity))) return false;
-    if (!good(law_.start(plant_.position(), plant_.velocity(), basis))) return false;
-    shape();
+    if (!good(plant_->start(0, position, velocity))) return false;
+    if (mechanism_.actuators.empty())
+      return good({MotionStatus::mismatch, 0, under_actuated(0, plant_->freedoms()), {}});
+    if (!good(law_.start(plant_->position(), plant_->velocity(), basis()))) return false;
+    const auto ticks = std::count_if(events_.begin() + 1, events_.end(), [](const Event& event) { return event.tick; });
+    record_.shape(samples_, trajectory_.about, result_);
+    record_.shape(2 * static_cast<long>(ticks), trajectory_.about, between_.rows);
     return true;
   }
 
-  void shape() {
-    const auto ticks = std::count_if(events_.begin() + 1, events_.end(), [](const Event& event) { return event.tick; });
-    for (const auto& [result, rows] : {std::pair{&result_, samples_}, {&between_.rows, 2 * static_cast<long>(ticks)}}) {
-      name_columns(mechanism_, *result);
-      for (const int c : law_.sliding()) {
-        const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(c)];
-        result->sliding_names.push_back(coordinate.name);
-        result->sliding_units.push_back(coordinate.kind == CoordinateKind::angle ? "rad/s" : "m/s");
-      }
-      result->about = trajectory_.about;
-      size_arrays(mechanism_, rows, Contents::everything, *result);
-      size_control_rows(mechanism_, rows, *result);
-    }
+  /// What gains follow from: the desired motion, at so many of its moments.
+  GainBasis basis() const {
+    GainBasis basis{VectorX::Zero(efforts_.size()), {}};
+    constexpr Eigen::Index moments = 40;
+    for (Eigen::Index e = 0; e < desired_.rows; ++e)
+      basis.peak_acceleration =
+          basis.peak_acceleration.cwiseMax(actuated(desired_.acceleration.row(e).transpose()).cwiseAbs());
+    for (Eigen::Index k = 0; k <= moments && desired_.rows > 0; ++k)
+      basis.along.push_back(desired(static_cast<std::size_t>(k * (desired_.rows - 1) / moments)));
+    return basis;
   }
 
   /// On to the event, and through it. @return false if the run ends here
   bool pass(std::size_t e, long& done_rows) {
     const Event& event = events_[e];
-    if (e > 0 && !good(plant_.advance(event.time, efforts_))) return false;
+    if (e > 0 && !good(plant_->advance(event.time, efforts_))) return false;
+    if (!(plant_->velocity().cwiseAbs().maxCoeff() < enormous) ||
+        !(plant_->position().cwiseAbs().maxCoeff() < enormous))
+      return good(numbers_overflow(event.time, "the motion"));
+    if (options_.progress) options_.progress(static_cast<double>(e) / static_cast<double>(events_.size()));
     if (event.tick) {
       if (e > 0) write(between_.rows, between_.add(event.sample), e);
       const DesiredState wanted = desired(e);
-      sensor_.read(actuated(plant_.position()), actuated(plant_.velocity()), actuated(wanted.velocity));
-      if (inverts(controller_) && !good(watch_.look(event.time, plant_.position(), plant_.velocity()))) return false;
+      sensor_.read(actuated(plant_->position()), actuated(plant_->velocity()), actuated(wanted.velocity));
+      if (inverts(controller_) && !good(watch_.look(event.time, plant_->position(), plant_->velocity()))) return false;
       if (!good(law_.command(event.time, wanted, sensor_.position(), sensor_.velocity()))) return false;
+      if (!law_.efforts().allFinite()) return good(numbers_overflow(event.time, "the torque"));
       if (e > 0) variation_ += (law_.efforts() - efforts_).cwiseAbs();
       efforts_ = law_.efforts();
       saturated_ = law_.at_limit();
@@ -170,58 +204,32 @@ class ControlRun {
     return true;
   }
 
-  void write(Result& result, long row, std::size_t event) {
-    const PlantSample& seen = plant_.observe(efforts_);
-    const int axes = result.axes, turns = result.moment_axes;
-    result.time[row] = events_[event].time;
-    result.joint_position.row(row) = seen.position;
-    result.joint_velocity.row(row) = seen.velocity;
-    result.joint_acceleration.row(row) = seen.acceleration;
-    result.torque.row(row) = seen.effort;
-    result.power.row(row) = seen.power;
-    put(result.com_position, row, seen.com, 0, axes);
-    put(result.com_velocity, row, seen.com_velocity, 0, axes);
-    put(result.com_acceleration, row, seen.com_acceleration, 0, axes);
-    put(result.shaking_force, row, seen.shaking_force, 0, axes);
-    put(result.shaking_moment, row, seen.shaking_moment, 0, turns);
-    put(result.ground_force, row, seen.ground_force, 0, axes);
-    put(result.ground_moment, row, seen.ground_moment, 0, turns);
-    for (std::size_t j = 0; j < seen.joint_force.size(); ++j) {
-      put(result.joint_force, row, seen.joint_force[j], static_cast<int>(j) * axes, axes);
-      put(result.joint_moment, row, seen.joint_moment[j], static_cast<int>(j) * turns, turns);
-    }
-    result.kinetic_energy(row, 0) = seen.kinetic_energy;
-    result.potential_energy(row, 0) = seen.potential_energy;
-    result.mobility(row, 0) = seen.mobility;
-    result.newton_iterations[row] = seen.newton_iterations;
-    write_errors(result, row, static_cast<Eigen::Index>(event), seen);
-    if (mechanism_.tool) write_tool(result, row, static_cast<Eigen::Index>(event), seen);
+  void write(Result& result, long row, std::size_t e) {
+    record_.write(plant_->observe(efforts_), {variation_, saturated_}, events_[e].time, static_cast<Eigen::Index>(e),
+                  row, result);
   }
 
-  void write_errors(Result& result, long row, Eigen::Index event, const PlantSample& seen) {
-    result.desired_position.row(row) = desired_.position.row(event);
-    for (std::size_t i = 0; i < mechanism_.coordinates.size(); ++i) {
-      const auto c = static_cast<Eigen::Index>(i);
-      double error = desired_.position(event, c) - seen.position[c];
-      // Of a coordinate without a motor, whole turns do not count: they are read off, not driven.
-      const auto& motors = mechanism_.actuators;
-      if (mechanism_.coordinates[i].kind == CoordinateKind::angle && !motors.empty() &&
-          std::find(motors.begin(), motors.end(), static_cast<int>(i)) == motors.end())
-        error = std::remainder(error, 2 * std::numbers::pi);
-      result.tracking_error(row, c) = error;
+  /// An error larger than all that the coordinate was to move, or than a radian, says that the controller does not lead it.
+  void note_lost_track() {
+    if (result_.tracking_error.size() == 0 || !controller_.samples()) return;
+    for (const int c : mechanism_.actuators) {
+      const double range = desired_.position.col(c).maxCoeff() - desired_.position.col(c).minCoeff();
+      Eigen::Index worst;
+      const double error = result_.tracking_error.col(c).cwiseAbs().maxCoeff(&worst);
+      const double start = std::abs(result_.tracking_error(0, c));
+      const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(c)];
+      const bool slides = coordinate.kind == CoordinateKind::length;
+      const double unit = slides ? characteristic_length(mechanism_) : 1;
+      const double bound = range > 1e-9 * unit ? std::min(range, unit) : 0.1 * unit;
+      if (!(error > std::max(bound, 2 * start))) continue;
+      result_.outcome.notes.push_back(
+          lost_track(coordinate.name, error, range, result_.time[worst], slides ? "m" : "rad"));
     }
-    for (std::size_t i = 0; i < law_.sliding().size(); ++i) {
-      const Eigen::Index c = law_.sliding()[i], column = static_cast<Eigen::Index>(i);
-      result.sliding_variable(row, column) = seen.velocity[c] - desired_.velocity(event, c) -
-                                             law_.sliding_lambda()[column] * result.tracking_error(row, c);
-    }
-    result.torque_variation.row(row) = variation_;
-    if (saturated_.size() > 0) result.saturation.row(row) = saturated_;
   }
 
   /// Of a sliding variable −(ė + λ e), what its rate and its position have.
   void add_round_off() {
-    set_round_off(result_, plant_.term_sizes(), plant_.term_sizes_over_mobility());
+    set_round_off(result_, plant_->term_sizes(), plant_->term_sizes_over_mobility());
     const auto count = static_cast<Eigen::Index>(law_.sliding().size());
     result_.round_off.sliding_variable.setZero(count);
     for (Eigen::Index i = 0; i < count; ++i) {
@@ -231,38 +239,19 @@ class ControlRun {
     }
   }
 
-  void write_tool(Result& result, long row, Eigen::Index event, const PlantSample& seen) {
-    const Vector3 wanted = desired_.tool_position.row(event);
-    put(result.tool_position, row, seen.tool_position, 0, result.axes);
-    put(result.desired_tool_position, row, wanted, 0, result.axes);
-    put(result.tool_error, row, wanted - seen.tool_position, 0, result.axes);
-    if (mechanism_.space == SpaceKind::planar) {
-      result.tool_orientation(row, 0) = seen.tool_angle;
-      result.tool_angle_error(row, 0) = desired_.tool_angle[event] - seen.tool_angle;
-      return;
-    }
-    Eigen::Vector4d q = quaternion_of(seen.tool_rotation);
-    // Of the two signs the one that goes on smoothly.
-    if (last_quaternion_.dot(q) < 0) q = -q;
-    last_quaternion_ = q;
-    result.tool_orientation.row(row) = q;
-    const Matrix3 gap = desired_.tool_rotation[static_cast<std::size_t>(event)] * seen.tool_rotation.transpose();
-    const Eigen::Vector4d turn = quaternion_of(gap);
-    result.tool_angle_error(row, 0) = 2 * std::atan2(turn.tail<3>().norm(), std::abs(turn[0]));
-  }
-
   const Mechanism& mechanism_;
   const Trajectory& trajectory_;
   const Controller& controller_;
   ControlLaw law_;
   Sensor sensor_;
   SingularityWatch watch_;
-  Plant plant_;
+  ControlOptions options_;
+  ControlRecord record_;
+  std::optional<Plant> plant_;
   long samples_ = 0;
   std::vector<Event> events_;
   DesiredMotion desired_;  ///< a row per event
   VectorX efforts_, variation_, saturated_;
-  Eigen::Vector4d last_quaternion_ = Eigen::Vector4d::Zero();
   Result result_;
   BetweenSamples between_;
   MotionOutcome outcome_;
@@ -274,6 +263,7 @@ Result control(const Mechanism& mechanism, const Trajectory& trajectory, const C
                const ControlOptions& options) {
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
   if (!(controller.period > 0)) throw std::invalid_argument("a controller needs a positive period");
+  if (options.most_steps < 0) throw std::invalid_argument("a run cannot have a negative number of steps");
   if (!(options.settle >= 0)) throw std::invalid_argument("the time to settle cannot be negative");
   return ControlRun(mechanism, trajectory, controller, options).run();
 }

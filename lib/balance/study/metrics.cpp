@@ -147,15 +147,17 @@ std::vector<int> tracked(const Result& result) {
 }
 
 void add_control(Result& result, const std::vector<Place>& places) {
-  if (result.tracking_error.size() == 0) return;
-  add_each(result, "tracking_error", &Result::tracking_error, result.coordinate_names, result.coordinate_units,
-           tracked(result), places);
+  if (result.torque_variation.size() == 0) return;
+  if (result.tracking_error.size() > 0)
+    add_each(result, "tracking_error", &Result::tracking_error, result.coordinate_names, result.coordinate_units,
+             tracked(result), places);
   if (result.tool_error.size() > 0) {
     result.metrics.push_back(measure("tool_error", "m", {&Result::tool_error, 0, result.axes}, places));
     result.metrics.push_back(measure("tool_angle_error", "rad", {&Result::tool_angle_error, 0, 1}, places));
   }
-  add_each(result, "sliding_variable", &Result::sliding_variable, result.sliding_names, result.sliding_units,
-           all_of(result.sliding_names), places);
+  if (result.sliding_variable.size() > 0)
+    add_each(result, "sliding_variable", &Result::sliding_variable, result.sliding_names, result.sliding_units,
+             all_of(result.sliding_names), places);
   const auto motors = all_of(result.actuator_names);
   add_each(result, "torque_variation", &Result::torque_variation, result.actuator_names, result.actuator_units, motors,
            places);

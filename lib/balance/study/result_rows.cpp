@@ -4,11 +4,12 @@
 
 namespace balance {
 
-void size_control_rows(const Mechanism& mechanism, long rows, Result& result) {
+void size_control_rows(const Mechanism& mechanism, long rows, Wanted wanted, Result& result) {
   const auto C = static_cast<Eigen::Index>(result.coordinate_names.size());
   const auto A = static_cast<Eigen::Index>(result.actuator_names.size());
-  for (auto* array : {&result.desired_position, &result.tracking_error}) array->setZero(rows, C);
   for (auto* array : {&result.torque_variation, &result.saturation}) array->setZero(rows, A);
+  if (wanted == Wanted::unknown) return;
+  for (auto* array : {&result.desired_position, &result.tracking_error}) array->setZero(rows, C);
   result.sliding_variable.setZero(rows, static_cast<Eigen::Index>(result.sliding_names.size()));
   if (!mechanism.tool) return;
   for (auto* array : {&result.desired_tool_position, &result.tool_error}) array->setZero(rows, result.axes);

@@ -6,8 +6,11 @@
 
 namespace balance {
 
+enum class Wanted { known, unknown };
+
 /// Room for as many rows in what only a run under control has; names and everything else must be there.
-void size_control_rows(const Mechanism& mechanism, long rows, Result& result);
+/// @param wanted unknown: none for what needs a desired motion
+void size_control_rows(const Mechanism& mechanism, long rows, Wanted wanted, Result& result);
 
 /// Forgets all samples but the first `rows`.
 void cut_rows(long rows, Result& result);

@@ -24,6 +24,7 @@ std::string simulate_command(const SimulateCall& call) {
                                     std::filesystem::path(call.spec_file).filename().string(), "--trajectory",
                                     call.trajectory};
   if (controlled) words.insert(words.end(), {"--controller", call.controller});
+  if (call.steps > 0) words.insert(words.end(), {"--steps", fmt::format("{}", call.steps)});
   if (call.settle > 0) words.insert(words.end(), {"--settle", fmt::format("{}", call.settle)});
   if (call.samples) words.insert(words.end(), {"--samples", std::to_string(*call.samples)});
   if (call.duration) words.insert(words.end(), {"--duration", fmt::format("{}", *call.duration)});

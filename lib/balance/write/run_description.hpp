@@ -26,6 +26,7 @@ struct SimulateCall {
   std::string formulation = "tree";  ///< or "natural"
   std::string controller = {};       ///< empty: none
   double settle = 0;                 ///< [s]
+  long steps = 0;                    ///< that the integration may take; 0: the default
 };
 
 /// What computes the same file again. Options that do not change its content are left out, and so is the spec's folder: the same
