@@ -209,7 +209,9 @@ PdGains default_pd_gains(const Mechanism& believed, const Controller& controller
     if (worst < 1) break;
   }
   if (!(least_growth < 1))
-    best.notes.push_back(controller.name + ": no default gains are stable all along the motion; state kp and kd");
+    best.notes.push_back(
+        controller.name +
+        ": no default gains are stable at every single moment of the motion; those that come nearest are taken");
   else if (used != nominal)
     best.notes.push_back(other_bandwidth(controller, used));
   return best;
