@@ -1,6 +1,7 @@
 #include "console.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/base/plain_text.hpp"
 #include "balance/write/pending_file.hpp"
 
 #include <fcntl.h>
@@ -28,11 +29,13 @@ void print(const std::string& text) {
   }
 }
 
+void print_text(const std::string& text) { print(visible_lines(text)); }
+
 void print_beside(const std::vector<std::string>& files, const std::string& text) {
-  if (std::find(files.begin(), files.end(), standard_output) == files.end()) return print(text);
-  std::fputs(text.c_str(), stderr);
+  if (std::find(files.begin(), files.end(), standard_output) == files.end()) return print_text(text);
+  std::fputs(visible_lines(text).c_str(), stderr);
 }
 
-void tell(const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); }
+void tell(const std::string& text) { std::fprintf(stderr, "%s\n", visible_lines(text).c_str()); }
 
 }  // namespace balance::app

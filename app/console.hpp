@@ -12,10 +12,13 @@ void reserve_standard_descriptors();
 /// Writes a result to stdout at once. @throws SystemError if it does not arrive (full disk, closed descriptor)
 void print(const std::string& text);
 
-/// What is told of a run that wrote files: on stdout, or on stderr where stdout took one of them.
+/// The same for people: what cannot be seen is spelt out, so that nothing in a file can steer a terminal.
+void print_text(const std::string& text);
+
+/// What is told of a run that wrote files: on stdout, or on stderr where stdout took one of them. Spelt out like that.
 void print_beside(const std::vector<std::string>& files, const std::string& text);
 
-/// Writes a line to stderr. A message that cannot be delivered is lost.
+/// Writes a line to stderr, spelt out like that. A message that cannot be delivered is lost.
 void tell(const std::string& text);
 
 }  // namespace balance::app

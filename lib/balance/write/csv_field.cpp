@@ -1,5 +1,7 @@
 #include "balance/write/csv_field.hpp"
 
+#include "balance/base/plain_text.hpp"
+
 #include <string_view>
 
 namespace balance {
@@ -14,8 +16,9 @@ bool begins_formula(const std::string& text) {
 }  // namespace
 
 std::string csv_field(const std::string& text) {
-  const std::string harmless = begins_formula(text) ? "'" + text : text;
-  if (harmless.find_first_of(",\"\r\n") == std::string::npos) return harmless;
+  const std::string shown = visible_lines(text);
+  const std::string harmless = begins_formula(text) ? "'" + shown : shown;
+  if (harmless.find_first_of(",\"\n") == std::string::npos) return harmless;
   std::string quoted = "\"";
   for (const char c : harmless) quoted += c == '"' ? "\"\"" : std::string(1, c);
   return quoted + "\"";

@@ -1,9 +1,14 @@
 #include "balance/write/json_parts.hpp"
 
+#include "balance/base/plain_text.hpp"
 #include "balance/conditions/latex.hpp"
 #include "balance/write/names.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
+#include <string_view>
 
 namespace balance {
 namespace {
@@ -30,11 +35,29 @@ Json free_json(const ConditionsView& view, int row) {
   return free;
 }
 
+/// Characters that are not seen stand in strings alone, where they may be written as escapes.
+std::string seen_json(std::string_view json) {
+  std::string text;
+  text.reserve(json.size());
+  while (!json.empty()) {
+    const Utf8Character one = first_character(json);
+    const std::size_t bytes = std::max<std::size_t>(one.bytes, 1);
+    if (one.code < 0x7f || !is_unseen(one.code))
+      text += json.substr(0, bytes);
+    else if (one.code < 0x10000)
+      text += fmt::format("\\u{:04x}", one.code);
+    else
+      text += fmt::format("\\u{:04x}\\u{:04x}", 0xD7C0 + (one.code >> 10), 0xDC00 + (one.code & 0x3FF));
+    json.remove_prefix(bytes);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string dump(const Json& value) {
   // Names that are not UTF-8 must not cost the user the answer.
-  return value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return seen_json(value.dump(2, ' ', false, Json::error_handler_t::replace)) + "\n";
 }
 
 Json vector_json(const Vector3& vector, int axes) { return std::vector<double>(vector.data(), vector.data() + axes); }

@@ -1,5 +1,7 @@
 #include "balance/write/table.hpp"
 
+#include "balance/base/plain_text.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,7 +30,11 @@ std::string format_row(const std::vector<std::string>& cells, const Table& table
 
 }  // namespace
 
-std::string format_table(const Table& table) {
+std::string format_table(const Table& wanted) {
+  Table table = wanted;
+  for (std::string& cell : table.heading) cell = visible(cell);
+  for (auto& row : table.rows)
+    for (std::string& cell : row) cell = visible(cell);
   std::vector<std::size_t> widths(table.heading.size(), 0);
   const auto widen = [&](const std::vector<std::string>& cells) {
     if (cells.size() != widths.size()) throw std::invalid_argument("a row of the table has a wrong number of cells");
