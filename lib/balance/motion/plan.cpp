@@ -3,6 +3,7 @@
 #include "balance/base/rotation.hpp"
 #include "balance/motion/com_drive.hpp"
 #include "balance/motion/drive_choice.hpp"
+#include "balance/motion/missing_start.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -20,7 +21,8 @@ std::string short_number(double value) {
 
 MotionOutcome failed(MotionStatus status, std::string reason) { return {status, 0, std::move(reason), {}}; }
 
-/// Why no start configuration was found: do the loops close at all?
+}  // namespace
+
 template <class S>
 MotionOutcome explain_missing_start(const Mechanism& mechanism, const Tree<S>& tree, const Solution& attempt) {
   System<S> closures(tree, Drive<S>{});
@@ -40,6 +42,8 @@ MotionOutcome explain_missing_start(const Mechanism& mechanism, const Tree<S>& t
                 "the start pose cannot be reached: the nearest configuration found misses it by " +
                     short_number(attempt.residual * tree.length) + " (m or, times the length, rad)");
 }
+
+namespace {
 
 template <class S>
 class Planner {
@@ -172,5 +176,7 @@ Plan<S> make_plan(const Mechanism& mechanism, const Tree<S>& tree, const Traject
 
 template Plan<Planar> make_plan<Planar>(const Mechanism&, const Tree<Planar>&, const Trajectory&);
 template Plan<Spatial> make_plan<Spatial>(const Mechanism&, const Tree<Spatial>&, const Trajectory&);
+template MotionOutcome explain_missing_start<Planar>(const Mechanism&, const Tree<Planar>&, const Solution&);
+template MotionOutcome explain_missing_start<Spatial>(const Mechanism&, const Tree<Spatial>&, const Solution&);
 
 }  // namespace balance

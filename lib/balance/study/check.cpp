@@ -3,7 +3,7 @@
 #include "balance/base/factorizations.hpp"
 #include "balance/dynamics/actuation.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
-#include "balance/motion/plan.hpp"
+#include "balance/motion/missing_start.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,10 +13,11 @@ namespace balance {
 
 namespace {
 
-/// @param unit what counts as one: a radian, the characteristic length
-std::string rounded(double value, double unit) {
+/// @param scale what counts as one: a radian, the characteristic length
+/// @param unit what the spec tells it in
+std::string rounded(double value, double scale, double unit) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.4g", std::abs(value) < 5e-5 * unit ? 0.0 : value);
+  std::snprintf(text, sizeof text, "%.6g", std::abs(value) < 1e-6 * scale ? 0.0 : value / unit);
   return text;
 }
 
@@ -34,11 +35,7 @@ class Checker {
     count();
     const Solution start = find_pose(mechanism_, tree_, system_, from_.target);
     if (!start.found) {
-      const bool nowhere = !loops_close();
-      report_.outcome = {nowhere ? MotionStatus::not_assembled : MotionStatus::unreachable,
-                         0,
-                         nowhere ? "the loops cannot be closed" : "the start pose cannot be reached",
-                         {}};
+      report_.outcome = explain_missing_start(mechanism_, tree_, start);
       return report_;
     }
     ranks(start.y);
@@ -65,11 +62,6 @@ class Checker {
       pose.joints.push_back({actuator, value});
     }
     return pose_equations(mechanism_, tree_, pose);
-  }
-
-  bool loops_close() {
-    System<S> closures(tree_, Drive<S>{});
-    return find_pose(mechanism_, tree_, closures, {}).found;
   }
 
   void count() {
@@ -184,8 +176,10 @@ class Checker {
     for (std::size_t c = 0; c < values.size(); ++c) {
       const CoordinateSource& source = tree_.sources[c];
       if (source.column < 0 || stated(static_cast<int>(c)) || follows(static_cast<int>(c))) continue;
+      const bool length = mechanism_.coordinates[c].kind == CoordinateKind::length;
+      const double unit = length ? study_.units.length : study_.units.angle;
       line += (line.empty() ? "" : ", ") + mechanism_.coordinates[c].name + ": " +
-              rounded(values[c], mechanism_.coordinates[c].kind == CoordinateKind::length ? tree_.length : 1);
+              rounded(values[c], length ? tree_.length : 1, unit);
     }
     return "assembly: {" + line + "}";
   }

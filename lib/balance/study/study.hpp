@@ -47,6 +47,12 @@ struct DesignRequest {
   SearchOptions search;
 };
 
+/// What a spec tells coordinates in, as SI values.
+struct CoordinateUnits {
+  double length = 1;
+  double angle = 1;
+};
+
 struct Study {
   Mechanism mechanism;
   std::vector<Trajectory>
@@ -55,6 +61,7 @@ struct Study {
   std::vector<FreeNumber> free_numbers;  ///< in the document's order
   std::vector<Rewrite> rewrites;         ///< in the text's order, disjoint
   DesignRequest design;
+  CoordinateUnits units;              ///< of the spec
   std::string spec_file;              ///< as named by the user
   std::string spec_text;              ///< as read
   std::vector<std::string> warnings;  ///< legal but suspicious
