@@ -72,7 +72,7 @@ ExitCode report_shard(const BatchOutcome& outcome, const BatchCommandOptions& op
   if (options.json)
     print(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   else if (!options.quiet)
-    print(text);
+    print_text(text);
   return static_cast<ExitCode>(code);
 }
 
@@ -88,7 +88,7 @@ ExitCode report(const Plan& plan, BatchOutcome outcome, const BatchCommandOption
   } else if (!options.quiet) {
     std::string text = summary_text(summary);
     for (const std::string& file : files) text += "written: " + file + "\n";
-    print(text);
+    print_text(text);
   }
   return static_cast<ExitCode>(summary.exit_code());
 }

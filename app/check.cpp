@@ -26,7 +26,7 @@ std::optional<VerifyReport> verify_or_throw(const Study& study) {
     return verify(study);
   } catch (const std::invalid_argument& error) {
     // The library was asked something that the spec should not have asked.
-    throw SpecError(study.spec_file + ": " + error.what());
+    throw SpecError({.place = {.file = study.spec_file}, .message = error.what()});
   }
 }
 
@@ -43,8 +43,8 @@ ExitCode run(const CheckOptions& wanted) {
   std::optional<VerifyReport> verified;
   if (wanted.verify && done) verified = verify_or_throw(study);
   if (options.json && done) print(check_json(report, study.mechanism, study.warnings, verified ? &*verified : nullptr));
-  if (!options.json) print(check_text(report, study.mechanism));
-  if (!options.json && verified) print("\n" + verify_text(*verified));
+  if (!options.json) print_text(check_text(report, study.mechanism));
+  if (!options.json && verified) print_text("\n" + verify_text(*verified));
   if (!done) throw MotionFailure(report.outcome);
   if (!verified) return ExitCode::done;
   if (!verified->agree) return ExitCode::not_met;

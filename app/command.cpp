@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <string_view>
 
 namespace balance::app {
 
@@ -38,14 +37,7 @@ ReadOptions read_options(const SpecOptions& options) {
 Study read_study(const SpecOptions& options) { return read_space(options).start; }
 
 DesignSpace read_space(const SpecOptions& options) {
-  const ReadOptions read = read_options(options);
-  try {
-    return read_design_space_file(options.spec, read);
-  } catch (const SpecError& error) {
-    // The reader names the place of every mistake; one whose place is the command line is not the spec's.
-    if (std::string_view(error.what()).starts_with("--set ")) throw UsageError(error.what());
-    throw;
-  }
+  return read_design_space_file(options.spec, read_options(options));
 }
 
 void check_standard_output(const std::vector<std::string>& files, bool json, bool binary) {

@@ -85,7 +85,7 @@ ExitCode run(const CompareOptions& options) {
   const std::string content =
       in_format(format, compare_runs(runs), verdicts, options.all ? ShownQuantities::all : ShownQuantities::main);
   if (options.output.empty()) {
-    print(content);
+    print_text(content);
   } else {
     write_file(options, content);
     if (!options.quiet) print_beside({options.output}, verdicts_text(verdicts) + "written: " + options.output + "\n");

@@ -33,7 +33,7 @@ ExitCode run(const ConditionsOptions& options) {
   if (options.spec.json)
     print(conditions_json(view, space.start.warnings));
   else
-    print(options.latex ? conditions_latex(view.conditions, view.names) : conditions_text(view));
+    print_text(options.latex ? conditions_latex(view.conditions, view.names) : conditions_text(view));
   return ExitCode::done;
 }
 

@@ -17,8 +17,9 @@ Result control_or_throw(const Study& study, const Trajectory& trajectory, const 
     return control(study.mechanism, trajectory, controller, {.settle = options.settle, .most_steps = options.steps});
   } catch (const std::invalid_argument& error) {
     // The library was asked something that the spec should not have asked.
-    throw SpecError(study.spec_file + ": trajectories." + trajectory.name + ", controllers." + controller.name + ": " +
-                    error.what());
+    throw SpecError({.place = {.file = study.spec_file,
+                               .key = "trajectories." + trajectory.name + ", controllers." + controller.name},
+                     .message = error.what()});
   }
 }
 

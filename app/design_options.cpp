@@ -45,12 +45,7 @@ void choose_algorithm(const std::string& name, SearchOptions& search) {
 }
 
 std::vector<ObjectiveTerm> choose_objective(const std::string& text, const Study& study) {
-  if (text.empty()) return {};
-  try {
-    return read_objective(text, study);
-  } catch (const SpecError& error) {
-    throw UsageError(error.what());
-  }
+  return text.empty() ? std::vector<ObjectiveTerm>{} : read_objective(text, study);
 }
 
 /// What computes the same file again; see describe in simulate_options.cpp.
@@ -99,9 +94,9 @@ DesignStudyOptions study_options(const DesignCommandOptions& options, const Stud
   if (options.goal.seed) result.search.seed = *options.goal.seed;
   result.trajectories = !options.quiet || options.spec.json || !options.h5.empty();
   if (study.free_numbers.empty()) {
-    throw SpecError(study.spec_file +
-                    ": there is nothing to design: no number is free; write {free: [lower, upper]} in "
-                    "place of a number, for instance mass: {free: [0, 10]} of a counterweight");
+    throw SpecError({.place = {.file = study.spec_file},
+                     .message = "there is nothing to design: no number is free; write {free: [lower, upper]} in "
+                                "place of a number, for instance mass: {free: [0, 10]} of a counterweight"});
   }
   return result;
 }

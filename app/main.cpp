@@ -129,6 +129,14 @@ ExitCode parse_and_run(int argc, char** argv) {
   fail_without_command(commands, words);
 }
 
+/// A mistake in an option is the caller's, not the spec's.
+ExitCode fail_spec(const SpecError& error, bool json) {
+  const bool option = error.mistakes().front().place.is_option();
+  // Begins with file:line:column, which editors look for at the start of a line.
+  return fail(option ? ExitCode::usage : ExitCode::spec, (option ? "error: " : "") + std::string(error.what()),
+              json ? error_json(option ? "usage" : "spec", error) : "");
+}
+
 ExitCode translate(int argc, char** argv) {
   const bool json = std::find(argv, argv + argc, std::string("--json")) != argv + argc;
   const auto failed = [&](ExitCode code, const char* kind, const std::string& shown, const std::string& message) {
@@ -141,8 +149,7 @@ ExitCode translate(int argc, char** argv) {
   } catch (const UsageError& error) {
     return failed(ExitCode::usage, "usage", std::string("error: ") + error.what(), error.what());
   } catch (const SpecError& error) {
-    // Begins with file:line:column, which editors look for at the start of a line.
-    return failed(ExitCode::spec, "spec", error.what(), error.what());
+    return fail_spec(error, json);
   } catch (const MotionFailure& error) {
     const std::string message = std::string("error: ") + error.what();
     return fail(ExitCode::mechanism, message, json ? error_json("mechanism", error.outcome) : "");

@@ -22,7 +22,8 @@ Result simulate_or_throw(const Study& study, const Trajectory& trajectory, const
     return result;
   } catch (const std::invalid_argument& error) {
     // The library was asked something that the spec should not have asked.
-    throw SpecError(study.spec_file + ": trajectories." + trajectory.name + ": " + error.what());
+    throw SpecError(
+        {.place = {.file = study.spec_file, .key = "trajectories." + trajectory.name}, .message = error.what()});
   }
 }
 

@@ -96,7 +96,8 @@ void check_formulation(const SimulateOptions& options, const Study& study) {
 }
 
 Trajectory choose_trajectory(const SimulateOptions& options, const Study& study) {
-  if (study.trajectories.empty()) throw SpecError(study.spec_file + ": there is no motion to simulate");
+  if (study.trajectories.empty())
+    throw SpecError({.place = {.file = study.spec_file}, .message = "there is no motion to simulate"});
   std::vector<std::string> names;
   const Trajectory* chosen = options.trajectory.empty() ? &study.trajectories.front() : nullptr;
   for (const Trajectory& trajectory : study.trajectories) {

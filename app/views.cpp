@@ -46,7 +46,7 @@ DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions&
                            report.outcome.reason.empty() ? conditions.reason : report.outcome.reason);
   } catch (const std::invalid_argument& error) {
     // The library was asked something that the spec should not have asked.
-    throw SpecError(space.start.spec_file + ": design: " + error.what());
+    throw SpecError({.place = {.file = space.start.spec_file, .key = "design"}, .message = error.what()});
   }
 }
 
@@ -58,7 +58,7 @@ std::vector<Symbol> symbols_of_design(const Study& study, const std::string& bal
   try {
     return list_symbols(read_spec(balanced, study.spec_file));
   } catch (const SpecError& error) {
-    notes.push_back(std::string("the designed spec needs a change before it can be read: ") + error.what());
+    notes.push_back("the designed spec needs a change before it can be read: " + error.brief());
     return own_symbols(mechanism);
   }
 }

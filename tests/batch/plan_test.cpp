@@ -66,8 +66,8 @@ TEST_CASE("cases take from the defaults what they do not say, parameters one by 
   CHECK(suite.cases[1].set == set);
   REQUIRE(suite.cases[1].design.has_value());
   CHECK(suite.cases[1].design->goals.size() == 2);
-  CHECK(suite.cases[1].place_of("set.y") == "suite.yaml:2:33: cases.two.set.y");
-  CHECK(suite.cases[1].place_of("trajectory") == "suite.yaml:2:18: cases.two");
+  CHECK(suite.cases[1].place_of("set.y").text() == "suite.yaml:2:33: cases.two.set.y");
+  CHECK(suite.cases[1].place_of("trajectory").text() == "suite.yaml:2:18: cases.two");
 }
 
 TEST_CASE("what is to be minimized arrives as YAML") {

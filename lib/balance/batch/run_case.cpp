@@ -3,6 +3,7 @@
 #include "balance/base/error.hpp"
 #include "balance/compare/metric_table.hpp"
 #include "balance/read/nearest.hpp"
+#include "balance/read/problem.hpp"
 #include "balance/read/read_spec.hpp"
 #include "balance/study/control.hpp"
 #include "balance/study/design_study.hpp"
@@ -37,7 +38,7 @@ class CaseRun {
         record_(record) {}
 
   void run() {
-    if (!spec_.trouble.empty()) throw SystemError(wanted_.place_of("spec") + ": " + spec_.trouble);
+    if (!spec_.trouble.empty()) throw SystemError(wanted_.place_of("spec").text() + ": " + spec_.trouble);
     const Study study = wanted_.design ? balance() : read(read_spec);
     record_.title = study.mechanism.name;
     record_.warnings = study.warnings;
@@ -74,28 +75,33 @@ class CaseRun {
     try {
       return reader(spec_.text, spec_.path, {.set = wanted_.set});
     } catch (const SpecError& error) {
-      const std::string message = error.what();
-      for (const auto& [name, value] : wanted_.set) {
-        const std::string prefix = "--set " + name + ": ";
-        if (message.starts_with(prefix))
-          throw SpecError(wanted_.place_of("set." + name) + ": " + message.substr(prefix.size()));
-      }
-      throw;
+      std::vector<Mistake> mistakes = error.mistakes();
+      for (const auto& [name, value] : wanted_.set)
+        for (Mistake& mistake : mistakes)
+          if (mistake.place.file == "--set " + name) mistake.place = wanted_.place_of("set." + name);
+      throw SpecError(std::move(mistakes), error.more());
     }
   }
 
+  [[noreturn]] void fail_choice(const char* what, const Study& study, const std::vector<std::string>& names,
+                                const std::string& found) const {
+    const read::Complaint complaint{
+        .expected = fmt::format("a {} of {} ({})", what, study.spec_file, read::one_of(names)),
+        .found = read::in_quotes(found),
+        .hint = read::nearest_is(found, names)};
+    throw SpecError({wanted_.place_of(what), complaint.text(), complaint.expected, complaint.found, complaint.hint});
+  }
+
   Trajectory choose_trajectory(const Study& study) const {
-    if (study.trajectories.empty()) throw SpecError(study.spec_file + ": there is no motion to simulate");
+    if (study.trajectories.empty())
+      throw SpecError({.place = {.file = study.spec_file}, .message = "there is no motion to simulate"});
     std::vector<std::string> names;
     const Trajectory* chosen = wanted_.trajectory.empty() ? &study.trajectories.front() : nullptr;
     for (const Trajectory& trajectory : study.trajectories) {
       names.push_back(trajectory.name);
       if (trajectory.name == wanted_.trajectory) chosen = &trajectory;
     }
-    if (chosen == nullptr)
-      throw SpecError(fmt::format("{}: expected a trajectory of {} ({}), found {}{}", wanted_.place_of("trajectory"),
-                                  study.spec_file, read::one_of(names), read::in_quotes(wanted_.trajectory),
-                                  read::nearest_hint(wanted_.trajectory, names)));
+    if (chosen == nullptr) fail_choice("trajectory", study, names, wanted_.trajectory);
     Trajectory trajectory = *chosen;
     if (wanted_.samples) trajectory.samples = *wanted_.samples;
     return trajectory;
@@ -107,9 +113,7 @@ class CaseRun {
       names.push_back(controller.name);
       if (controller.name == wanted_.controller) return controller;
     }
-    throw SpecError(fmt::format("{}: expected a controller of {} ({}), found {}{}", wanted_.place_of("controller"),
-                                study.spec_file, read::one_of(names), read::in_quotes(wanted_.controller),
-                                read::nearest_hint(wanted_.controller, names)));
+    fail_choice("controller", study, names, wanted_.controller);
   }
 
   Result run_or_throw(const Study& study, const Trajectory& trajectory) const {
@@ -121,7 +125,8 @@ class CaseRun {
       return result;
     } catch (const std::invalid_argument& error) {
       // The library was asked something that the spec should not have asked.
-      throw SpecError(study.spec_file + ": trajectories." + trajectory.name + ": " + error.what());
+      throw SpecError(
+          {.place = {.file = study.spec_file, .key = "trajectories." + trajectory.name}, .message = error.what()});
     }
   }
 
@@ -137,7 +142,7 @@ class CaseRun {
   }
 
   DesignStudyOptions design_options(const Study& start) const {
-    const std::string place = wanted_.place_of("design");
+    const SpecPlace place = wanted_.place_of("design");
     DesignStudyOptions options;
     options.modular = wanted_.design->modular;
     options.goals = wanted_.design->goals.empty() ? start.design.goals : wanted_.design->goals;
@@ -145,14 +150,19 @@ class CaseRun {
     if (wanted_.design->seed) options.search.seed = *wanted_.design->seed;
     options.trajectories = false;
     if (start.free_numbers.empty())
-      throw SpecError(fmt::format("{}: there is nothing to design: no number of {} is free", place, start.spec_file));
+      throw SpecError({place, fmt::format("there is nothing to design: no number of {} is free", start.spec_file)});
     if (options.goals.empty() && wanted_.design->minimize.empty() && start.design.minimize.empty())
-      throw SpecError(fmt::format("{}: {} has no design: goal, so 'goal' is needed here", place, start.spec_file));
+      throw SpecError({place, fmt::format("{} has no design: goal, so 'goal' is needed here", start.spec_file)});
     if (wanted_.design->minimize.empty()) return options;
     try {
       options.minimize = read_objective(wanted_.design->minimize, start);
     } catch (const SpecError& error) {
-      throw SpecError(place + ": " + std::string(error.what()).substr(std::string("--").size()));
+      std::vector<Mistake> mistakes = error.mistakes();
+      for (Mistake& mistake : mistakes) {
+        mistake.message = "minimize: " + (mistake.place.key.empty() ? "" : mistake.place.key + ": ") + mistake.message;
+        mistake.place = place;
+      }
+      throw SpecError(std::move(mistakes), error.more());
     }
     return options;
   }
@@ -164,7 +174,7 @@ class CaseRun {
     try {
       report = design_study(space, options);
     } catch (const std::invalid_argument& error) {
-      throw SpecError(fmt::format("{}: {}", wanted_.place_of("design"), error.what()));
+      throw SpecError({wanted_.place_of("design"), error.what()});
     }
     const DesignOutcome& outcome = report.outcome;
     if (outcome.status == DesignStatus::unsolved)
@@ -181,7 +191,7 @@ class CaseRun {
       return read_spec(text, spec_.path);
     } catch (const SpecError& error) {
       // A mass may have become zero, which no spec may say.
-      record_.notes.push_back(std::string("the designed spec needs a change before it can be read: ") + error.what());
+      record_.notes.push_back("the designed spec needs a change before it can be read: " + error.brief());
       if (!wanted_.controller.empty()) throw;  // what its controllers believe would be of the spec before the design
       Study study = std::move(report.study_after);
       study.spec_text = text;
@@ -209,7 +219,7 @@ CaseRecord run_case(const Plan& plan, std::size_t index, const std::string& fold
   try {
     CaseRun(plan, index, folder, keep, record).run();
   } catch (const SpecError& error) {
-    failed("spec", error.what());
+    failed("spec", error.brief());
   } catch (const Unable& error) {
     failed("mechanism", error.what());
   } catch (const std::bad_alloc&) {

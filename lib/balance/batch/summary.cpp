@@ -63,7 +63,7 @@ class Judge {
       check_quantities(one.requirement, quantities_);
     } catch (const RequirementError& error) {
       outcome.status = Status::wrong;
-      outcome.message = one.place + ": " + error.what();
+      outcome.message = one.place.text() + ": " + error.what();
       return;
     }
     // Of thousands of cases a requirement is about two or three.

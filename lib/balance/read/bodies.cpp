@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 
 namespace balance::read {
@@ -22,7 +23,9 @@ void name_points(const Cursor& body_at, Body& body) {
   const Node& node = body_at.node();
   for (std::size_t i = 0; node.kind == Node::Kind::map && i < node.items.size(); ++i) {
     if (node.keys[i].text != "points" || node.items[i].kind != Node::Kind::map) continue;
-    for (const Node& key : node.items[i].keys) body.points.push_back({key.text, Vector3::Zero()});
+    for (const Node& key : node.items[i].keys)
+      if (std::none_of(body.points.begin(), body.points.end(), [&](const NamedPoint& p) { return p.name == key.text; }))
+        body.points.push_back({key.text, Vector3::Zero()});
   }
 }
 
@@ -38,8 +41,9 @@ void read_body_fields(const Cursor& at, Draft& draft, Body& body) {
   // The inertia may be about the origin: mass and centre of mass come first.
   if (inertia)
     draft.problems.guard([&] {
-      const Matrix3 value = read ? read_inertia(*inertia, draft, Bearer::body, body.mass, body.com) : Matrix3::Zero();
-      body.inertia = value;
+      const bool moved = draft.problems.spoilt(at.path() + ".mass") || draft.problems.spoilt(at.path() + ".com");
+      body.inertia =
+          read_inertia(*inertia, draft, Bearer::body, moved ? std::nullopt : std::optional(body.mass), body.com);
     });
   if (!read) name_points(at, body);
 }
@@ -62,9 +66,8 @@ void read_bodies(const Cursor& section, Draft& draft) {
       body.name = member.name;
       draft.problems.guard([&] {
         if (member.name == "ground")
-          member.key.fail(
-              "expected a name other than 'ground', which is the body that does not move; its points go into "
-              "'ground:'");
+          member.key.fail({.expected = "a name other than 'ground', which is the body that does not move",
+                           .hint = "its points go into 'ground:'"});
         read_body_fields(member.value, draft, body);
       });
       draft.mechanism().bodies.push_back(std::move(body));

@@ -50,7 +50,10 @@ VectorX read_per_actuator(const Cursor& at, Draft& draft, const DimensionOf& dim
   const auto read = [&](const Cursor& c, Eigen::Index a) {
     values[a] = read_fixed(c, draft, dimension(kind_of(actuators[static_cast<std::size_t>(a)], draft)), sign);
   };
-  if (!at.is_map() && !at.is_list()) {
+  const bool several = at.is_map() || at.is_list();
+  if (several && (actuators.empty() ? draft.problems.doubtful("actuators") : draft.problems.spoilt("actuators")))
+    throw Consequence();
+  if (!several) {
     for (Eigen::Index a = 0; a < count; ++a) read(at, a);
     return values;
   }
@@ -106,7 +109,8 @@ void read_measurement(const Cursor& at, Draft& draft, Measurement& measurement) 
                   measurement.seed = static_cast<std::uint64_t>(read_whole(c, draft, 0, most_seed));
                 }}});
   if (noise && measurement.velocity == VelocitySource::difference)
-    noise->fail("expected no 'velocity_noise' with 'velocity: difference', which has its noise from the positions");
+    noise->fail(
+        {.expected = "no 'velocity_noise' with 'velocity: difference', which has its noise from the positions"});
 }
 
 void read_initial_error(const Cursor& at, Draft& draft, InitialError& error) {
@@ -116,19 +120,23 @@ void read_initial_error(const Cursor& at, Draft& draft, InitialError& error) {
   if (draft.planar()) fields.push_back({"angle", Need::optional, keep(angle)});
   if (!read_fields(at, "an initial error {joints: …} or {tool: …}", fields)) return;
   if (joints.has_value() == tool.has_value()) at.expected("an initial error of either 'joints' or the 'tool'");
-  if (angle && !tool) angle->fail("expected 'angle' only with 'tool', found it with 'joints'");
+  if (angle && !tool) angle->fail({.expected = "'angle' only with 'tool'", .found = "it with 'joints'"});
   if (tool && !draft.mechanism().tool)
-    tool->fail("expected a spec with a tool ('tool: body.point'), found none; this key is about the tool's pose");
+    tool->fail_unless_doubtful("tool", {.expected = "a spec with a tool ('tool: body.point')",
+                                        .found = "none",
+                                        .hint = "this key is about the tool's pose"});
   if (tool) error.tool = read_vector(*tool, draft, dimension::length);
   if (angle) error.angle = read_fixed(*angle, draft, dimension::angle, Sign::any);
   if (!joints) return;
   error.joints = read_coordinate_values(*joints, draft);
   for (const Member& member : members(*joints, "joint coordinates")) {
     const auto& actuators = draft.mechanism().actuators;
-    const int coordinate = find_coordinate(member.key, member.name, draft);
-    if (!actuators.empty() && std::find(actuators.begin(), actuators.end(), coordinate) == actuators.end())
-      member.key.fail(
-          fmt::format("expected an actuated coordinate (the others follow), found {}", in_quotes(member.name)));
+    draft.problems.guard([&] {
+      const int coordinate = find_coordinate(member.key, member.name, draft);
+      if (!draft.problems.spoilt("actuators") && !actuators.empty() &&
+          std::find(actuators.begin(), actuators.end(), coordinate) == actuators.end())
+        member.key.fail({.expected = "an actuated coordinate (the others follow)", .found = in_quotes(member.name)});
+    });
   }
 }
 
@@ -182,21 +190,27 @@ class ControllerReader {
          {"rate", "period", "bandwidth", "damping", "kp", "kd", "gravity", "lambda", "k", "switching", "projection",
           "torque", "table", "file", "torque_limit", "measurement", "model", "initial_error"})
       fields.push_back({key, Need::optional, [this, key](const Cursor& c) { found_.emplace(key, c); }});
-    if (!read_fields(member.value, "a controller {type, …}", fields)) return controller_;
-    check_keys();
+    read_fields(member.value, "a controller {type, …}", fields);
+    const bool typed = !draft_.problems.doubtful(member.value.path() + ".type");
+    if (typed) check_keys();
     common();
-    gains();
-    const auto given = [&](const char* key) {
-      const auto at = found_.find(key);
-      return at == found_.end() ? std::nullopt : std::optional(at->second);
-    };
-    if (found_.count("torque") + found_.count("table") + found_.count("file") > 1)
-      member.value.fail("expected one of 'torque' (constant), 'table' and 'file', found several");
-    read_efforts(given("torque"), given("table"), given("file"), draft_, controller_.efforts);
+    if (typed) gains();
+    read_open_loop(member.value);
     return controller_;
   }
 
  private:
+  void read_open_loop(const Cursor& at) {
+    const auto given = [&](const char* key) {
+      const auto one = found_.find(key);
+      return one == found_.end() ? std::nullopt : std::optional(one->second);
+    };
+    if (found_.count("torque") + found_.count("table") + found_.count("file") > 1)
+      at.fail({.expected = "one of 'torque' (constant), 'table' and 'file'", .found = "several"});
+    const bool known = !draft_.problems.spoilt("actuators");
+    if (known) read_efforts(given("torque"), given("table"), given("file"), draft_, controller_.efforts);
+  }
+
   void check_keys() const {
     std::vector<std::string> allowed = keys_of(controller_.type);
     if (controller_.type != ControllerType::none)
@@ -204,8 +218,8 @@ class ControllerReader {
     for (const auto& [key, cursor] : found_)
       draft_.problems.guard([&, &key = key, &cursor = cursor] {
         if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
-          cursor.fail(fmt::format("expected no '{}' with 'type: {}', which has {}", key, name_of(controller_.type),
-                                  listed(allowed, "and")));
+          cursor.fail({.expected = fmt::format("no '{}' with 'type: {}', which has {}", key, name_of(controller_.type),
+                                               listed(allowed, "and"))});
       });
   }
 
@@ -216,8 +230,9 @@ class ControllerReader {
   }
 
   void common() {
-    if (found_.count("rate") > 0 && found_.count("period") > 0)
-      found_.at("rate").fail("expected 'rate' or 'period', found both");
+    on("rate", [&](const Cursor& c) {
+      if (found_.count("period") > 0) c.fail({.expected = "'rate' or 'period'", .found = "both"});
+    });
     on("rate", [&](const Cursor& c) { controller_.period = 1 / read_hertz(c, draft_); });
     on("period", [&](const Cursor& c) { controller_.period = read_fixed(c, draft_, dimension::time, Sign::positive); });
     on("bandwidth", [&](const Cursor& c) { controller_.bandwidth = read_hertz(c, draft_); });

@@ -1,5 +1,6 @@
 #include "balance/read/cursor.hpp"
 
+#include "balance/base/plain_text.hpp"
 #include "balance/read/nearest.hpp"
 
 #include <fmt/format.h>
@@ -8,9 +9,14 @@
 
 namespace balance::read {
 
-void Cursor::expected(const std::string& what) const { fail(fmt::format("expected {}, found {}", what, found())); }
+void Cursor::expected(const std::string& what) const { fail({.expected = what, .found = found()}); }
 
-void Cursor::fail(const std::string& text) const { throw Problem(node_->place, path_, text); }
+void Cursor::fail(Complaint complaint) const { throw Problem(node_->place, path_, std::move(complaint)); }
+
+void Cursor::fail_unless_doubtful(const std::string& path, Complaint complaint) const {
+  if (problems_->doubtful(path)) throw Consequence();
+  fail(std::move(complaint));
+}
 
 std::string Cursor::found() const {
   switch (kind()) {
@@ -23,10 +29,16 @@ std::string Cursor::found() const {
   return "";
 }
 
-void Cursor::missing(const std::string& key) const {
-  std::vector<std::string> keys;
-  for (const Node& one : node_->keys) keys.push_back(one.text);
-  fail(fmt::format("missing key: expected {}, found {}", key, keys.empty() ? found() : "only " + listed(keys, "and")));
+void Cursor::missing(const std::vector<std::string>& keys) const {
+  std::vector<std::string> wanted, given;
+  for (const std::string& key : keys) wanted.push_back(in_quotes(key));
+  for (const Node& one : node_->keys) given.push_back(one.text);
+  Problem problem(node_->place, path_,
+                  {.kind = "missing key",
+                   .expected = one_of(wanted),
+                   .found = given.empty() ? found() : "only " + listed(given, "and")});
+  problem.about = path_.empty() ? keys.front() : path_ + "." + keys.front();
+  throw problem;
 }
 
 std::vector<Cursor> Cursor::items(const std::string& what) const {
@@ -55,8 +67,9 @@ std::size_t Cursor::choice(const std::string& what, const std::vector<std::strin
 }
 
 void expected_one_of(const Cursor& found, const std::string& what, const std::vector<std::string>& names) {
-  found.fail(fmt::format("expected {} ({}), found {}{}", what, names.empty() ? "there are none" : one_of(names),
-                         found.found(), found.is_scalar() ? nearest_hint(found.node().text, names) : ""));
+  found.fail({.expected = fmt::format("{} ({})", what, names.empty() ? "there are none" : one_of(names)),
+              .found = found.found(),
+              .hint = found.is_scalar() ? nearest_is(found.node().text, names) : ""});
 }
 
 namespace {
@@ -66,18 +79,14 @@ Cursor member_at(const Cursor& map, std::size_t i, const Node& node) {
   return {node, map.path().empty() ? name : map.path() + "." + name, map.problems()};
 }
 
-/// Names are joined with dots to references and become names in result files.
-bool fit_for_reference(const std::string& name) {
-  return !name.empty() && name.find_first_of(" \t\r\n.,:;/\\[](){}'\"#&*!|>%@`=") == std::string::npos;
-}
-
 }  // namespace
 
 std::vector<Member> members(const Cursor& map, const std::string& what) {
   if (!map.is_map()) map.expected(what);
   const Node& node = map.node();
   if (node.items.size() > most_members)
-    map.fail(fmt::format("expected at most {} entries, found {}", most_members, node.items.size()));
+    map.fail(
+        {.expected = fmt::format("at most {} entries", most_members), .found = fmt::format("{}", node.items.size())});
   std::vector<Member> all;
   for (std::size_t i = 0; i < node.items.size(); ++i) {
     const bool again =
@@ -90,38 +99,86 @@ std::vector<Member> members(const Cursor& map, const std::string& what) {
 
 std::vector<Member> named_members(const Cursor& map, const std::string& what) {
   std::vector<Member> all = members(map, what);
-  std::erase_if(all, [&](const Member& member) {
-    return !map.problems().guard([&] {
-      if (!fit_for_reference(member.name))
-        member.key.fail(
-            fmt::format("expected a name of letters, digits, '_' and '-', found {}", in_quotes(member.name)));
+  for (const Member& member : all)
+    map.problems().guard([&] {
+      if (is_name(member.name)) return;
+      const bool otherwise_right = !member.name.empty() && is_name("x" + member.name);
+      Problem problem(member.key.node().place, member.key.path(),
+                      {.expected = "a name of letters, digits, '_' and '-'",
+                       .found = in_quotes(member.name),
+                       .hint = otherwise_right ? "it must begin with a letter" : ""});
+      problem.odd_key = true;
+      throw problem;
     });
-  });
   return all;
 }
 
+namespace {
+
+/// Why nobody wrote what stands there.
+std::string hint_for(const std::string& key, const std::vector<std::string>& names) {
+  const bool carried = std::find(names.begin(), names.end(), "body") != names.end();
+  if (carried && (key == "true" || key == "True"))
+    return "'on' is a truth value in YAML 1.1, so that a tool such as PyYAML writes 'true' for it: say 'body'";
+  return nearest_is(key, names);
+}
+
+class FieldsReader {
+ public:
+  FieldsReader(const Cursor& map, const std::string& what, const std::vector<Field>& fields)
+      : map_(map), fields_(fields), given_(members(map, what)) {
+    for (const Field& field : fields) names_.push_back(field.name);
+  }
+
+  void read() {
+    for (const Member& member : given_)
+      if (!map_.problems().guard([&] { read_member(member); })) map_.problems().spoil(member.value.path());
+    // A misspelt key is one mistake, not two.
+    for (const Field& field : fields_)
+      if (field.need == Need::required && !unknown_ && count(field) == 0)
+        map_.problems().guard([&] { map_.missing({field.name}); });
+  }
+
+ private:
+  static bool names(const Field& field, const std::string& key) {
+    return key == field.name || (key == field.other && !key.empty());
+  }
+
+  std::ptrdiff_t count(const Field& field) const {
+    return std::count_if(given_.begin(), given_.end(), [&](const Member& m) { return names(field, m.name); });
+  }
+
+  void read_member(const Member& member) {
+    const auto field =
+        std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return names(f, member.name); });
+    if (field == fields_.end()) fail_unknown(member);
+    if (member.name == field->other && count(*field) > 1)
+      member.key.fail({.expected = fmt::format("'{}' or '{}'", field->name, field->other), .found = "both"});
+    field->read(member.value);
+  }
+
+  [[noreturn]] void fail_unknown(const Member& member) {
+    unknown_ = true;
+    Problem problem(member.key.node().place, member.key.path(),
+                    {.kind = "unknown key",
+                     .expected = one_of(names_),
+                     .found = in_quotes(member.name),
+                     .hint = hint_for(member.name, names_)});
+    problem.odd_key = true;
+    throw problem;
+  }
+
+  const Cursor& map_;
+  const std::vector<Field>& fields_;
+  std::vector<Member> given_;
+  std::vector<std::string> names_;
+  bool unknown_ = false;
+};
+
+}  // namespace
+
 bool read_fields(const Cursor& map, const std::string& what, const std::vector<Field>& fields) {
-  std::vector<std::string> names;
-  for (const Field& field : fields) names.push_back(field.name);
-  return map.problems().guard([&] {
-    const std::vector<Member> given = members(map, what);
-    bool unknown = false;
-    for (const Member& member : given) {
-      const auto field =
-          std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.name == member.name; });
-      map.problems().guard([&] {
-        if (field != fields.end()) return field->read(member.value);
-        unknown = true;
-        member.key.fail(fmt::format("unknown key: expected {}, found {}{}", one_of(names), in_quotes(member.name),
-                                    nearest_hint(member.name, names)));
-      });
-    }
-    for (const Field& field : fields) {
-      const bool there = std::any_of(given.begin(), given.end(), [&](const Member& m) { return m.name == field.name; });
-      // A misspelt key is one mistake, not two.
-      if (field.need == Need::required && !there && !unknown) map.missing(in_quotes(field.name));
-    }
-  });
+  return map.problems().guard([&] { FieldsReader(map, what, fields).read(); });
 }
 
 }  // namespace balance::read

@@ -26,10 +26,12 @@ class Cursor {
 
   /// Throws the Problem "expected <what>, found <this value>".
   [[noreturn]] void expected(const std::string& what) const;
-  /// Throws a Problem with this text.
-  [[noreturn]] void fail(const std::string& text) const;
-  /// Throws the Problem that this mapping lacks a key.
-  [[noreturn]] void missing(const std::string& key) const;
+  /// Throws a Problem.
+  [[noreturn]] void fail(Complaint complaint) const;
+  /// The same, but a Consequence if what is looked for at a path may be there after all.
+  [[noreturn]] void fail_unless_doubtful(const std::string& path, Complaint complaint) const;
+  /// Throws the Problem that this mapping lacks a key, one of those named.
+  [[noreturn]] void missing(const std::vector<std::string>& keys) const;
   /// "a list of 3", "a mapping", "'abc'", "nothing".
   std::string found() const;
 
@@ -62,8 +64,7 @@ struct Member {
 std::vector<Member> members(const Cursor& map, const std::string& what);
 inline constexpr std::size_t most_members = 2000;
 
-/// The same, and every name must be fit for a reference: no dots, blanks, brackets, quotes, commas, colons.
-/// Names that are not are reported and left out.
+/// The same, and every key must be a name (`is_name`). One that is not is reported, and its entry read all the same.
 std::vector<Member> named_members(const Cursor& map, const std::string& what);
 
 enum class Need { required, optional };
@@ -73,6 +74,7 @@ struct Field {
   std::string name;
   Need need = Need::optional;
   std::function<void(const Cursor&)> read;
+  std::string other = {};  ///< another spelling; not both may be given
 };
 
 /// Reads a mapping with a fixed set of keys in the document's order. Unknown and missing keys and whatever the fields' readers

@@ -37,7 +37,9 @@ void read_search(const Cursor& at, Draft& draft, SearchOptions& search) {
           if (!c.is_scalar()) c.expected("a number of seconds");
           search.seconds = draft.parameters.evaluate(c);
           if (!(search.seconds > 0))
-            c.fail(fmt::format("must be positive: expected a number of seconds > 0, found {}", search.seconds));
+            c.fail({.kind = "must be positive",
+                    .expected = "a number of seconds > 0",
+                    .found = fmt::format("{}", search.seconds)});
         }}});
 }
 
@@ -45,14 +47,10 @@ void read_search(const Cursor& at, Draft& draft, SearchOptions& search) {
 
 void read_design(const Cursor& section, Draft& draft) {
   DesignRequest& request = draft.study.design;
-  // After a mistake elsewhere, trajectories may be missing that are not.
-  const bool complete = draft.problems.none();
   read_fields(section, "what to design for {goal, minimize, search}",
               {{"goal", Need::optional, [&](const Cursor& c) { request.goals = read_goals(c); }},
                {"minimize", Need::optional,
-                [&](const Cursor& c) {
-                  if (complete) request.minimize = read_terms(c, draft.parameters, draft.study);
-                }},
+                [&](const Cursor& c) { request.minimize = read_terms(c, draft.parameters, draft.study); }},
                {"search", Need::optional, [&](const Cursor& c) { read_search(c, draft, request.search); }}});
 }
 

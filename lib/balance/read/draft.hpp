@@ -27,6 +27,7 @@ struct Draft {
   Parameters parameters;
   std::vector<FoundFreeNumber> free_numbers;  ///< but for parameters
   std::set<std::string> free_paths;           ///< of free_numbers: what several trajectories share is one number
+  bool mechanism_is_right = false;            ///< nothing is wrong with what stands above `motion` in sections.hpp
   std::vector<Place> body_places;             ///< of the bodies' names, as mechanism.bodies
   std::map<std::string, TimeTable> tables;    ///< of files, by the key path that names the file
 
@@ -47,6 +48,10 @@ enum class Sign { any, not_negative, positive };
 
 /// A number, an expression or a free number, in SI.
 double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign = Sign::any);
+/// How long a motion takes.
+double read_duration(const Cursor& at, Draft& draft);
+/// Fails unless a motion may take that long [s] or nothing is judged.
+void check_duration(const Cursor& at, double duration, const Draft& draft);
 /// A list of such numbers of one dimension. @param what for the message: "three numbers"
 std::vector<double> read_numbers(const Cursor& at, Draft& draft, Dimension dimension, const std::string& what);
 /// Two numbers in the plane (z = 0), three in space.
@@ -71,7 +76,8 @@ struct PointReference {
 /// `body.point`.
 PointReference read_reference(const Cursor& at, const Draft& draft);
 /// A place on a known body: the name of one of its points (`H` or `body.H`) or its coordinates.
-Vector3 read_place(const Cursor& at, Draft& draft, int body);
+/// @param body nothing if it could not be read
+Vector3 read_place(const Cursor& at, Draft& draft, std::optional<int> body);
 /// A coordinate's name. @return its index
 int read_coordinate(const Cursor& at, const Draft& draft);
 /// The same for a name that has no node of its own (a key, a column).

@@ -74,7 +74,7 @@ void read_lists(const Cursor& at, Draft& draft, Load& load) {
                                  {"force", Need::optional, [&](const Cursor& c) { force = c; }},
                                  {"moment", Need::optional, [&](const Cursor& c) { moment = c; }}});
   if (!read) return;
-  if (!force && !moment) at.fail("missing key: expected 'force' or 'moment', found neither");
+  if (!force && !moment) at.fail({.kind = "missing key", .expected = "'force' or 'moment'", .found = "neither"});
   load.force.assign(load.time.size(), Vector3::Zero());
   load.moment = load.force;
   const std::string what = fmt::format("{} entries, one for each time", load.time.size());
@@ -88,37 +88,62 @@ void read_lists(const Cursor& at, Draft& draft, Load& load) {
   }
 }
 
-void read_load(const Cursor& at, Draft& draft, Load& load) {
+/// What a load's mapping says, before its parts are put together.
+struct LoadText {
+  std::optional<int> body;
   std::optional<Cursor> place, force, moment, table, file;
-  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
-  const bool read =
-      read_fields(at, "a load {on, at, force, moment}",
-                  {{"on", Need::required,
-                    [&](const Cursor& c) {
-                      load.body = read_body(c, draft);
-                      if (load.body == ground) c.fail("expected a moving body, found the ground");
-                    }},
-                   {"at", Need::optional, keep(place)},
-                   {"force", Need::optional, keep(force)},
-                   {"moment", Need::optional, keep(moment)},
-                   {"table", Need::optional, keep(table)},
-                   {"file", Need::optional, keep(file)},
-                   {"frame", Need::optional, [&](const Cursor& c) {
-                      load.frame = c.choice("a frame", {"world", "body"}) == 0 ? Frame::world : Frame::body;
-                    }}});
-  if (!read) return;
-  if (int{force || moment} + int{table.has_value()} + int{file.has_value()} != 1)
-    at.fail("expected one of: 'force' and 'moment' (constant), 'table', 'file'; found " +
-            std::string(force || moment || table || file ? "several" : "none"));
-  if (place) load.point = read_place(*place, draft, load.body);
-  if (table && table->is_map()) return read_lists(*table, draft, load);
-  if (table) return read_rows(*table, draft, load);
-  if (file) {
+};
+
+void check_ways(const Cursor& at, const LoadText& text) {
+  const bool constant = text.force || text.moment;
+  const int ways = int{constant} + int{text.table.has_value()} + int{text.file.has_value()};
+  if (ways == 1) return;
+  const std::string wanted = "one of: 'force' and 'moment' (constant), 'table', 'file'";
+  const std::string found = ways > 1 ? "several" : "none";
+  Complaint complaint{
+      .message = fmt::format("expected {}; found {}", wanted, found), .expected = wanted, .found = found};
+  // A misspelt key may be one of them.
+  if (ways == 0) at.fail_unless_doubtful(at.path() + ".force", std::move(complaint));
+  at.fail(std::move(complaint));
+}
+
+void read_push(const LoadText& text, Draft& draft, Load& load) {
+  if (text.table && text.table->is_map()) return read_lists(*text.table, draft, load);
+  if (text.table) return read_rows(*text.table, draft, load);
+  if (text.file) {
     const LoadColumns columns = load_columns(draft.planar());
-    return take_table(read_table_file(*file, draft, columns.columns), columns, load);
+    return take_table(read_table_file(*text.file, draft, columns.columns), columns, load);
   }
-  load.force.push_back(force ? read_vector(*force, draft, dimension::force) : Vector3(Vector3::Zero()));
-  load.moment.push_back(moment ? read_moment(*moment, draft) : Vector3(Vector3::Zero()));
+  Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
+  if (text.force) draft.problems.guard([&] { force = read_vector(*text.force, draft, dimension::force); });
+  if (text.moment) draft.problems.guard([&] { moment = read_moment(*text.moment, draft); });
+  load.force.push_back(force);
+  load.moment.push_back(moment);
+}
+
+void read_load(const Cursor& at, Draft& draft, Load& load) {
+  LoadText text;
+  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+  const auto read_carrier = [&](const Cursor& c) {
+    const int body = read_body(c, draft);
+    if (body == ground) c.fail({.expected = "a moving body", .found = "the ground"});
+    text.body = body;
+  };
+  read_fields(at, "a load {body, at, force, moment}",
+              {{"body", Need::required, read_carrier, "on"},
+               {"at", Need::optional, keep(text.place)},
+               {"force", Need::optional, keep(text.force)},
+               {"moment", Need::optional, keep(text.moment)},
+               {"table", Need::optional, keep(text.table)},
+               {"file", Need::optional, keep(text.file)},
+               {"frame", Need::optional, [&](const Cursor& c) {
+                  load.frame = c.choice("a frame", {"world", "body"}) == 0 ? Frame::world : Frame::body;
+                }}});
+  if (!at.is_map()) return;
+  load.body = text.body.value_or(ground);
+  if (!draft.problems.guard([&] { check_ways(at, text); })) return;
+  if (text.place) draft.problems.guard([&] { load.point = read_place(*text.place, draft, text.body); });
+  read_push(text, draft, load);
 }
 
 void read_spring(const Cursor& at, Draft& draft, Spring& spring) {
@@ -127,10 +152,15 @@ void read_spring(const Cursor& at, Draft& draft, Spring& spring) {
       {{"between", Need::required,
         [&](const Cursor& c) {
           const auto ends = c.items("two points [body.point, body.point]", 2);
-          const PointReference first = read_reference(ends[0], draft), second = read_reference(ends[1], draft);
+          PointReference first, second;
+          const bool first_read = draft.problems.guard([&] { first = read_reference(ends[0], draft); });
+          const bool second_read = draft.problems.guard([&] { second = read_reference(ends[1], draft); });
+          if (!first_read || !second_read) return;
           if (first.body == second.body)
-            c.fail(fmt::format("expected points of two bodies, found two points of {}",
-                               in_quotes(draft.mechanism().bodies[static_cast<std::size_t>(first.body)].name)));
+            c.fail(
+                {.expected = "points of two bodies",
+                 .found = fmt::format("two points of {}",
+                                      in_quotes(draft.mechanism().bodies[static_cast<std::size_t>(first.body)].name))});
           spring.first = first.body;
           spring.second = second.body;
           spring.point_first = first.position;
@@ -169,7 +199,7 @@ void read_one_friction(const Member& member, Draft& draft) {
 }  // namespace
 
 void read_loads(const Cursor& section, Draft& draft) {
-  for (const Member& member : named_members(section, "a mapping of loads {on, at, force}")) {
+  for (const Member& member : named_members(section, "a mapping of loads {body, at, force}")) {
     Load load;
     load.name = member.name;
     draft.problems.guard([&] { read_load(member.value, draft, load); });

@@ -11,7 +11,7 @@ std::vector<Goal> read_goals(const Cursor& at) {
   const auto read_one = [&](const Cursor& c) {
     const Goal goal = *find_goal(goal_names()[c.choice("a goal", goal_names())]);
     if (std::find(goals.begin(), goals.end(), goal) != goals.end())
-      c.fail(fmt::format("expected every goal once, found {} again", c.found()));
+      c.fail({.expected = "every goal once", .found = fmt::format("{} again", c.found())});
     goals.push_back(goal);
   };
   if (!at.is_list()) {

@@ -32,7 +32,7 @@ Matrix3 read_inertia_value(const Cursor& at, Draft& draft) {
   return inertia;
 }
 
-Matrix3 read_inertia(const Cursor& at, Draft& draft, Bearer bearer, double mass, const Vector3& com) {
+Matrix3 read_inertia(const Cursor& at, Draft& draft, Bearer bearer, std::optional<double> mass, const Vector3& com) {
   // A mapping with `free` is a free number, not a choice of the reference point.
   const bool is_free =
       at.is_map() && !at.node().keys.empty() && (at.node().keys[0].text == "free" || at.node().keys[0].text == "start");
@@ -49,8 +49,9 @@ Matrix3 read_inertia(const Cursor& at, Draft& draft, Bearer bearer, double mass,
                       }},
                      {"value", Need::required, [&](const Cursor& c) { inertia = read_inertia_value(c, draft); }}});
     if (!read) return inertia;
+    if (about == 1 && !mass) return inertia;
     if (about == 1) {
-      inertia += mass * skew(com) * skew(com);
+      inertia += *mass * skew(com) * skew(com);
       if (draft.planar()) inertia = Vector3(0, 0, inertia(2, 2)).asDiagonal();
     }
   }
@@ -64,8 +65,9 @@ void check_inertia(const Cursor& at, const Matrix3& inertia, const Draft& draft,
   if (draft.study.mechanism.space == SpaceKind::planar) {
     const double j = inertia(2, 2);
     if (body ? !(j > 0) : j < 0)
-      at.fail(fmt::format("no body can have this inertia: expected {} about its CoM, found {:.6g} kg m^2",
-                          body ? "a positive one" : "one that is not negative", j));
+      at.fail({.kind = "no body can have this inertia",
+               .expected = fmt::format("{} about its CoM", body ? "a positive one" : "one that is not negative"),
+               .found = fmt::format("{:.6g} kg m^2", j)});
     return;
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(inertia, Eigen::EigenvaluesOnly);
@@ -74,10 +76,11 @@ void check_inertia(const Cursor& at, const Matrix3& inertia, const Draft& draft,
                                         principal[0], principal[1], principal[2]);
   const double slack = rounding * principal.cwiseAbs().maxCoeff();
   if (body ? !(principal[0] > 0) : principal[0] < -slack)
-    at.fail(fmt::format("no body can have this inertia: expected a positive definite matrix, found {}", found));
+    at.fail({.kind = "no body can have this inertia", .expected = "a positive definite matrix", .found = found});
   if (principal[0] + principal[1] < principal[2] - slack)
-    at.fail(fmt::format(
-        "no body can have this inertia: expected no principal moment above the sum of the other two, found {}", found));
+    at.fail({.kind = "no body can have this inertia",
+             .expected = "no principal moment above the sum of the other two",
+             .found = found});
 }
 
 }  // namespace balance::read

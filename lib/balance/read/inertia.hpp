@@ -12,7 +12,8 @@ enum class Bearer { body, attachment };
 Matrix3 read_inertia_value(const Cursor& at, Draft& draft);
 
 /// The same, or `{about: origin, value: …}`. @return about the CoM; checked with check_inertia
-Matrix3 read_inertia(const Cursor& at, Draft& draft, Bearer bearer, double mass, const Vector3& com);
+/// @param mass nothing if mass or com could not be read: then nothing is moved
+Matrix3 read_inertia(const Cursor& at, Draft& draft, Bearer bearer, std::optional<double> mass, const Vector3& com);
 
 /// Fails unless the inertia about the CoM belongs to some distribution of positive mass or nothing is judged.
 void check_inertia(const Cursor& at, const Matrix3& inertia, const Draft& draft, Bearer bearer);

@@ -5,9 +5,11 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 namespace balance::read {
 
@@ -28,6 +30,50 @@ constexpr NamedType types[]{{"revolute", JointType::revolute, true, true},
                             {"spherical", JointType::spherical, false, true},
                             {"planar", JointType::planar, false, true}};
 
+/// What others call the types.
+constexpr std::pair<const char*, const char*> synonyms[]{
+    {"hinge", "revolute"},
+    {"pin", "revolute"},
+    {"pivot", "revolute"},
+    {"rotary", "revolute"},
+    {"rotational", "revolute"},
+    {"turning", "revolute"},
+    {"continuous", "revolute"},
+    {"slider", "prismatic"},
+    {"slide", "prismatic"},
+    {"sliding", "prismatic"},
+    {"linear", "prismatic"},
+    {"translational", "prismatic"},
+    {"ball", "spherical"},
+    {"ball-joint", "spherical"},
+    {"ball-and-socket", "spherical"},
+    {"spheric", "spherical"},
+    {"weld", "fixed"},
+    {"welded", "fixed"},
+    {"rigid", "fixed"},
+    {"clamp", "fixed"},
+    {"cardan", "universal"},
+    {"hooke", "universal"},
+    {"u-joint", "universal"},
+    {"gimbal", "universal"},
+    {"cylinder", "cylindrical"},
+    {"cylindric", "cylindrical"},
+    {"plane", "planar"},
+    {"pin-in-slot", "pin-slot"},
+    {"slot", "pin-slot"},
+    {"slotted", "pin-slot"},
+};
+
+/// The type that a word means in another vocabulary; empty: none.
+std::string meant_by(std::string word) {
+  for (char& c : word) c = c == '_' || c == ' ' ? '-' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const char* ending : {"-joint", "-pair"})
+    if (word.ends_with(ending) && word != ending) word.erase(word.size() - std::string_view(ending).size());
+  for (const auto& [synonym, type] : synonyms)
+    if (word == synonym || word == type) return type;
+  return word == "u" ? "universal" : "";
+}
+
 JointType read_type(const Cursor& at, bool planar) {
   std::vector<std::string> names;
   std::vector<JointType> possible;
@@ -36,7 +82,13 @@ JointType read_type(const Cursor& at, bool planar) {
     names.emplace_back(t.name);
     possible.push_back(t.type);
   }
-  return possible[at.choice(fmt::format("a joint type of a {} mechanism", planar ? "planar" : "spatial"), names)];
+  const std::string what = fmt::format("a joint type of a {} mechanism", planar ? "planar" : "spatial");
+  const std::string meant = at.is_scalar() ? meant_by(at.node().text) : "";
+  const bool known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
+  if (known || std::find(names.begin(), names.end(), meant) == names.end()) return possible[at.choice(what, names)];
+  at.fail({.expected = fmt::format("{} ({})", what, one_of(names)),
+           .found = at.found(),
+           .hint = fmt::format("that is '{}' here", meant)});
 }
 
 bool has_axis(JointType type, bool planar) {
@@ -64,7 +116,7 @@ Vector3 perpendicular(const Vector3& axis) {
 void read_second_axis(const JointText& text, Draft& draft, Joint& joint) {
   if (joint.type == JointType::universal && text.axis.has_value() != text.axis2.has_value())
     (text.axis ? *text.axis : *text.axis2)
-        .fail("expected 'axis' and 'axis2' of a universal joint together, found only one of them");
+        .fail({.expected = "'axis' and 'axis2' of a universal joint together", .found = "only one of them"});
   if (!text.axis2) {
     const bool default_axes = joint.type == JointType::universal;
     joint.axis2 = default_axes ? Vector3::UnitY() : perpendicular(joint.axis);
@@ -74,8 +126,9 @@ void read_second_axis(const JointText& text, Draft& draft, Joint& joint) {
   const double cosine = joint.axis.dot(joint.axis2);
   // Directions typed with ten digits pass; anything less square is a different joint.
   if (draft.judging() && std::abs(cosine) > 1e-9)
-    text.axis2->fail(fmt::format("expected a direction at a right angle to 'axis', found the angle {:.9g} degrees",
-                                 std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi));
+    text.axis2->fail({.expected = "a direction at a right angle to 'axis'",
+                      .found = fmt::format("the angle {:.9g} degrees",
+                                           std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi)});
   // What is left of the tolerance is removed, so that every later step may rely on it.
   const Vector3 square = joint.axis2 - cosine * joint.axis;
   joint.axis2 = square.norm() > 0 ? Vector3(square.normalized()) : perpendicular(joint.axis);
@@ -88,25 +141,25 @@ void read_axes(const JointText& text, Draft& draft, Joint& joint) {
   joint.axis2 = Vector3::UnitX();
   if (text.axis) {
     if (!has_axis(joint.type, planar))
-      text.axis->fail(fmt::format("expected no axis: this type of joint has none in a {} mechanism",
-                                  planar ? "planar" : "spatial"));
+      text.axis->fail({.expected = fmt::format("no axis: this type of joint has none in a {} mechanism",
+                                               planar ? "planar" : "spatial")});
     joint.axis = read_direction(*text.axis, draft);
   }
   if (has_second_axis(joint.type)) return read_second_axis(text, draft, joint);
-  if (text.axis2) text.axis2->fail("expected no 'axis2': only universal and planar joints have one");
+  if (text.axis2) text.axis2->fail({.expected = "no 'axis2': only universal and planar joints have one"});
 }
 
 void read_rotation(const JointText& text, Draft& draft, Joint& joint) {
-  if (text.rpy && text.quaternion) text.quaternion->fail("expected 'rpy' or 'quaternion', found both");
+  if (text.rpy && text.quaternion) text.quaternion->fail({.expected = "'rpy' or 'quaternion'", .found = "both"});
   if (draft.planar()) {
     for (const auto& spatial : {text.rpy, text.quaternion})
-      if (spatial) spatial->fail("expected 'angle' for a planar joint, found a rotation in space");
+      if (spatial) spatial->fail({.expected = "'angle' for a planar joint", .found = "a rotation in space"});
     if (text.angle)
       joint.rotation =
           Eigen::AngleAxisd(read_number(*text.angle, draft, dimension::angle), Vector3::UnitZ()).toRotationMatrix();
     return;
   }
-  if (text.angle) text.angle->fail("expected 'rpy' or 'quaternion' for a joint in space, found 'angle'");
+  if (text.angle) text.angle->fail({.expected = "'rpy' or 'quaternion' for a joint in space", .found = "'angle'"});
   if (text.rpy) joint.rotation = read_rpy(*text.rpy, draft);
   if (text.quaternion) joint.rotation = read_quaternion(*text.quaternion, draft);
 }
@@ -118,8 +171,9 @@ void read_connects(const Cursor& at, Draft& draft, Joint& joint) {
   const bool second_read = draft.problems.guard([&] { second = read_reference(ends[1], draft); });
   if (!first_read || !second_read) return;
   if (first.body == second.body)
-    at.fail(fmt::format("expected points of two bodies, found two points of {}",
-                        in_quotes(draft.mechanism().bodies[static_cast<std::size_t>(first.body)].name)));
+    at.fail({.expected = "points of two bodies",
+             .found = fmt::format("two points of {}",
+                                  in_quotes(draft.mechanism().bodies[static_cast<std::size_t>(first.body)].name))});
   joint.first = first.body;
   joint.second = second.body;
   joint.point_first = first.position;
@@ -129,17 +183,16 @@ void read_connects(const Cursor& at, Draft& draft, Joint& joint) {
 void read_joint(const Cursor& at, Draft& draft, Joint& joint) {
   JointText text;
   const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
-  const bool read =
-      read_fields(at, "a joint",
-                  {{"type", Need::required, [&](const Cursor& c) { joint.type = read_type(c, draft.planar()); }},
-                   {"connects", Need::required, [&](const Cursor& c) { read_connects(c, draft, joint); }},
-                   {"axis", Need::optional, keep(text.axis)},
-                   {"axis2", Need::optional, keep(text.axis2)},
-                   {"rpy", Need::optional, keep(text.rpy)},
-                   {"quaternion", Need::optional, keep(text.quaternion)},
-                   {"angle", Need::optional, keep(text.angle)}});
-  if (!read) return;
-  draft.problems.guard([&] { read_axes(text, draft, joint); });
+  read_fields(at, "a joint",
+              {{"type", Need::required, [&](const Cursor& c) { joint.type = read_type(c, draft.planar()); }},
+               {"connects", Need::required, [&](const Cursor& c) { read_connects(c, draft, joint); }},
+               {"axis", Need::optional, keep(text.axis)},
+               {"axis2", Need::optional, keep(text.axis2)},
+               {"rpy", Need::optional, keep(text.rpy)},
+               {"quaternion", Need::optional, keep(text.quaternion)},
+               {"angle", Need::optional, keep(text.angle)}});
+  // Which axes there are is the type's to say.
+  if (!draft.problems.doubtful(at.path() + ".type")) draft.problems.guard([&] { read_axes(text, draft, joint); });
   draft.problems.guard([&] { read_rotation(text, draft, joint); });
 }
 
@@ -164,6 +217,10 @@ void check_connected(Draft& draft) {
   std::vector<bool> used(mechanism.bodies.size()), reached(mechanism.bodies.size());
   reached[ground] = true;
   const auto at = [](int body) { return static_cast<std::size_t>(body); };
+  // A joint of the ground with itself is one whose ends could not be read.
+  for (const Joint& joint : mechanism.joints)
+    if (joint.first == joint.second || draft.problems.doubtful("joints." + joint.name + ".connects")) return;
+  if (draft.problems.lost("joints.another")) return;
   for (const Joint& joint : mechanism.joints) used[at(joint.first)] = used[at(joint.second)] = true;
   for (bool growing = true; growing;) {
     growing = false;
@@ -176,10 +233,14 @@ void check_connected(Draft& draft) {
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) {
     const std::string path = "bodies." + mechanism.bodies[b].name;
     if (!used[b])
-      draft.problems.add({draft.body_places[b], path, "unused body: expected a joint that connects it, found none"});
+      draft.problems.add({draft.body_places[b],
+                          path,
+                          {.kind = "unused body", .expected = "a joint that connects it", .found = "none"}});
     if (used[b] && !reached[b])
-      draft.problems.add({draft.body_places[b], path,
-                          "disconnected: expected a chain of joints from the ground to this body, found none"});
+      draft.problems.add(
+          {draft.body_places[b],
+           path,
+           {.kind = "disconnected", .expected = "a chain of joints from the ground to this body", .found = "none"}});
   }
 }
 

@@ -37,9 +37,10 @@ Node& entry(Node& node, const std::string& step, const Cursor& named, const std:
     if (names.back() == step) return node.items[i];
   }
   // A coordinate's own name may have a dot: `friction.J.slide.coulomb`.
-  named.fail(fmt::format("expected a parameter or a number of this spec, found {}: there is no {} in {}{}",
-                         in_quotes(path), in_quotes(step), in_quotes(path.substr(0, path.rfind(step) - 1)),
-                         nearest_hint(step, names)));
+  named.fail({.expected = "a parameter or a number of this spec",
+              .found = fmt::format("{}: there is no {} in {}", in_quotes(path), in_quotes(step),
+                                   in_quotes(path.substr(0, path.rfind(step) - 1))),
+              .hint = nearest_is(step, names)});
 }
 
 Node& number_at(Node& root, const Member& member, const Parameters& parameters) {
@@ -48,9 +49,10 @@ Node& number_at(Node& root, const Member& member, const Parameters& parameters) 
     std::vector<std::string> names = parameters.names();
     names.insert(names.end(), changeable.begin(), changeable.end());
     member.key.fail(
-        fmt::format("expected a parameter ({}) or the path of a number such as bodies.link1.mass, found {}{}",
-                    parameters.names().empty() ? "there are none" : one_of(parameters.names()), in_quotes(member.name),
-                    nearest_hint(steps[0], names)));
+        {.expected = fmt::format("a parameter ({}) or the path of a number such as bodies.link1.mass",
+                                 parameters.names().empty() ? "there are none" : one_of(parameters.names())),
+         .found = in_quotes(member.name),
+         .hint = nearest_is(steps[0], names)});
   }
   Node* node = &root;
   for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -66,37 +68,48 @@ Node& number_at(Node& root, const Member& member, const Parameters& parameters) 
   const bool free = node->kind == Node::Kind::map && std::any_of(node->keys.begin(), node->keys.end(),
                                                                  [](const Node& key) { return key.text == "free"; });
   if (node->kind != Node::Kind::scalar && !free)
-    member.key.fail(fmt::format("expected the path of a single number, found {}, which is {}", in_quotes(member.name),
-                                node->kind == Node::Kind::list ? "a list" : "a mapping"));
+    member.key.fail({.expected = "the path of a single number",
+                     .found = fmt::format("{}, which is {}", in_quotes(member.name),
+                                          node->kind == Node::Kind::list ? "a list" : "a mapping")});
   return *node;
+}
+
+/// @param overrides take what names a parameter, `root` all else
+void replace_number(const Member& member, Node& root, Parameters::Overrides& overrides, const Draft& draft) {
+  const std::string& text = member.value.word("a number or an expression");
+  const auto& names = draft.parameters.names();
+  if (std::find(names.begin(), names.end(), member.name) != names.end()) {
+    std::erase_if(overrides, [&](const auto& pair) { return pair.first == member.name; });
+    overrides.emplace_back(member.name, text);
+    return;
+  }
+  Node& number = number_at(root, member, draft.parameters);
+  number.kind = Node::Kind::scalar;
+  number.text = text;
+  number.keys.clear();
+  number.items.clear();
 }
 
 /// The mechanism that the spec would describe with other numbers.
 Mechanism with_other_numbers(const Cursor& at, const Node& root, const Parameters::Overrides& overrides, Draft& draft) {
   Node changed = root;
   Parameters::Overrides all = overrides;
-  for (const Member& member : members(at, "numbers {name or path: value}")) {
-    const std::string& text = member.value.word("a number or an expression");
-    const auto& names = draft.parameters.names();
-    if (std::find(names.begin(), names.end(), member.name) != names.end()) {
-      std::erase_if(all, [&](const auto& pair) { return pair.first == member.name; });
-      all.emplace_back(member.name, text);
-      continue;
-    }
-    Node& number = number_at(changed, member, draft.parameters);
-    number.kind = Node::Kind::scalar;
-    number.text = text;
-    number.keys.clear();
-    number.items.clear();
-  }
+  bool right = true;
+  for (const Member& member : members(at, "numbers {name or path: value}"))
+    right = draft.problems.guard([&] { replace_number(member, changed, all, draft); }) && right;
+  if (!right) throw Consequence();
   try {
     return read_mechanism_alone(changed, draft.study.spec_file, all);
   } catch (const SpecError& error) {
-    at.fail(std::string("expected numbers that a mechanism may have, but with these: ") + error.what());
+    const Mistake& first = error.mistakes().front();
+    at.fail({.message = "expected numbers that a mechanism may have, but with these: " + first.text(),
+             .expected = "numbers that a mechanism may have",
+             .found = first.text()});
   }
 }
 
-void leave_out(const Cursor& at, Mechanism& mechanism) {
+/// @param sure that nothing is missing in the mechanism because of a mistake
+void leave_out(const Cursor& at, Mechanism& mechanism, bool sure) {
   std::vector<std::string> known;
   bool found = false;
   const std::string& name = at.word("the name of something that the controller does not know");
@@ -123,6 +136,7 @@ void leave_out(const Cursor& at, Mechanism& mechanism) {
   erase_all("loads", mechanism.loads, all);
   erase_all("springs", mechanism.springs, all);
   erase_all("friction", mechanism.friction, all);
+  if (!found && !sure) throw Consequence();
   if (!found) expected_one_of(at, "something that can be left out", known);
 }
 
@@ -144,23 +158,27 @@ void scale_masses(const Cursor& at, Draft& draft, Mechanism& mechanism) {
     return;
   }
   for (const Member& member : members(at, "a factor, or factors {name: factor}")) {
-    const double factor = factor_of(member.value);
-    std::vector<std::string> names;
-    bool found = false;
-    const auto look = [&](auto begin, auto end) {
-      for (auto one = begin; one != end; ++one) {
-        names.push_back(one->name);
-        if (one->name != member.name) continue;
-        scale(*one, factor);
-        found = true;
-      }
-    };
-    look(mechanism.bodies.begin() + 1, mechanism.bodies.end());
-    look(mechanism.attachments.begin(), mechanism.attachments.end());
-    look(mechanism.discs.begin(), mechanism.discs.end());
-    if (!found)
-      member.key.fail(fmt::format("expected something with a mass ({}), found {}{}", one_of(names),
-                                  in_quotes(member.name), nearest_hint(member.name, names)));
+    draft.problems.guard([&] {
+      const double factor = factor_of(member.value);
+      std::vector<std::string> names;
+      bool found = false;
+      const auto look = [&](auto begin, auto end) {
+        for (auto one = begin; one != end; ++one) {
+          names.push_back(one->name);
+          if (one->name != member.name) continue;
+          scale(*one, factor);
+          found = true;
+        }
+      };
+      look(mechanism.bodies.begin() + 1, mechanism.bodies.end());
+      look(mechanism.attachments.begin(), mechanism.attachments.end());
+      look(mechanism.discs.begin(), mechanism.discs.end());
+      if (!found && !draft.mechanism_is_right) throw Consequence();
+      if (!found)
+        member.key.fail({.expected = fmt::format("something with a mass ({})", one_of(names)),
+                         .found = in_quotes(member.name),
+                         .hint = nearest_is(member.name, names)});
+    });
   }
 }
 
@@ -170,17 +188,23 @@ Mechanism read_model(const Cursor& at, const Node& root, const Parameters::Overr
   std::optional<Cursor> without, mass_scale, set;
   const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
   Mechanism model = draft.mechanism();
-  if (!read_fields(at, "what the controller believes {without, mass_scale, set}",
-                   {{"without", Need::optional, keep(without)},
-                    {"mass_scale", Need::optional, keep(mass_scale)},
-                    {"set", Need::optional, keep(set)}}))
-    return model;
-  if (set) model = with_other_numbers(*set, root, overrides, draft);
+  read_fields(at, "what the controller believes {without, mass_scale, set}",
+              {{"without", Need::optional, keep(without)},
+               {"mass_scale", Need::optional, keep(mass_scale)},
+               {"set", Need::optional, keep(set)}});
+  // With other numbers the whole spec is read again, so that it must be right.
+  const bool sure = draft.mechanism_is_right;
+  if (set)
+    draft.problems.guard([&] {
+      if (!sure) throw Consequence();
+      model = with_other_numbers(*set, root, overrides, draft);
+    });
   // Scaled first: what is left out must still be found by its name.
-  if (mass_scale) scale_masses(*mass_scale, draft, model);
-  if (without && !without->is_list()) leave_out(*without, model);
+  if (mass_scale) draft.problems.guard([&] { scale_masses(*mass_scale, draft, model); });
+  if (without && !without->is_list()) leave_out(*without, model, sure);
   if (without && without->is_list())
-    for (const Cursor& item : without->items("a list of names")) leave_out(item, model);
+    for (const Cursor& item : without->items("a list of names"))
+      draft.problems.guard([&] { leave_out(item, model, sure); });
   return model;
 }
 

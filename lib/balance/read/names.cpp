@@ -20,7 +20,9 @@ int find_body(const Cursor& at, const std::string& name, const Draft& draft) {
   const auto found = std::find_if(bodies.begin(), bodies.end(), [&](const Body& body) { return body.name == name; });
   if (found != bodies.end()) return static_cast<int>(found - bodies.begin());
   const auto names = body_names(draft);
-  at.fail(fmt::format("expected a body ({}), found {}{}", one_of(names), in_quotes(name), nearest_hint(name, names)));
+  at.fail_unless_doubtful("bodies." + name, {.expected = fmt::format("a body ({})", one_of(names)),
+                                             .found = in_quotes(name),
+                                             .hint = nearest_is(name, names)});
 }
 
 /// Every body has a point `origin`, unless it defines one of that name elsewhere.
@@ -31,8 +33,11 @@ Vector3 find_point(const Cursor& at, const std::string& name, const Body& body) 
   if (name == "origin") return Vector3::Zero();
   for (const NamedPoint& point : body.points) names.push_back(point.name);
   names.emplace_back("origin");
-  at.fail(fmt::format("expected a point of {} ({}), found {}{}", body.name, one_of(names), in_quotes(name),
-                      nearest_hint(name, names)));
+  const std::string points = body.name == "ground" ? "ground.points" : "bodies." + body.name + ".points";
+  if (at.problems().doubtful(points + "." + name)) throw Consequence();
+  at.fail({.expected = fmt::format("a point of {} ({})", body.name, one_of(names)),
+           .found = in_quotes(name),
+           .hint = nearest_is(name, names)});
 }
 
 }  // namespace
@@ -46,8 +51,9 @@ PointReference read_reference(const Cursor& at, const Draft& draft) {
   if (dot == std::string::npos) {
     const auto names = body_names(draft);
     const bool body_alone = std::find(names.begin(), names.end(), text) != names.end();
-    at.fail(fmt::format("expected {}, found {}{}", what, at.found(),
-                        body_alone ? "; the body's own frame is " + in_quotes(text + ".origin") : ""));
+    at.fail({.expected = what,
+             .found = at.found(),
+             .hint = body_alone ? "the body's own frame is " + in_quotes(text + ".origin") : ""});
   }
   PointReference reference;
   reference.body = find_body(at, text.substr(0, dot), draft);
@@ -57,9 +63,10 @@ PointReference read_reference(const Cursor& at, const Draft& draft) {
   return reference;
 }
 
-Vector3 read_place(const Cursor& at, Draft& draft, int body) {
+Vector3 read_place(const Cursor& at, Draft& draft, std::optional<int> body) {
   if (at.is_list()) return read_vector(at, draft, dimension::length);
-  const Body& owner = draft.mechanism().bodies[static_cast<std::size_t>(body)];
+  if (!body) throw Consequence();
+  const Body& owner = draft.mechanism().bodies[static_cast<std::size_t>(*body)];
   std::string name = at.word("a point of " + owner.name + " or its coordinates");
   if (name.rfind(owner.name + ".", 0) == 0) name.erase(0, owner.name.size() + 1);
   return find_point(at, name, owner);
@@ -74,16 +81,21 @@ int find_coordinate(const Cursor& at, const std::string& name, const Draft& draf
   std::vector<std::string> names;
   for (const Coordinate& coordinate : coordinates) names.push_back(coordinate.name);
   for (const Joint& joint : mechanism.joints) {
+    const bool meant = name == joint.name || name.starts_with(joint.name + ".");
+    if (meant && at.problems().doubtful("joints." + joint.name + ".type")) throw Consequence();
     if (joint.name != name) continue;
     if (freedom(joint.type) == 0)
-      at.fail(fmt::format("expected a joint coordinate, found {}, a fixed joint, which has none", in_quotes(name)));
+      at.fail({.expected = "a joint coordinate",
+               .found = fmt::format("{}, a fixed joint, which has none", in_quotes(name))});
     std::vector<std::string> own;
     for (const Coordinate& c : mechanism.coordinates)
       if (mechanism.joints[static_cast<std::size_t>(c.joint)].name == name) own.push_back(c.name);
-    at.fail(fmt::format("expected one coordinate of joint {} ({}), found {}", name, one_of(own), in_quotes(name)));
+    at.fail({.expected = fmt::format("one coordinate of joint {} ({})", name, one_of(own)), .found = in_quotes(name)});
   }
-  at.fail(fmt::format("expected a joint coordinate ({}), found {}{}", names.empty() ? "there are none" : one_of(names),
-                      in_quotes(name), nearest_hint(name, names)));
+  at.fail_unless_doubtful("joints." + name, {.expected = fmt::format("a joint coordinate ({})",
+                                                                     names.empty() ? "there are none" : one_of(names)),
+                                             .found = in_quotes(name),
+                                             .hint = nearest_is(name, names)});
 }
 
 int read_coordinate(const Cursor& at, const Draft& draft) {

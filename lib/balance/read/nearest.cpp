@@ -1,5 +1,7 @@
 #include "balance/read/nearest.hpp"
 
+#include "balance/base/plain_text.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -49,9 +51,14 @@ std::string nearest(std::string_view word, const std::vector<std::string>& names
   return best == nullptr ? "" : *best;
 }
 
-std::string nearest_hint(std::string_view word, const std::vector<std::string>& names) {
+std::string nearest_is(std::string_view word, const std::vector<std::string>& names) {
   const std::string best = nearest(word, names);
-  return best.empty() ? "" : fmt::format("; nearest is {}", in_quotes(best));
+  return best.empty() ? "" : fmt::format("nearest is {}", in_quotes(best));
+}
+
+std::string nearest_hint(std::string_view word, const std::vector<std::string>& names) {
+  const std::string near = nearest_is(word, names);
+  return near.empty() ? "" : "; " + near;
 }
 
 std::string listed(const std::vector<std::string>& names, const std::string& last) {
@@ -69,18 +76,10 @@ std::string one_of(const std::vector<std::string>& names) { return listed(names,
 
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest = 60;
-  std::string shown;
-  for (const char c : text.substr(0, longest)) {
-    const auto byte = static_cast<unsigned char>(c);
-    shown += byte < 0x20 || byte == 0x7f ? fmt::format("\\x{:02x}", byte) : std::string(1, c);
-  }
-  if (text.size() > longest) {
-    // Do not cut a UTF-8 character in two.
-    while (!shown.empty() && (static_cast<unsigned char>(shown.back()) & 0xC0) == 0x80) shown.pop_back();
-    if (!shown.empty() && static_cast<unsigned char>(shown.back()) >= 0xC0) shown.pop_back();
-    shown += "…";
-  }
-  return "'" + shown + "'";
+  std::size_t end = std::min(text.size(), longest);
+  // Do not cut a UTF-8 character in two.
+  while (end < text.size() && end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  return "'" + visible(text.substr(0, end)) + (end < text.size() ? "…" : "") + "'";
 }
 
 }  // namespace balance::read

@@ -14,7 +14,10 @@ double edit_distance(std::string_view a, std::string_view b);
 /// The name nearest to `word`; empty if there are no names.
 std::string nearest(std::string_view word, const std::vector<std::string>& names);
 
-/// "; nearest is 'crank1'" or, without any names, nothing.
+/// "nearest is 'crank1'" or, without any names, nothing.
+std::string nearest_is(std::string_view word, const std::vector<std::string>& names);
+
+/// The same behind a sentence: "; nearest is 'crank1'".
 std::string nearest_hint(std::string_view word, const std::vector<std::string>& names);
 
 /// "a, b <last> c"; long lists are cut.
@@ -23,7 +26,7 @@ std::string listed(const std::vector<std::string>& names, const std::string& las
 /// "a, b or c".
 std::string one_of(const std::vector<std::string>& names);
 
-/// The text in single quotes, shortened, control characters made visible.
+/// The text in single quotes, shortened, and visible as in base/plain_text.hpp.
 std::string in_quotes(std::string_view text);
 
 }  // namespace balance::read

@@ -1,5 +1,6 @@
 #include "balance/base/rotation.hpp"
 #include "balance/read/draft.hpp"
+#include "balance/read/limits.hpp"
 #include "balance/read/nearest.hpp"
 
 #include <fmt/format.h>
@@ -20,13 +21,16 @@ std::string found_number(const Cursor& at, double value) {
 
 void check_sign(const Cursor& at, double value, Sign sign) {
   if (sign == Sign::positive && !(value > 0))
-    at.fail(fmt::format("must be positive: expected a number > 0, found {}", found_number(at, value)));
+    at.fail({.kind = "must be positive", .expected = "a number > 0", .found = found_number(at, value)});
   if (sign == Sign::not_negative && value < 0)
-    at.fail(fmt::format("must not be negative: expected a number ≥ 0, found {}", found_number(at, value)));
+    at.fail({.kind = "must not be negative", .expected = "a number ≥ 0", .found = found_number(at, value)});
 }
 
 double checked(const Cursor& at, double value) {
-  if (!std::isfinite(value)) at.fail("expected a number that is finite in SI units, found one that is not");
+  if (!std::isfinite(value)) at.fail({.expected = "a number that is finite in SI units", .found = "one that is not"});
+  if (std::abs(value) > largest_number)
+    at.fail({.expected = fmt::format("a number of at most {} in SI units", largest_number),
+             .found = fmt::format("{:.6g}", value)});
   return value;
 }
 
@@ -64,6 +68,18 @@ double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sig
   return number.start;
 }
 
+double read_duration(const Cursor& at, Draft& draft) {
+  const double duration = read_number(at, draft, dimension::time, Sign::positive);
+  check_duration(at, duration, draft);
+  return duration;
+}
+
+void check_duration(const Cursor& at, double duration, const Draft& draft) {
+  if (!draft.judging() || (duration >= shortest_duration && duration <= longest_duration)) return;
+  at.fail({.expected = fmt::format("a duration from {} s to {} s", shortest_duration, longest_duration),
+           .found = fmt::format("{:.6g} s", duration)});
+}
+
 std::vector<double> read_numbers(const Cursor& at, Draft& draft, Dimension dimension, const std::string& what) {
   std::vector<double> values;
   for (const Cursor& item : at.items(what)) values.push_back(read_number(item, draft, dimension));
@@ -83,7 +99,7 @@ Vector3 read_direction(const Cursor& at, Draft& draft) {
   const Vector3 direction = read_vector(at, draft, dimension::none);
   const double scale = direction.cwiseAbs().maxCoeff();
   if (!(scale > 0)) {
-    if (draft.judging()) at.fail("expected a direction, found zero");
+    if (draft.judging()) at.fail({.expected = "a direction", .found = "zero"});
     return Vector3::UnitX();
   }
   return (direction / scale).normalized();
@@ -112,7 +128,7 @@ Matrix3 read_quaternion(const Cursor& at, Draft& draft) {
   Eigen::Vector4d q = Eigen::Map<const Eigen::Vector4d>(values.data());
   const double scale = q.cwiseAbs().maxCoeff();
   if (!(scale > 0)) {
-    if (draft.judging()) at.fail("expected a quaternion [w, x, y, z] that is not zero, found zero");
+    if (draft.judging()) at.fail({.expected = "a quaternion [w, x, y, z] that is not zero", .found = "zero"});
     return Matrix3::Identity();
   }
   q = (q / scale).normalized();

@@ -34,27 +34,39 @@ ObjectiveTerm::Size read_size(const Cursor& at) {
   for (const NamedSize& size : sizes) names.emplace_back(size.name);
   const auto found = std::find(names.begin(), names.end(), at.is_scalar() ? at.node().text : "");
   if (found != names.end()) return sizes[found - names.begin()].size;
-  at.fail(
-      fmt::format("expected what to minimize ({}, or a figure along a trajectory such as {{rms: torque}}), found {}{}",
-                  listed(names, "or"), at.found(), at.is_scalar() ? nearest_hint(at.node().text, names) : ""));
+  at.fail({.expected = fmt::format("what to minimize ({}, or a figure along a trajectory such as {{rms: torque}})",
+                                   listed(names, "or")),
+           .found = fmt::format("{}{}", at.found(), at.is_scalar() ? nearest_hint(at.node().text, names) : "")});
 }
 
 std::string read_quantity(const Cursor& at, const Study& study) {
   const auto names = quantity_names(study.mechanism);
+  const Problems& problems = at.problems();
+  const bool known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
+  if (!known && (problems.doubtful("actuators") || problems.doubtful("joints"))) throw Consequence();
   return names[at.choice("a quantity", names)];
+}
+
+/// Some may be missing because of a mistake.
+bool may_lack_trajectories(const Cursor& at) {
+  return at.problems().lost("motion") || at.problems().lost("trajectories");
 }
 
 std::string read_along(const Cursor& at, const Study& study) {
   std::vector<std::string> names;
   for (const Trajectory& trajectory : study.trajectories) names.push_back(trajectory.name);
-  if (names.empty()) at.fail(fmt::format("expected a spec with a trajectory, found {} but no motion", at.found()));
+  const bool known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
+  if (!known && may_lack_trajectories(at)) throw Consequence();
+  if (names.empty())
+    at.fail({.expected = "a spec with a trajectory", .found = fmt::format("{} but no motion", at.found())});
   return names[at.choice("a trajectory", names)];
 }
 
 double read_weight(const Cursor& at, Parameters& parameters) {
   if (!at.is_scalar()) at.expected("a weight, a number or an expression");
   const double weight = parameters.evaluate(at);
-  if (weight < 0) at.fail(fmt::format("must not be negative: expected a weight ≥ 0, found {}", weight));
+  if (weight < 0)
+    at.fail({.kind = "must not be negative", .expected = "a weight ≥ 0", .found = fmt::format("{}", weight)});
   return weight;
 }
 
@@ -63,7 +75,7 @@ ObjectiveTerm read_weighted_term(const Cursor& at, Parameters& parameters, const
   ObjectiveTerm term;
   std::optional<Cursor> first, along;
   const auto once = [&](const Cursor& c) {
-    if (first) c.fail("expected one of 'of', 'peak', 'rms', 'mean' and 'range', found a second one");
+    if (first) c.fail({.expected = "one of 'of', 'peak', 'rms', 'mean' and 'range'", .found = "a second one"});
     first = c;
   };
   std::vector<Field> fields{
@@ -81,12 +93,14 @@ ObjectiveTerm read_weighted_term(const Cursor& at, Parameters& parameters, const
                         term.quantity = read_quantity(c, study);
                       }});
   if (!read_fields(at, "a term {of: added-mass} or {rms: torque, along: cycloid}", fields)) return term;
-  if (!first) at.missing("'of', 'peak', 'rms', 'mean' or 'range'");
+  if (!first) at.missing({"of", "peak", "rms", "mean", "range"});
   const bool size = term.size != ObjectiveTerm::Size::none;
-  if (size && along) along->fail("expected no 'along' with 'of', which does not depend on a trajectory");
+  if (size && along) along->fail({.expected = "no 'along' with 'of', which does not depend on a trajectory"});
   if (!size && along) term.trajectory = read_along(*along, study);
   if (!size && !along) {
-    if (study.trajectories.empty()) at.fail("expected a spec with a trajectory, found a figure but no motion");
+    if (study.trajectories.empty() && may_lack_trajectories(at)) throw Consequence();
+    if (study.trajectories.empty())
+      at.fail({.expected = "a spec with a trajectory", .found = "a figure but no motion"});
     term.trajectory = study.trajectories.front().name;
   }
   return term;
@@ -140,12 +154,12 @@ std::vector<ObjectiveTerm> read_objective(const std::string& text, const Study& 
   std::vector<ObjectiveTerm> terms;
   problems.guard([&] {
     if (text.find_first_not_of(" \t\r\n") == std::string::npos)
-      throw Problem({}, "", "expected what to minimize, found an empty text");
+      throw Problem({}, "", {.expected = "what to minimize", .found = "an empty text"});
     const Node root = parse_yaml(text, problems);
     Parameters none;
     terms = read_terms(Cursor(root, "", problems), none, study);
   });
-  problems.throw_first();
+  problems.throw_all();
   return terms;
 }
 

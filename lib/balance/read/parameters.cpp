@@ -44,6 +44,22 @@ std::optional<double> plain_number(std::string text) {
   return value;
 }
 
+/// `deg` of `360deg`, `°` of `5 °`; empty: the text is no number with something like a unit behind it.
+std::string unit_behind(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const std::string rest = trimmed(std::string(end, text.data() + text.size()));
+  if (error == std::errc::invalid_argument || rest.empty()) return "";
+  const auto in_unit = [](char c) {
+    return std::isalpha(static_cast<unsigned char>(c)) != 0 || (static_cast<unsigned char>(c) & 0x80) != 0;
+  };
+  const auto in_rest = [&](char c) {
+    return in_unit(c) || std::string_view("*/^23 %\"'").find(c) != std::string_view::npos;
+  };
+  const bool begins = in_unit(rest[0]) || rest == "%" || rest == "\"" || rest == "'";
+  return begins && std::all_of(rest.begin(), rest.end(), in_rest) ? rest : "";
+}
+
 bool is_truth_value(const std::string& text) {
   const std::string lower = lower_case(text);
   return lower == "true" || lower == "false" || lower == "yes" || lower == "no" || lower == "on" || lower == "off";
@@ -107,8 +123,8 @@ class Resolver {
       state_[*i] = State::failed;
     }
     problems_.guard([&] {
-      members_[again].value.fail("expected a parameter that does not depend on itself, found the cycle " + cycle +
-                                 members_[again].name);
+      members_[again].value.fail({.expected = "a parameter that does not depend on itself",
+                                  .found = "the cycle " + cycle + members_[again].name});
     });
   }
 
@@ -135,17 +151,17 @@ Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& ov
     const bool taken =
         member.name == "pi" || std::find(functions.begin(), functions.end(), member.name) != functions.end();
     return !problems.guard([&] {
-      if (!is_identifier(member.name))
-        member.key.fail(fmt::format("expected a name of letters, digits and '_', found {}", in_quotes(member.name)));
-      if (taken)
-        member.key.fail(fmt::format("expected a name of its own, found {}, which has a meaning in expressions",
-                                    in_quotes(member.name)));
+      const auto fail = [&](const char* expected, const std::string& found) {
+        Problem problem(member.key.node().place, member.key.path(), {.expected = expected, .found = found});
+        problem.odd_key = true;
+        throw problem;
+      };
+      if (!is_identifier(member.name)) fail("a name of letters, digits and '_'", in_quotes(member.name));
+      if (taken) fail("a name of its own", in_quotes(member.name) + ", which has a meaning in expressions");
     });
   });
-  if (!problems.none()) return;
 
   override_values(overrides, all, problems);
-  if (!problems.none()) return;
   Resolver(all, problems, [&](const Member& member) { define(member); }).run();
 }
 
@@ -153,12 +169,13 @@ Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& ov
 void Parameters::override_values(const Overrides& overrides, std::vector<Member>& members, Problems& problems) {
   for (const auto& [name, text] : overrides) {
     const bool known = std::find(names_.begin(), names_.end(), name) != names_.end();
-    if (!known)
-      problems.add(
-          {{},
-           "--set " + name,
-           fmt::format("expected a parameter ({}), found {}{}", names_.empty() ? "there are none" : one_of(names_),
-                       in_quotes(name), nearest_hint(name, names_))});
+    const bool unread = names_.empty() && problems.lost("parameters");
+    if (!known && !unread)
+      problems.add({{},
+                    "--set " + name,
+                    {.expected = fmt::format("a parameter ({})", names_.empty() ? "there are none" : one_of(names_)),
+                     .found = in_quotes(name),
+                     .hint = nearest_is(name, names_)}});
     Node& node = replacements_[name];
     node.kind = Node::Kind::scalar;
     node.text = text;
@@ -193,25 +210,38 @@ double Parameters::evaluate(const Cursor& scalar) {
   const std::string text = trimmed(scalar.word(what));
   // Most numbers are plain, and most others a parameter alone.
   if (const auto known = values_.find(text); known != values_.end()) return known->second;
+  if (known_.count(text) > 0) throw Consequence();
   const std::optional<double> number = plain_number(text);
   if (!number && (text.empty() || is_truth_value(text))) scalar.expected(what);
   const double value = number ? *number : evaluate_expression(scalar, text);
   if (given_ == nullptr && !std::isfinite(value))
-    scalar.fail(fmt::format("expected a finite number, found {}", in_quotes(text)));
+    scalar.fail({.expected = "a finite number", .found = in_quotes(text)});
   return value;
+}
+
+/// The parameter of this name may be one whose own name is wrong, or stand in a section that was not read.
+bool Parameters::may_be_spoilt(const Cursor& at, const std::string& name) const {
+  return at.problems().lost("parameters." + name) || (names_.empty() && at.problems().lost("parameters"));
 }
 
 double Parameters::evaluate_expression(const Cursor& scalar, const std::string& text) {
   const auto wrong = [&](const std::string& why) {
-    scalar.fail(fmt::format("expected a number or an expression, found {}: {}", in_quotes(text), why));
+    scalar.fail({.message = fmt::format("expected a number or an expression, found {}: {}", in_quotes(text), why),
+                 .expected = "a number or an expression",
+                 .found = in_quotes(text),
+                 .hint = why});
   };
+  const std::string unit = unit_behind(text);
+  if (!unit.empty() && known_.count(unit) == 0)
+    wrong(fmt::format("there is no place for {} behind a number: 'units:' states the units of all of them",
+                      in_quotes(unit)));
   const auto unknown = [&](const char* what, const std::string& name, const std::vector<std::string>& known) {
     wrong(fmt::format("there is no {} {}{}", what, in_quotes(name), nearest_hint(name, known)));
   };
   if (given_ != nullptr) return calculate(text);  // it was right before
   expressions_size_ += text.size();
   if (expressions_size_ > longest_expressions)
-    scalar.fail(fmt::format("expected at most {} characters in all expressions together", longest_expressions));
+    scalar.fail({.expected = fmt::format("at most {} characters in all expressions together", longest_expressions)});
   const auto& functions = function_names();
   const ExpressionNames used = names_in(text);
   for (const std::string& name : used.functions)
@@ -219,6 +249,7 @@ double Parameters::evaluate_expression(const Cursor& scalar, const std::string& 
   for (const std::string& name : used.values) {
     const bool function = std::find(functions.begin(), functions.end(), name) != functions.end();
     if (function) wrong(fmt::format("the function {} needs parentheses: {}(…)", in_quotes(name), name));
+    if (known_.count(name) > 0 ? values_.count(name) == 0 : may_be_spoilt(scalar, name)) throw Consequence();
     if (known_.count(name) == 0) unknown("parameter", name, names_);
   }
   try {
@@ -254,14 +285,15 @@ FreeValue Parameters::evaluate_free(const Cursor& map) {
                       free.lower = evaluate(bounds[0]);
                       free.upper = evaluate(bounds[1]);
                       if (!(free.lower < free.upper))
-                        c.fail(fmt::format("expected lower < upper, found [{}, {}]", free.lower, free.upper));
+                        c.fail({.expected = "lower < upper", .found = fmt::format("[{}, {}]", free.lower, free.upper)});
                     }},
                    {"start", Need::optional, [&](const Cursor& c) { start = evaluate(c); }}});
   if (!read) return {0, 1, 0.5};  // already reported
   free.start_given = start.has_value();
   free.start = start.value_or(free.lower + (free.upper - free.lower) / 2);
   if (free.start < free.lower || free.start > free.upper)
-    map.fail(fmt::format("expected a start between {} and {}, found {}", free.lower, free.upper, free.start));
+    map.fail({.expected = fmt::format("a start between {} and {}", free.lower, free.upper),
+              .found = fmt::format("{}", free.start)});
   return free;
 }
 

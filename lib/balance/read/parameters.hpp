@@ -47,6 +47,7 @@ class Parameters {
 
  private:
   double evaluate_expression(const Cursor& scalar, const std::string& text);
+  bool may_be_spoilt(const Cursor& at, const std::string& name) const;
   void define(const Member& member);
   double calculate(const std::string& expression);
   double calculate_anew(const std::string& expression);

@@ -27,9 +27,8 @@ std::optional<Vector3> moved_point(const PoseTarget& pose, DriveKind drive) {
 
 void need_point(const Cursor& at, const Trajectory& trajectory) {
   if (trajectory.drive == DriveKind::joints)
-    at.fail(
-        "expected a path for joint coordinates (line, waypoints, table, file), found one for a point in the plane or "
-        "in space");
+    at.fail({.expected = "a path for joint coordinates (line, waypoints, table, file)",
+             .found = "one for a point in the plane or in space"});
 }
 
 CirclePath read_circle(const Cursor& at, Draft& draft, const Trajectory& trajectory) {
@@ -37,15 +36,15 @@ CirclePath read_circle(const Cursor& at, Draft& draft, const Trajectory& traject
   CirclePath circle;
   std::optional<Cursor> centre, angle;
   const auto read_centre = [&](const Cursor& c) {
-    if (centre) c.fail("expected 'centre' once, found it again in another spelling");
+    if (centre) c.fail({.expected = "'centre' once", .found = "it again in another spelling"});
     centre = c;
     circle.centre = read_vector(c, draft, dimension::length);
   };
   const auto read_angle = [&](const Cursor& c, double value) {
-    if (angle) c.fail("expected 'angle' or 'turns', found both");
+    if (angle) c.fail({.expected = "'angle' or 'turns'", .found = "both"});
     angle = c;
     circle.angle = value;
-    if (draft.judging() && value == 0 && c.is_scalar()) c.fail("expected an angle other than 0, found 0");
+    if (draft.judging() && value == 0 && c.is_scalar()) c.fail({.expected = "an angle other than 0", .found = "0"});
   };
   std::vector<Field> fields{
       {"centre", Need::optional, read_centre},
@@ -56,12 +55,12 @@ CirclePath read_circle(const Cursor& at, Draft& draft, const Trajectory& traject
   if (!draft.planar())
     fields.push_back({"normal", Need::required, [&](const Cursor& c) { circle.normal = read_direction(c, draft); }});
   if (!read_fields(at, "a circle {centre, angle or turns}", fields)) return circle;
-  if (!centre) at.missing("'centre'");
-  if (!angle) at.missing("'angle' or 'turns'");
+  if (!centre) at.missing({"centre"});
+  if (!angle) at.missing({"angle", "turns"});
   if (const auto start = moved_point(trajectory.from, trajectory.drive)) {
     const Vector3 radius = *start - circle.centre;
     if (draft.judging() && !(radius.cross(circle.normal).norm() > 0))
-      centre->fail("expected a centre away from where the motion starts, found the start itself");
+      centre->fail({.expected = "a centre away from where the motion starts", .found = "the start itself"});
   }
   return circle;
 }
@@ -80,21 +79,21 @@ ArcPath read_arc(const Cursor& at, Draft& draft, const Trajectory& trajectory) {
   const Vector3 a = arc.via - *from, b = *to - *from;
   // A radius above a million chords is a line in all but name.
   if (!(a.cross(b).norm() > 1e-6 * a.norm() * b.norm()))
-    via->fail("expected a point off the line from start to end, found one on it");
+    via->fail({.expected = "a point off the line from start to end", .found = "one on it"});
   return arc;
 }
 
 void read_times(const Cursor& at, Draft& draft, const Trajectory& trajectory, WaypointPath& path) {
   const auto times = at.items("a list of times");
   if (times.size() != path.points.size())
-    at.fail(
-        fmt::format("expected a list of {}, one time for each waypoint, found {}", path.points.size(), times.size()));
+    at.fail({.expected = fmt::format("a list of {}, one time for each waypoint", path.points.size()),
+             .found = fmt::format("{}", times.size())});
   double before = 0;
   for (const Cursor& item : times) {
     const double time = read_number(item, draft, dimension::time);
     if (draft.judging() && !(time > before && time < trajectory.duration))
-      item.fail(fmt::format("expected increasing times between 0 and the duration ({:.9g} s), found {:.9g} s",
-                            trajectory.duration, time));
+      item.fail({.expected = fmt::format("increasing times between 0 and the duration ({:.9g} s)", trajectory.duration),
+                 .found = fmt::format("{:.9g} s", time)});
     before = time;
     path.fractions.push_back(time / trajectory.duration);
   }
@@ -108,7 +107,8 @@ WaypointPath read_waypoints(const Cursor& at, Draft& draft, const Trajectory& tr
                                 {{"waypoints", Need::required,
                                   [&](const Cursor& c) {
                                     for (const Cursor& item : c.items("a list of poses")) {
-                                      PoseTarget pose = read_pose(item, draft);
+                                      PoseTarget pose;
+                                      if (!draft.problems.guard([&] { pose = read_pose(item, draft); })) continue;
                                       check_pose(item, pose, needs, draft);
                                       match_pose(item, pose, trajectory.from, trajectory.drive, draft);
                                       path.points.push_back(pose);
@@ -150,7 +150,7 @@ void read_path(const Cursor& at, Draft& draft, Trajectory& trajectory) {
   if (!read) return;
   if (int{circle.has_value()} + int{arc.has_value()} + int{table.has_value()} + int{file.has_value()} != 1)
     at.expected(what);
-  if (columns && !table) columns->fail("expected no 'columns' without 'table'");
+  if (columns && !table) columns->fail({.expected = "no 'columns' without 'table'"});
   if (circle) trajectory.path = read_circle(*circle, draft, trajectory);
   if (arc) trajectory.path = read_arc(*arc, draft, trajectory);
   if (table) read_table_path(*table, columns, draft, trajectory);

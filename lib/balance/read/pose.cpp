@@ -12,7 +12,9 @@ namespace {
 
 void need_tool(const Cursor& at, const Draft& draft) {
   if (!draft.study.mechanism.tool)
-    at.fail("expected a spec with a tool ('tool: body.point'), found none; this key is about the tool's pose");
+    at.fail_unless_doubtful("tool", {.expected = "a spec with a tool ('tool: body.point')",
+                                     .found = "none",
+                                     .hint = "this key is about the tool's pose"});
 }
 
 }  // namespace
@@ -34,7 +36,7 @@ PoseTarget read_pose(const Cursor& at, Draft& draft) {
   const auto orientation = [&](Matrix3 (*read)(const Cursor&, Draft&)) {
     return [&pose, &draft, read](const Cursor& c) {
       need_tool(c, draft);
-      if (pose.orientation) c.fail("expected 'rpy' or 'quaternion', found both");
+      if (pose.orientation) c.fail({.expected = "'rpy' or 'quaternion'", .found = "both"});
       pose.orientation = read(c, draft);
     };
   };
@@ -59,22 +61,22 @@ void check_pose(const Cursor& at, const PoseTarget& pose, const DriveNeeds& need
   using enum Component;
   switch (needs.drive) {
     case DriveKind::joints:
-      if (pose.joints.empty()) at.fail("expected 'joints: {…}', which 'drive: joints' moves, found a pose without it");
+      if (pose.joints.empty())
+        at.fail({.expected = "'joints: {…}', which 'drive: joints' moves", .found = "a pose without it"});
       return;
     case DriveKind::tool:
       if ((needs.components.empty() || has(x, y, z)) && !pose.tool)
-        at.fail("expected 'tool: […]', which 'drive: tool' moves, found a pose without it");
+        at.fail({.expected = "'tool: […]', which 'drive: tool' moves", .found = "a pose without it"});
       if (has(rx, ry, rz) && draft.study.mechanism.space == SpaceKind::planar && !pose.angle)
-        at.fail("expected 'angle', which is among the trajectory's components, found a pose without it");
+        at.fail({.expected = "'angle', which is among the trajectory's components", .found = "a pose without it"});
       if (has(rx, ry, rz) && draft.study.mechanism.space == SpaceKind::spatial && !pose.orientation)
-        at.fail(
-            "expected 'rpy' or 'quaternion', since the trajectory's components turn the tool, found a pose without it");
+        at.fail({.expected = "'rpy' or 'quaternion', since the trajectory's components turn the tool",
+                 .found = "a pose without it"});
       return;
     case DriveKind::com:
       if (!pose.com && !pose.tool && pose.joints.empty())
-        at.fail(
-            "expected 'com', 'tool' or 'joints', which tell 'drive: com' where the centre of mass is, found none of "
-            "them");
+        at.fail({.expected = "'com', 'tool' or 'joints', which tell 'drive: com' where the centre of mass is",
+                 .found = "none of them"});
       return;
   }
 }
@@ -82,8 +84,8 @@ void check_pose(const Cursor& at, const PoseTarget& pose, const DriveNeeds& need
 void match_pose(const Cursor& at, PoseTarget& pose, const PoseTarget& model, DriveKind drive, const Draft& draft) {
   const auto same = [&](bool here, bool there, const char* what) {
     if (here != there)
-      at.fail(fmt::format(
-          "expected the same quantities in all poses of a trajectory, found one with and one without {}", what));
+      at.fail({.expected = "the same quantities in all poses of a trajectory",
+               .found = fmt::format("one with and one without {}", what)});
   };
   if (drive == DriveKind::tool) {
     same(pose.angle.has_value(), model.angle.has_value(), "'angle'");
@@ -96,7 +98,8 @@ void match_pose(const Cursor& at, PoseTarget& pose, const PoseTarget& model, Dri
                                     [&](const CoordinateValue& v) { return v.coordinate == wanted.coordinate; });
     const std::string& name = draft.study.mechanism.coordinates[static_cast<std::size_t>(wanted.coordinate)].name;
     if (found == pose.joints.end())
-      at.fail(fmt::format("expected a value of {} as in the trajectory's other poses, found none", in_quotes(name)));
+      at.fail({.expected = fmt::format("a value of {} as in the trajectory's other poses", in_quotes(name)),
+               .found = "none"});
     ordered.push_back(*found);
   }
   for (const CoordinateValue& extra : pose.joints) {
@@ -104,8 +107,8 @@ void match_pose(const Cursor& at, PoseTarget& pose, const PoseTarget& model, Dri
                                    [&](const CoordinateValue& v) { return v.coordinate == extra.coordinate; });
     const std::string& name = draft.study.mechanism.coordinates[static_cast<std::size_t>(extra.coordinate)].name;
     if (!known)
-      at.fail(
-          fmt::format("expected the same joints as in the trajectory's other poses, found also {}", in_quotes(name)));
+      at.fail({.expected = "the same joints as in the trajectory's other poses",
+               .found = fmt::format("also {}", in_quotes(name))});
   }
   pose.joints = ordered;
 }

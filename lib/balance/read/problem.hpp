@@ -1,29 +1,50 @@
 #pragma once
-/// Everything that is wrong with one spec. Sections are read on after a mistake, so that the message is about the
-/// mistake that comes first in the document, not about the one that happened to be looked at first.
+/// Everything that is wrong with one spec. Sections are read on after a mistake, so that all of them are told at once; what is
+/// wrong only because of something that was told already is not.
+
+#include "balance/base/error.hpp"
 
 #include <exception>
-#include <optional>
+#include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace balance::read {
 
-/// A place in the spec, counted from one; line 0 is outside of the file (the command line).
+/// A place in the spec, counted from one. At line 0 it is outside of the file: the path is then an option's name.
 struct Place {
   int line = 0;
   int column = 0;
 };
 
+/// What is wrong, in parts: `kind: expected …, found …; hint`, as much of it as there is.
+struct Complaint {
+  std::string message;   ///< the whole sentence, where it is not made of the parts
+  std::string kind;      ///< "must be positive", "missing key"
+  std::string expected;  ///< "a number > 0"
+  std::string found;     ///< "-1"
+  std::string hint;      ///< "nearest is 'upper'"
+
+  std::string text() const;
+};
+
 /// One mistake. Thrown by the readers of values, collected by the readers of mappings.
 struct Problem : std::exception {
-  Problem(Place where, std::string key_path, std::string what_is_wrong)
-      : place(where), path(std::move(key_path)), text(std::move(what_is_wrong)) {}
-  const char* what() const noexcept override { return text.c_str(); }
+  Problem(Place where, std::string key_path, Complaint complaint)
+      : place(where), path(std::move(key_path)), what_is_wrong(std::move(complaint)), about(path) {}
+  const char* what() const noexcept override { return path.c_str(); }
 
   Place place;
   std::string path;
-  std::string text;
+  Complaint what_is_wrong;
+  std::string about;     ///< the path of what is missing or spoilt
+  bool odd_key = false;  ///< another key of the same mapping may have been meant
+};
+
+/// Thrown where something cannot be read because of a mistake elsewhere that is collected already.
+struct Consequence : std::exception {
+  const char* what() const noexcept override { return "a mistake elsewhere"; }
 };
 
 class Problems {
@@ -34,28 +55,40 @@ class Problems {
 
   /// @throws SpecError once there are so many that reading on is pointless
   void add(Problem problem);
-  bool none() const { return !first_; }
-  int count() const { return count_; }
-  /// @throws SpecError if there is any
-  void throw_first() const;
+  bool none() const { return failures_ == 0; }
+  /// @throws SpecError with all of them in the document's order, if there is any
+  void throw_all() const;
 
-  /// Runs `read` and keeps its Problem. @return whether there was none
+  /// Notes that nothing can be known of what stands at a path.
+  void spoil(const std::string& path) { spoilt_.insert(path); }
+  /// Whether something is wrong with what stands at a path: there, in a part of it or with the whole that it is a part of.
+  bool spoilt(const std::string& path) const;
+  /// Whether what is missing at a path may be there after all: it is spoilt, or a key of the same mapping is not what was meant.
+  bool doubtful(const std::string& path) const;
+  /// The same of a whole section, whose parts may be wrong.
+  bool lost(const std::string& path) const;
+
+  /// Runs `read` and keeps its Problem. @return whether there was none, nor a consequence of one
   template <class Read>
   bool guard(Read&& read) {
-    const int before = count_;
+    const int before = failures_;
     try {
       read();
     } catch (Problem& problem) {
       add(std::move(problem));
+    } catch (const Consequence&) {
+      ++failures_;
     }
-    return count_ == before;
+    return failures_ == before;
   }
 
  private:
   std::string file_;
   bool is_option_ = false;
-  std::optional<Problem> first_;  ///< in the document
-  int count_ = 0;
+  std::vector<Problem> all_;
+  std::set<std::string> spoilt_;    ///< paths
+  std::set<std::string> misspelt_;  ///< paths of mappings with an odd key
+  int failures_ = 0;
 };
 
 }  // namespace balance::read

@@ -16,7 +16,7 @@ struct ReadOptions {
 
 /// @param text the spec, UTF-8, at most 4 MiB
 /// @param file_name what messages call it; files that the spec names are looked for in its folder
-/// @throws SpecError with the first thing that is wrong, in the order of the document
+/// @throws SpecError with everything that is wrong, in the order of the document
 Study read_spec(const std::string& text, const std::string& file_name, const ReadOptions& options = {});
 
 /// @throws SystemError if the file cannot be read; SpecError as above
@@ -30,7 +30,7 @@ DesignSpace read_design_space_file(const std::string& path, const ReadOptions& o
 
 /// What `minimize` says, from the command line.
 /// @param text YAML: `added-mass`, `{rms: torque, along: cycloid}`, a list of such
-/// @throws SpecError that begins with "--minimize: "
+/// @throws SpecError whose file is `--minimize`
 std::vector<ObjectiveTerm> read_objective(const std::string& text, const Study& study);
 
 }  // namespace balance

@@ -1,5 +1,6 @@
 #include "balance/read/reading.hpp"
 
+#include "balance/base/plain_text.hpp"
 #include "balance/read/rewrites.hpp"
 #include "balance/read/sections.hpp"
 
@@ -14,7 +15,7 @@ namespace {
 /// The sections of the document by name; null where the spec has none.
 class Sections {
  public:
-  Sections(const Cursor& root, Problems& problems) {
+  explicit Sections(const Cursor& root) {
     std::vector<Field> fields;
     for (const char* name : {"name",    "space",        "gravity",        "parameters", "units", "ground",
                              "bodies",  "joints",       "couplings",      "actuators",  "tool",  "assembly",
@@ -25,11 +26,8 @@ class Sections {
       fields.push_back(
           {key, required ? Need::required : Need::optional, [this, key](const Cursor& c) { found_.emplace(key, c); }});
     }
-    // Without its frame the rest of a spec cannot be understood.
     if (!root.is_map()) root.expected("a spec: a mapping with 'space', 'bodies', 'joints', …");
     read_fields(root, "a spec", fields);
-    if (found_.count("space") == 0 || found_.count("bodies") == 0 || found_.count("joints") == 0)
-      problems.throw_first();
   }
 
   const Cursor* operator[](const std::string& name) const {
@@ -41,27 +39,40 @@ class Sections {
   std::map<std::string, Cursor> found_;
 };
 
+/// What the first centre of mass is a vector of.
+SpaceKind likely_space(const Cursor* bodies) {
+  if (bodies == nullptr) return SpaceKind::planar;
+  for (const Node& body : bodies->node().items)
+    for (std::size_t i = 0; i < body.keys.size(); ++i)
+      if (body.keys[i].text == "com" && body.items[i].kind == Node::Kind::list)
+        return body.items[i].items.size() == 3 ? SpaceKind::spatial : SpaceKind::planar;
+  return SpaceKind::planar;
+}
+
 /// What all numbers depend on.
 void read_frame(const Sections& sections, const Parameters::Overrides& overrides, Draft& draft) {
   Mechanism& mechanism = draft.mechanism();
   draft.problems.guard([&] {
+    mechanism.space = likely_space(sections["bodies"]);  // for what comes below, should the next lines fail
+    if (sections["space"] == nullptr) return;
     const auto space = sections["space"]->choice("the kind of space", {"planar", "spatial"});
     mechanism.space = space == 0 ? SpaceKind::planar : SpaceKind::spatial;
   });
   if (const Cursor* units = sections["units"]) draft.units = read_units(*units);
+  draft.study.units = {draft.units.length, draft.units.angle};
   const Cursor* parameters = sections["parameters"];
   draft.parameters = Parameters(parameters != nullptr ? std::optional(*parameters) : std::nullopt, overrides,
                                 draft.given, draft.problems);
-  draft.problems.throw_first();
 }
 
 void read_mechanism(const Sections& sections, Draft& draft) {
   Mechanism& mechanism = draft.mechanism();
   const auto read = [&](const char* name, auto&& section_reader) {
     const Cursor* section = sections[name];
-    if (section != nullptr && draft.is_read(name)) draft.problems.guard([&] { section_reader(*section); });
+    if (section == nullptr || !draft.is_read(name)) return;
+    draft.problems.guard([&] { section_reader(*section); });
   };
-  read("name", [&](const Cursor& c) { mechanism.name = c.word("a name"); });
+  read("name", [&](const Cursor& c) { mechanism.name = visible(c.word("a name")); });
   read("gravity", [&](const Cursor& c) { mechanism.gravity = read_vector(c, draft, dimension::acceleration); });
   if (draft.is_read("bodies")) {
     mechanism.bodies.emplace_back().name = "ground";
@@ -71,11 +82,12 @@ void read_mechanism(const Sections& sections, Draft& draft) {
   read("bodies", [&](const Cursor& c) { read_bodies(c, draft); });
   read("joints", [&](const Cursor& c) { read_joints(c, draft); });
   // Everything below refers to bodies and joints.
-  draft.problems.throw_first();
+  if (mechanism.bodies.size() < 2 || mechanism.joints.empty()) draft.problems.throw_all();
   if (draft.judging()) check_connected(draft);
   read("couplings", [&](const Cursor& c) { read_couplings(c, draft); });
   read("actuators", [&](const Cursor& c) { read_actuators(c, draft); });
   read("tool", [&](const Cursor& c) { read_tool(c, draft); });
+  if (sections["tool"] != nullptr && !mechanism.tool) draft.problems.spoil("tool");
   read("assembly", [&](const Cursor& c) { mechanism.assembly = read_coordinate_values(c, draft); });
   read("counterweights", [&](const Cursor& c) { read_attachments(c, draft, AttachmentKind::counterweight); });
   read("payloads", [&](const Cursor& c) { read_attachments(c, draft, AttachmentKind::payload); });
@@ -120,19 +132,18 @@ Reading read_first(const std::string& text, const std::string& file_name, const 
   reading.overrides = overrides;
   try {
     reading.root = parse_yaml(text, draft.problems);
-    const Sections sections(Cursor(reading.root, "", draft.problems), draft.problems);
+    const Sections sections(Cursor(reading.root, "", draft.problems));
     read_frame(sections, overrides, draft);
-    draft.mechanism().name = std::filesystem::path(file_name).stem().string();
+    draft.mechanism().name = visible(std::filesystem::path(file_name).stem().string());
     read_mechanism(sections, draft);
-    // Without the tool, the poses would all be complained about.
-    if (draft.problems.none()) read_trajectories(sections["motion"], sections["trajectories"], draft);
-    // A controller's model is read from the whole spec, so that must be right.
-    if (draft.problems.none()) read_controllers(sections["controllers"], reading.root, overrides, draft);
+    draft.mechanism_is_right = draft.problems.none();
+    read_trajectories(sections["motion"], sections["trajectories"], draft);
+    read_controllers(sections["controllers"], reading.root, overrides, draft);
     if (const Cursor* design = sections["design"]) read_design(*design, draft);
   } catch (const Problem& problem) {
     draft.problems.add(problem);
   }
-  draft.problems.throw_first();
+  draft.problems.throw_all();
   list_rewrites(reading.root, draft);
   add_warnings(draft);
   reading.tables = std::move(draft.tables);
@@ -151,11 +162,11 @@ Reading read_first(const std::string& text, const std::string& file_name, const 
 
 Mechanism read_mechanism_alone(const Node& root, const std::string& file_name, const Parameters::Overrides& overrides) {
   Draft draft(file_name);
-  const Sections sections(Cursor(root, "", draft.problems), draft.problems);
+  const Sections sections(Cursor(root, "", draft.problems));
   read_frame(sections, overrides, draft);
-  draft.mechanism().name = std::filesystem::path(file_name).stem().string();
+  draft.mechanism().name = visible(std::filesystem::path(file_name).stem().string());
   read_mechanism(sections, draft);
-  draft.problems.throw_first();
+  draft.problems.throw_all();
   return std::move(draft.study.mechanism);
 }
 
@@ -167,12 +178,12 @@ Study read_again(const Reading& reading, const VectorX& x) {
   draft.given = &values;
   draft.known_tables = &reading.tables;
   draft.open = &reading.open.sections;
-  const Sections sections(Cursor(reading.root, "", draft.problems), draft.problems);
+  const Sections sections(Cursor(reading.root, "", draft.problems));
   read_frame(sections, reading.overrides, draft);
   clear_open_parts(reading.open.sections, draft.study);
   read_mechanism(sections, draft);
   if (draft.is_read("motion")) read_trajectories(sections["motion"], sections["trajectories"], draft);
-  draft.problems.throw_first();
+  draft.problems.throw_all();
   return std::move(draft.study);
 }
 

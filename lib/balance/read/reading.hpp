@@ -22,7 +22,7 @@ struct Reading {
   OpenParts open;                           ///< what they do change
 };
 
-/// @throws SpecError with the first thing that is wrong, in the order of the document
+/// @throws SpecError with everything that is wrong, in the order of the document
 Reading read_first(const std::string& text, const std::string& file_name, const Parameters::Overrides& overrides);
 
 /// The mechanism alone.

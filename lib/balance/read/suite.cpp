@@ -26,8 +26,13 @@ void read_case(const Cursor& at, const Cursor& named, const std::string& name, S
                         one.name = c.word("the case's name");
                         name_given = c;
                       }});
-  if (!read_fields(at, "a case {spec, set, trajectory, samples, design, require}", fields)) return;
-  add_case(draft, std::move(one), name_given ? *name_given : named);
+  const bool added = read_fields(at, "a case {spec, set, trajectory, samples, design, require}", fields) &&
+                     draft.problems.guard([&] { add_case(draft, one, name_given ? *name_given : named); });
+  if (!added) {
+    draft.lacks_names = draft.lacks_names || one.name.empty();
+    draft.spoilt_names.push_back(one.name);
+    return;
+  }
   if (require) draft.requirements.emplace_back(draft.cases.size() - 1, *require);
 }
 
@@ -49,7 +54,7 @@ std::vector<SuiteRequirement> read_requirements(const Cursor& at, const RunNames
     try {
       all.push_back({read_requirement(text, names), draft.place(c)});
     } catch (const RequirementError& wrong) {
-      c.fail(wrong.what());
+      c.fail({.message = wrong.what()});
     }
   };
   if (!at.is_list()) {
@@ -85,9 +90,12 @@ void read_sections(const Cursor& root, Suite& suite, SuiteDraft& draft, Later& l
 void read_references(const Later& later, Suite& suite, SuiteDraft& draft) {
   RunNames names;
   for (const SuiteCase& one : draft.cases) names.all.push_back(one.name);
-  if (later.baseline)
-    draft.problems.guard([&] { suite.baseline = names.all[later.baseline->choice("the name of a case", names.all)]; });
-  if (!draft.problems.none()) return;  // else requirements would complain about a base that is there
+  names.all.insert(names.all.end(), draft.spoilt_names.begin(), draft.spoilt_names.end());
+  if (draft.lacks_names) return;  // else they would be missed
+  if (later.baseline && !draft.problems.guard([&] {
+        suite.baseline = names.all[later.baseline->choice("the name of a case", names.all)];
+      }))
+    return;  // else requirements would complain about a base that is there
   names.base = suite.baseline;
   if (later.require) draft.problems.guard([&] { suite.require = read_requirements(*later.require, names, draft); });
   for (const auto& [index, at] : draft.requirements)
@@ -117,19 +125,19 @@ Suite read_suite(const std::string& text, const std::string& file_name) {
   Later later;
   try {
     if (text.find_first_not_of(" \t\r\n") == std::string::npos)
-      throw Problem({1, 1}, "", "expected a suite, found an empty file");
+      throw Problem({1, 1}, "", {.expected = "a suite", .found = "an empty file"});
     root = parse_yaml(text, draft.problems);
     read_sections(Cursor(root, "", draft.problems), suite, draft, later);
     if (later.cases) draft.problems.guard([&] { read_cases(*later.cases, draft); });
-    if (later.matrix) draft.problems.guard([&] { read_matrices(*later.matrix, draft); });
-    draft.problems.throw_first();
+    if (later.matrix && !draft.problems.guard([&] { read_matrices(*later.matrix, draft); })) draft.lacks_names = true;
+    if (draft.cases.empty()) draft.problems.throw_all();
     if (draft.cases.empty())
-      Cursor(root, "", draft.problems).fail("expected at least one case in 'cases' or 'matrix', found none");
+      Cursor(root, "", draft.problems).fail({.expected = "at least one case in 'cases' or 'matrix'", .found = "none"});
     read_references(later, suite, draft);
   } catch (const Problem& problem) {
     draft.problems.add(problem);
   }
-  draft.problems.throw_first();
+  draft.problems.throw_all();
   suite.cases = std::move(draft.cases);
   return suite;
 }

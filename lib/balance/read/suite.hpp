@@ -1,6 +1,7 @@
 #pragma once
 /// A suite: many cases, what they are compared with and what is required of them. The language is described in docs/suite.md.
 
+#include "balance/base/error.hpp"
 #include "balance/conditions/goal.hpp"
 #include "balance/read/requirement.hpp"
 
@@ -23,7 +24,7 @@ struct CaseDesign {
 /// A requirement and where the suite says it, for messages: "suite.yaml:9:5: require[0]".
 struct SuiteRequirement {
   Requirement requirement;
-  std::string place;
+  SpecPlace place;
 };
 
 struct SuiteCase {
@@ -35,11 +36,11 @@ struct SuiteCase {
   std::string controller;                                ///< empty: inverse dynamics, no controller
   std::optional<CaseDesign> design;                      ///< nothing: the spec moves as it is
   std::vector<SuiteRequirement> require;                 ///< of this case alone
-  std::vector<std::pair<std::string, std::string>>
+  std::vector<std::pair<std::string, SpecPlace>>
       places;  ///< "spec", "trajectory", "set.xg", … → "suite.yaml:4:7: cases.a.spec"
 
   /// Where the suite says a part of the case; the case itself if it does not say it.
-  const std::string& place_of(const std::string& part) const;
+  SpecPlace place_of(const std::string& part) const;
 };
 
 struct Suite {
@@ -54,7 +55,7 @@ struct Suite {
 inline constexpr std::size_t most_cases = 100'000;
 
 /// @param text the suite, UTF-8
-/// @throws SpecError with the first thing that is wrong, in the order of the document
+/// @throws SpecError with everything that is wrong, in the order of the document
 Suite read_suite(const std::string& text, const std::string& file_name);
 
 /// @throws SystemError if the file cannot be read; SpecError as above

@@ -88,11 +88,11 @@ bool fit_for_file(const std::string& name) {
 
 bool begins_name(char c) { return std::string_view("-.+=,").find(c) == std::string_view::npos; }
 
-std::string SuiteDraft::place(const Cursor& at) const {
-  return fmt::format("{}:{}:{}: {}", file, at.node().place.line, at.node().place.column, at.path());
+SpecPlace SuiteDraft::place(const Cursor& at) const {
+  return {file, at.node().place.line, at.node().place.column, at.path()};
 }
 
-void note_place(SuiteCase& one, const std::string& part, const std::string& place) {
+void note_place(SuiteCase& one, const std::string& part, const SpecPlace& place) {
   std::erase_if(one.places, [&](const auto& pair) { return pair.first == part; });
   one.places.emplace_back(part, place);
 }
@@ -127,14 +127,17 @@ std::vector<Field> case_fields(SuiteDraft& draft, SuiteCase& one) {
 void add_case(SuiteDraft& draft, SuiteCase one, const Cursor& named) {
   if (!fit_for_file(one.name))
     named.fail(
-        fmt::format("expected a name fit for a file (letters, digits and _ - . + = , at most {} of them, a letter, a "
-                    "digit or '_' first), found {}",
-                    longest_name, in_quotes(one.name)));
+        {.expected = fmt::format("a name fit for a file (letters, digits and _ - . + = , at most {} of them, a letter, a "
+                                 "digit or '_' first)",
+                                 longest_name),
+         .found = in_quotes(one.name)});
   if (draft.names.count(one.name) > 0)
-    named.fail(fmt::format("expected a name of its own for every case, found {} again", in_quotes(one.name)));
+    named.fail({.expected = "a name of its own for every case", .found = fmt::format("{} again", in_quotes(one.name))});
   if (one.spec.empty())
-    named.fail(fmt::format("missing key: expected 'spec' in case {} or in 'defaults'", in_quotes(one.name)));
-  if (draft.cases.size() >= most_cases) named.fail(fmt::format("expected at most {} cases, found more", most_cases));
+    named.fail(
+        {.kind = "missing key", .expected = fmt::format("'spec' in case {} or in 'defaults'", in_quotes(one.name))});
+  if (draft.cases.size() >= most_cases)
+    named.fail({.expected = fmt::format("at most {} cases", most_cases), .found = "more"});
   note_place(one, "", draft.place(named));
   draft.names.insert(one.name);
   draft.cases.push_back(std::move(one));
@@ -144,12 +147,12 @@ void add_case(SuiteDraft& draft, SuiteCase one, const Cursor& named) {
 
 namespace balance {
 
-const std::string& SuiteCase::place_of(const std::string& part) const {
+SpecPlace SuiteCase::place_of(const std::string& part) const {
   for (const std::string& wanted : {part, std::string()}) {
     const auto at = std::find_if(places.begin(), places.end(), [&](const auto& pair) { return pair.first == wanted; });
     if (at != places.end()) return at->second;
   }
-  return name;
+  return {.key = name};
 }
 
 }  // namespace balance

@@ -18,19 +18,21 @@ struct SuiteDraft {
   Problems problems;
   SuiteCase defaults;
   std::vector<SuiteCase> cases;
-  std::set<std::string> names;  ///< of the cases
+  std::set<std::string> names;            ///< of the cases
+  std::vector<std::string> spoilt_names;  ///< of cases with mistakes
+  bool lacks_names = false;               ///< there are cases with mistakes whose names are not known
   std::vector<std::pair<std::size_t, Cursor>>
       requirements;  ///< of cases, by their index; read when all names are known
 
   /// "suite.yaml:4:7: cases.a.spec"
-  std::string place(const Cursor& at) const;
+  SpecPlace place(const Cursor& at) const;
 };
 
 /// What `cases` and `defaults` share: spec, set, trajectory, controller, samples, design.
 std::vector<Field> case_fields(SuiteDraft& draft, SuiteCase& one);
 
 /// Where a part of the case is said, from now on.
-void note_place(SuiteCase& one, const std::string& part, const std::string& place);
+void note_place(SuiteCase& one, const std::string& part, const SpecPlace& place);
 
 /// A number of samples.
 long read_samples(const Cursor& at);

@@ -16,7 +16,8 @@ namespace {
 
 /// One value of one axis, its part of the cases' names, and where it stands.
 struct Choice {
-  std::string name, value, place;
+  std::string name, value;
+  SpecPlace place;
 };
 
 /// What varies, and what a choice of it does to a case.
@@ -52,7 +53,7 @@ std::vector<Choice> read_words(const Cursor& at, const std::string& what,
 }
 
 [[noreturn]] void too_many(const Cursor& at) {
-  at.fail(fmt::format("expected at most {} cases, found more", most_cases));
+  at.fail({.expected = fmt::format("at most {} cases", most_cases), .found = "more"});
 }
 
 /// `{from: 0, to: 1, count: 5}`: evenly spaced, both ends included. @param most how many values may be
@@ -66,7 +67,7 @@ std::vector<Choice> read_range(const Cursor& at, const std::string& name, std::s
   std::vector<Choice> choices;
   if (!read) return choices;
   if (static_cast<std::size_t>(count) > most) too_many(at);
-  const std::string place = draft.place(at);
+  const SpecPlace place = draft.place(at);
   for (long i = 0; i < count; ++i) {
     const double part = static_cast<double>(i) / static_cast<double>(count - 1);
     const std::string value = fmt::format("{}", i + 1 == count ? to : from + (to - from) * part);
@@ -176,7 +177,8 @@ void read_matrix(const Cursor& at, SuiteDraft& draft) {
   for (const Axis* axis : {&axes.specs, &axes.trajectories, &axes.controllers})
     if (!axis->choices.empty()) all.push_back(*axis);
   all.insert(all.end(), axes.parameters.begin(), axes.parameters.end());
-  if (all.empty()) at.fail("expected at least one of 'spec', 'trajectory', 'controller' and 'set', found none");
+  if (all.empty())
+    at.fail({.expected = "at least one of 'spec', 'trajectory', 'controller' and 'set'", .found = "none"});
   expand(all, axes.prefix, base, at, draft);
 }
 

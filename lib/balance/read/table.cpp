@@ -1,5 +1,7 @@
 #include "balance/read/table.hpp"
 
+#include "balance/base/plain_text.hpp"
+#include "balance/read/limits.hpp"
 #include "balance/read/nearest.hpp"
 
 #include <fmt/format.h>
@@ -29,12 +31,12 @@ std::filesystem::path find_file(const Cursor& at, const Draft& draft) {
       std::filesystem::path(draft.study.spec_file).parent_path() / at.word("a file's name");
   std::error_code error;
   if (!std::filesystem::exists(path, error))
-    at.fail(fmt::format("expected a file beside the spec, found none at {}", in_quotes(path.string())));
+    at.fail({.expected = "a file beside the spec", .found = fmt::format("none at {}", in_quotes(path.string()))});
   if (!std::filesystem::is_regular_file(path, error))
-    at.fail(fmt::format("expected a file, found something else at {}", in_quotes(path.string())));
+    at.fail({.expected = "a file", .found = fmt::format("something else at {}", in_quotes(path.string()))});
   if (std::filesystem::file_size(path, error) > most_bytes)
-    at.fail(
-        fmt::format("expected a table of at most {} bytes, found more at {}", most_bytes, in_quotes(path.string())));
+    at.fail({.expected = fmt::format("a table of at most {} bytes", most_bytes),
+             .found = fmt::format("more at {}", in_quotes(path.string()))});
   return path;
 }
 
@@ -84,6 +86,9 @@ TimeTable in_si(const RawTable& raw, const Draft& draft, const std::vector<Colum
       const double value = numbers[i] * units[i];
       if (!std::isfinite(value))
         throw TableError(fmt::format("row {}: expected finite numbers, found {}", table.time.size() + 1, value));
+      if (std::abs(value) > largest_number)
+        throw TableError(fmt::format("row {}: expected numbers of at most {} in SI units, found {:.6g}",
+                                     table.time.size() + 1, largest_number, value));
       if (places[i] < 0)
         table.time.push_back(value);
       else
@@ -100,8 +105,8 @@ void check_times(const Cursor& at, const std::vector<double>& time, const Draft&
   if (!draft.judging()) return;
   for (std::size_t i = 1; i < time.size(); ++i)
     if (!(time[i] > time[i - 1]))
-      at.fail(fmt::format("expected increasing times, found {:.9g} s after {:.9g} s in row {}", time[i], time[i - 1],
-                          i + 1));
+      at.fail({.expected = "increasing times",
+               .found = fmt::format("{:.9g} s after {:.9g} s in row {}", time[i], time[i - 1], i + 1)});
 }
 
 TimeTable read_inline_table(const Cursor& at, Draft& draft, const std::vector<Column>& columns) {
@@ -133,7 +138,7 @@ TimeTable read_table_file(const Cursor& at, Draft& draft, const std::vector<Colu
     check_times(at, table.time, draft);
     return draft.tables[at.path()] = std::move(table);
   } catch (const TableError& wrong) {
-    at.fail(path.string() + ": " + wrong.what());
+    at.fail({.message = visible(path.string()) + ": " + wrong.what()});
   }
 }
 

@@ -67,19 +67,20 @@ PoseTarget pose_of(const std::vector<double>& row, const std::vector<int>& colum
 
 void take_table(const Cursor& at, const TimeTable& table, Draft& draft, Trajectory& trajectory) {
   if (table.time.size() < fewest_rows)
-    at.fail(fmt::format("expected at least {} rows, found {}", fewest_rows, table.time.size()));
+    at.fail({.expected = fmt::format("at least {} rows", fewest_rows), .found = fmt::format("{}", table.time.size())});
   const auto possible = possible_columns(draft, trajectory.drive);
   if (trajectory.drive != DriveKind::joints) {
     std::vector<Component> components;
     for (const int column : table.columns) components.push_back(component_at(column, draft));
     if (!trajectory.components.empty() && trajectory.components != components)
-      at.fail(fmt::format("expected the trajectory's {} components in their order, found {} columns",
-                          trajectory.components.size(), components.size()));
+      at.fail({.expected = fmt::format("the trajectory's {} components in their order", trajectory.components.size()),
+               .found = fmt::format("{} columns", components.size())});
     trajectory.components = components;
   }
   trajectory.from = pose_of(table.values.front(), table.columns, draft, trajectory.drive);
   trajectory.to = pose_of(table.values.back(), table.columns, draft, trajectory.drive);
   trajectory.duration = table.time.back() - table.time.front();
+  check_duration(at, trajectory.duration, draft);
   trajectory.path = TablePath{table.time, table.values};
 }
 
@@ -116,7 +117,7 @@ std::vector<int> default_columns(const Cursor& table, std::size_t count, const D
     columns.resize(positions_only ? (draft.study.mechanism.space == SpaceKind::planar ? 2 : 3) : most);
     std::iota(columns.begin(), columns.end(), 0);
   }
-  if (columns.empty()) table.fail("expected 'columns: […]' to name the table's columns, found none");
+  if (columns.empty()) table.fail({.expected = "'columns: […]' to name the table's columns", .found = "none"});
   return columns;
 }
 
@@ -127,7 +128,7 @@ std::vector<int> read_columns(const Cursor& at, const std::vector<Column>& possi
   for (const Cursor& item : at.items("a list of the columns after the time")) {
     const int column = static_cast<int>(item.choice("a column", names));
     if (std::find(columns.begin(), columns.end(), column) != columns.end())
-      item.fail(fmt::format("expected every column once, found {} again", item.found()));
+      item.fail({.expected = "every column once", .found = fmt::format("{} again", item.found())});
     columns.push_back(column);
   }
   if (columns.empty()) at.expected("at least one column");

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace balance::read {
 
@@ -14,6 +15,7 @@ namespace {
 
 /// What both `motion` and a trajectory may say.
 struct Timing {
+  bool duration_given = false;  ///< rightly or wrongly
   std::optional<double> duration;
   std::optional<long> samples;
   std::optional<PoseTarget> from, to;
@@ -23,7 +25,10 @@ struct Timing {
 
 std::vector<Field> timing_fields(Timing& timing, Draft& draft) {
   return {{"duration", Need::optional,
-           [&](const Cursor& c) { timing.duration = read_number(c, draft, dimension::time, Sign::positive); }},
+           [&](const Cursor& c) {
+             timing.duration_given = true;
+             timing.duration = read_duration(c, draft);
+           }},
           {"samples", Need::optional, [&](const Cursor& c) { timing.samples = read_whole(c, draft, 2, most_samples); }},
           {"from", Need::optional,
            [&](const Cursor& c) {
@@ -65,7 +70,7 @@ LawKind read_law(const Cursor& at) {
 
 void read_ramps(const Cursor& at, Draft& draft, Law& law) {
   if (law.kind != LawKind::trapezoidal_velocity)
-    at.fail("expected no ramps: only the law 'trapezoidal-velocity' has them");
+    at.fail({.expected = "no ramps: only the law 'trapezoidal-velocity' has them"});
   if (at.is_list()) {
     const auto both = at.items("[ramp up, ramp down]", 2);
     law.ramp_up = read_number(both[0], draft, dimension::none);
@@ -75,14 +80,15 @@ void read_ramps(const Cursor& at, Draft& draft, Law& law) {
   }
   if (!draft.judging()) return;
   if (!(law.ramp_up > 0 && law.ramp_down > 0 && law.ramp_up + law.ramp_down <= 1))
-    at.fail(fmt::format("expected ramps > 0 with a sum of at most 1, found {} and {}", law.ramp_up, law.ramp_down));
+    at.fail({.expected = "ramps > 0 with a sum of at most 1",
+             .found = fmt::format("{} and {}", law.ramp_up, law.ramp_down)});
 }
 
 std::vector<Component> read_components(const Cursor& at, const Draft& draft, DriveKind drive) {
   const bool planar = draft.study.mechanism.space == SpaceKind::planar;
   using enum Component;
   if (drive == DriveKind::joints)
-    at.fail("expected no 'components' with 'drive: joints', which names its coordinates itself");
+    at.fail({.expected = "no 'components' with 'drive: joints', which names its coordinates itself"});
   std::vector<std::string> names =
       planar ? std::vector<std::string>{"x", "y", "angle"} : std::vector<std::string>{"x", "y", "z", "rx", "ry", "rz"};
   if (drive == DriveKind::com) names.resize(planar ? 2 : 3);
@@ -92,7 +98,7 @@ std::vector<Component> read_components(const Cursor& at, const Draft& draft, Dri
   for (const Cursor& item : at.items("a list of components")) {
     const Component component = values[item.choice("a component", names)];
     if (std::find(components.begin(), components.end(), component) != components.end())
-      item.fail(fmt::format("expected every component once, found {} again", item.found()));
+      item.fail({.expected = "every component once", .found = fmt::format("{} again", item.found())});
     components.push_back(component);
   }
   if (components.empty()) at.expected("at least one component");
@@ -106,11 +112,11 @@ struct TrajectoryText {
 
 void read_remaining(const Cursor& at, Draft& draft, Trajectory& trajectory) {
   if (trajectory.drive == DriveKind::joints)
-    at.fail("expected no 'remaining' with 'drive: joints', which names its coordinates itself");
+    at.fail({.expected = "no 'remaining' with 'drive: joints', which names its coordinates itself"});
   for (const Cursor& item : at.items("a list of joint coordinates")) {
     const int coordinate = read_coordinate(item, draft);
     if (std::find(trajectory.remaining.begin(), trajectory.remaining.end(), coordinate) != trajectory.remaining.end())
-      item.fail(fmt::format("expected every coordinate once, found {} again", item.found()));
+      item.fail({.expected = "every coordinate once", .found = fmt::format("{} again", item.found())});
     trajectory.remaining.push_back(coordinate);
   }
 }
@@ -127,55 +133,101 @@ bool told_otherwise(const PoseTarget& pose, DriveKind drive) {
                                     : drive == DriveKind::tool && !pose.tool && (by_joints || pose.com);
 }
 
-void read_poses(const Cursor& at, const Timing& own, const Timing& shared, const Cursor* path, Draft& draft,
-                Trajectory& trajectory) {
+/// A trajectory being read: what it says, what `motion` says for all, and where it goes.
+struct Assembly {
+  const Cursor& at;
+  const TrajectoryText& text;
+  const Timing& own;
+  const Timing& shared;
+  Draft& draft;
+  Trajectory& trajectory;
+
+  const Cursor* path() const { return text.path ? &*text.path : nullptr; }
+  bool by_table() const { return text.path && is_table(*text.path); }
+
+  /// Whether a key that both may have is missing, or wrong, because of a mistake that is told already.
+  bool unread(const char* key, bool own_given, bool shared_given) const {
+    const Problems& problems = draft.problems;
+    const std::string here = at.path() + "." + key, there = std::string("motion.") + key;
+    if (problems.spoilt(here)) return true;
+    return !own_given && (shared_given ? problems.spoilt(there) : problems.lost(here) || problems.lost(there));
+  }
+};
+
+void read_poses(const Assembly& a) {
+  const Timing &own = a.own, &shared = a.shared;
+  Trajectory& trajectory = a.trajectory;
+  const Cursor* path = a.path();
+  if (a.unread("from", own.from_at.has_value(), shared.from_at.has_value())) throw Consequence();
+  if (a.unread("to", own.to_at.has_value(), shared.to_at.has_value()) && needs_end(path)) throw Consequence();
   const auto from = own.from ? own.from : shared.from;
   const auto to = own.to ? own.to : shared.to;
   if (from) trajectory.from = *from;
   if (to) trajectory.to = *to;
-  if (path != nullptr && is_table(*path)) return;
+  if (a.by_table()) return;
   const DriveNeeds needs{trajectory.drive, trajectory.components};
-  if (!from) at.fail("missing key: expected 'from' here or in 'motion', found none");
+  if (!from) a.at.fail({.kind = "missing key", .expected = "'from' here or in 'motion'", .found = "none"});
   const bool from_elsewhere = told_otherwise(trajectory.from, trajectory.drive);
   if (!from_elsewhere || path != nullptr)
-    check_pose(place_of(own.from_at, shared.from_at, at), trajectory.from, needs, draft);
+    check_pose(place_of(own.from_at, shared.from_at, a.at), trajectory.from, needs, a.draft);
   if (!needs_end(path)) {
     trajectory.to = trajectory.from;
     return;
   }
-  if (!to) at.fail("missing key: expected 'to' here or in 'motion', found none");
-  const Cursor to_at = place_of(own.to_at, shared.to_at, at);
+  if (!to) a.at.fail({.kind = "missing key", .expected = "'to' here or in 'motion'", .found = "none"});
+  const Cursor to_at = place_of(own.to_at, shared.to_at, a.at);
   const bool to_elsewhere = told_otherwise(trajectory.to, trajectory.drive);
-  if (!to_elsewhere || path != nullptr) check_pose(to_at, trajectory.to, needs, draft);
+  if (!to_elsewhere || path != nullptr) check_pose(to_at, trajectory.to, needs, a.draft);
   if ((!from_elsewhere && !to_elsewhere) || path != nullptr)
-    match_pose(to_at, trajectory.to, trajectory.from, trajectory.drive, draft);
+    match_pose(to_at, trajectory.to, trajectory.from, trajectory.drive, a.draft);
 }
 
-void put_together(const Cursor& at, const TrajectoryText& text, const Timing& own, const Timing& shared, Draft& draft,
-                  Trajectory& trajectory) {
-  const Cursor* path = text.path ? &*text.path : nullptr;
-  trajectory.drive = static_cast<DriveKind>(text.drive->choice("a drive", {"joints", "tool", "com"}));
-  if (trajectory.drive == DriveKind::tool && !draft.mechanism().tool)
-    text.drive->fail("expected a spec with a tool ('tool: body.point') for 'drive: tool', found none");
-  if (text.law)
-    trajectory.law.kind = read_law(*text.law);
-  else if (path == nullptr || !is_table(*path))
-    at.missing("'law'");
-  if (text.ramp && text.ramps) text.ramps->fail("expected 'ramp' or 'ramps', found both");
-  for (const auto& ramps : {text.ramp, text.ramps})
-    if (ramps) read_ramps(*ramps, draft, trajectory.law);
-  if (text.components) {
-    trajectory.components = read_components(*text.components, draft, trajectory.drive);
-  }
-  if (text.remaining) read_remaining(*text.remaining, draft, trajectory);
-  read_poses(at, own, shared, path, draft, trajectory);
-  const auto duration = own.duration ? own.duration : shared.duration;
-  if (!duration && (path == nullptr || !is_table(*path)))
-    at.fail("missing key: expected 'duration' here or in 'motion', found none");
-  trajectory.duration = duration.value_or(1);
-  trajectory.samples = own.samples.value_or(shared.samples.value_or(trajectory.samples));
-  trajectory.about = own.about.value_or(shared.about.value_or(Vector3::Zero()));
-  if (path != nullptr) read_path(*path, draft, trajectory);
+void read_drive(const Assembly& a) {
+  if (!a.text.drive) throw Consequence();
+  a.trajectory.drive = static_cast<DriveKind>(a.text.drive->choice("a drive", {"joints", "tool", "com"}));
+  if (a.trajectory.drive == DriveKind::tool && !a.draft.mechanism().tool)
+    a.text.drive->fail_unless_doubtful(
+        "tool", {.expected = "a spec with a tool ('tool: body.point') for 'drive: tool'", .found = "none"});
+}
+
+void read_whole_law(const Assembly& a) {
+  if (a.text.law)
+    a.trajectory.law.kind = read_law(*a.text.law);
+  else if (a.draft.problems.doubtful(a.at.path() + ".law"))
+    throw Consequence();
+  else if (!a.by_table())
+    a.at.missing({"law"});
+  if (a.text.ramp && a.text.ramps) a.text.ramps->fail({.expected = "'ramp' or 'ramps'", .found = "both"});
+  for (const auto& ramps : {a.text.ramp, a.text.ramps})
+    if (ramps) read_ramps(*ramps, a.draft, a.trajectory.law);
+}
+
+void read_timing(const Assembly& a) {
+  const auto duration = a.own.duration ? a.own.duration : a.shared.duration;
+  const bool unread = a.unread("duration", a.own.duration_given, a.shared.duration_given);
+  a.trajectory.duration = duration.value_or(unread ? std::numeric_limits<double>::infinity() : 1);
+  a.trajectory.samples = a.own.samples.value_or(a.shared.samples.value_or(a.trajectory.samples));
+  a.trajectory.about = a.own.about.value_or(a.shared.about.value_or(Vector3::Zero()));
+  if (unread || duration || a.by_table()) return;
+  a.trajectory.duration = std::numeric_limits<double>::infinity();
+  a.at.fail({.kind = "missing key", .expected = "'duration' here or in 'motion'", .found = "none"});
+}
+
+/// Reads on after a mistake with what does not depend on it.
+void put_together(const Assembly& a) {
+  Problems& problems = a.draft.problems;
+  const bool driven = problems.guard([&] { read_drive(a); });
+  problems.guard([&] { read_whole_law(a); });
+  problems.guard([&] { read_timing(a); });
+  if (!driven) return;
+  const bool chosen = problems.guard([&] {
+    if (a.text.components) a.trajectory.components = read_components(*a.text.components, a.draft, a.trajectory.drive);
+  });
+  problems.guard([&] {
+    if (a.text.remaining) read_remaining(*a.text.remaining, a.draft, a.trajectory);
+  });
+  const bool posed = chosen && problems.guard([&] { read_poses(a); });
+  if (posed && a.text.path) problems.guard([&] { read_path(*a.text.path, a.draft, a.trajectory); });
 }
 
 void read_trajectory(const Member& member, const Timing& shared, Draft& draft) {
@@ -193,11 +245,10 @@ void read_trajectory(const Member& member, const Timing& shared, Draft& draft) {
                              {"remaining", &text.remaining}})
     fields.push_back({name, Need::optional, keep(*slot)});
   fields.push_back({"drive", Need::required, keep(text.drive)});
-  if (!read_fields(member.value, "a trajectory {law, drive}", fields)) return;
-  draft.problems.guard([&] {
-    put_together(member.value, text, own, shared, draft, trajectory);
-    draft.study.trajectories.push_back(std::move(trajectory));
-  });
+  read_fields(member.value, "a trajectory {law, drive}", fields);
+  if (member.value.is_map()) put_together({member.value, text, own, shared, draft, trajectory});
+  // Even if it is wrong its name is known.
+  draft.study.trajectories.push_back(std::move(trajectory));
 }
 
 /// `cycloid` and `bang-bang` exist whenever `motion` says from where to where. What they drive is what it says.
@@ -212,11 +263,12 @@ void add_built_in(const Cursor& motion, const Timing& timing, const char* name, 
   const bool by_tool = from.tool && to.tool;
   const bool by_joints = !from.joints.empty() && !to.joints.empty();
   if (!by_tool && !by_joints && !(from.com && to.com))
-    timing.to_at->fail("expected the same of 'tool', 'joints' or 'com' in 'from' and 'to', found different ones");
+    timing.to_at->fail(
+        {.expected = "the same of 'tool', 'joints' or 'com' in 'from' and 'to'", .found = "different ones"});
   const DriveKind moved = by_tool ? DriveKind::tool : by_joints ? DriveKind::joints : DriveKind::com;
   trajectory.drive = law == LawKind::bang_bang && by_tool ? DriveKind::com : moved;
   match_pose(*timing.to_at, to, from, moved, draft);
-  if (!timing.duration) motion.missing("'duration'");
+  if (!timing.duration) motion.missing({"duration"});
   trajectory.from = from;
   trajectory.to = to;
   trajectory.duration = *timing.duration;
@@ -225,29 +277,39 @@ void add_built_in(const Cursor& motion, const Timing& timing, const char* name, 
   draft.study.trajectories.push_back(std::move(trajectory));
 }
 
+/// Without declared trajectories a motion must say from where to where.
+void need_ends(const Cursor& motion, const Timing& timing) {
+  if (motion.problems().lost("trajectories")) throw Consequence();
+  for (const auto& [pose, name] : {std::pair{&timing.from, "from"}, {&timing.to, "to"}})
+    motion.problems().guard([&, &pose = pose, &name = name] {
+      if (!*pose) motion.missing({name});
+    });
+}
+
 }  // namespace
 
 void read_trajectories(const Cursor* motion, const Cursor* trajectories, Draft& draft) {
   Timing shared;
-  bool read = true;
-  if (motion != nullptr) read = read_fields(*motion, "a motion {duration, from, to}", timing_fields(shared, draft));
-  if (trajectories != nullptr && read)
-    draft.problems.guard([&] {
+  Problems& problems = draft.problems;
+  bool read = motion == nullptr || read_fields(*motion, "a motion {duration, from, to}", timing_fields(shared, draft));
+  if (trajectories != nullptr) {
+    const bool known = problems.guard([&] {
       for (const Member& member : named_members(*trajectories, "a mapping of trajectories"))
         read_trajectory(member, shared, draft);
     });
-  if (motion == nullptr || !draft.problems.none()) return;
-  draft.problems.guard([&] {
+    read = read && known;
+  }
+  if (motion == nullptr) return;
+  const bool known = read && problems.guard([&] {
     const bool declared = !draft.study.trajectories.empty();
-    if (!declared)
-      for (const auto& [pose, name] : {std::pair{&shared.from, "from"}, {&shared.to, "to"}})
-        if (!*pose) motion->missing(in_quotes(name));
+    if (!declared) need_ends(*motion, shared);
     if (!shared.from || !shared.to) return;
     // A motion that only serves declared trajectories need not carry the built-in ones.
     if (declared && !shared.duration) return;
     add_built_in(*motion, shared, "cycloid", LawKind::cycloidal, draft);
     add_built_in(*motion, shared, "bang-bang", LawKind::bang_bang, draft);
   });
+  if (!known) problems.spoil("motion");
 }
 
 }  // namespace balance::read

@@ -1,6 +1,7 @@
 // The only place that knows yaml-cpp. Its events, not its node tree, are read: so the limits hold while parsing, before
 // nesting or aliases can grow, and duplicate keys (which the tree swallows) are seen.
 
+#include "balance/base/plain_text.hpp"
 #include "balance/read/nearest.hpp"
 #include "balance/read/node.hpp"
 
@@ -71,7 +72,7 @@ class Builder : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto known = anchors_.find(anchor);
     if (known == anchors_.end())
-      throw Problem(place_of(mark), path(), "expected a value, found an alias of a value that contains it");
+      throw Problem(place_of(mark), path(), {.expected = "a value", .found = "an alias of a value that contains it"});
     count(mark, size_of(known->second));
     check_depth(mark, depth_of(known->second));
     Node copy = known->second;
@@ -115,12 +116,12 @@ class Builder : public YAML::EventHandler {
     nodes_ += nodes;
     if (nodes_ > limits_.nodes)
       throw Problem(place_of(mark), "",
-                    fmt::format("expected at most {} values in a spec, aliases expanded", limits_.nodes));
+                    {.expected = fmt::format("at most {} values in a spec, aliases expanded", limits_.nodes)});
   }
 
   void check_depth(const YAML::Mark& mark, int more) const {
     if (static_cast<int>(open_.size()) + more > limits_.depth)
-      throw Problem(place_of(mark), "", fmt::format("expected at most {} levels of nesting", limits_.depth));
+      throw Problem(place_of(mark), "", {.expected = fmt::format("at most {} levels of nesting", limits_.depth)});
   }
 
   void close() {
@@ -158,7 +159,7 @@ class Builder : public YAML::EventHandler {
     nodes_ += size_of(node);
     if (nodes_ > limits_.nodes)
       throw Problem(node.place, "",
-                    fmt::format("expected at most {} values in a spec, aliases expanded", limits_.nodes));
+                    {.expected = fmt::format("at most {} values in a spec, aliases expanded", limits_.nodes)});
   }
 
   void take_key(Open& parent, Node key) {
@@ -167,13 +168,18 @@ class Builder : public YAML::EventHandler {
       key.text = "null";
     }
     if (key.kind != Node::Kind::scalar)
-      throw Problem(key.place, path(), "expected a name as a key, found a list or a mapping");
+      throw Problem(key.place, path(), {.expected = "a name as a key", .found = "a list or a mapping"});
     if (key.text == "<<" && !key.quoted)
       throw Problem(key.place, path(),
-                    "expected a name as a key, found '<<'; merging is not part of the language, parameters are");
-    if (!parent.seen.insert(key.text).second)
-      problems_.add({key.place, path() + (path().empty() ? "" : ".") + key.text,
-                     fmt::format("expected every key once, found {} again", in_quotes(key.text))});
+                    {.expected = "a name as a key",
+                     .found = "'<<'",
+                     .hint = "merging is not part of the language, parameters are"});
+    if (!parent.seen.insert(key.text).second) {
+      Problem problem(key.place, path() + (path().empty() ? "" : ".") + key.text,
+                      {.expected = "every key once", .found = in_quotes(key.text) + " again"});
+      problem.odd_key = true;
+      problems_.add(std::move(problem));
+    }
     parent.key = std::move(key);
   }
 
@@ -197,45 +203,56 @@ class Builder : public YAML::EventHandler {
   long nodes_ = 0;
 };
 
-/// The first byte that is no UTF-8 text, if any.
+/// The first byte that is no text, if any.
 std::optional<std::size_t> first_odd_byte(const std::string& text) {
-  std::size_t i = 0;
-  while (i < text.size()) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    const bool control = byte < 0x20 && byte != '\t' && byte != '\n' && byte != '\r';
-    const int follow = byte < 0x80                   ? 0
-                       : byte >= 0xC2 && byte < 0xE0 ? 1
-                       : byte >= 0xE0 && byte < 0xF0 ? 2
-                       : byte >= 0xF0 && byte < 0xF5 ? 3
-                                                     : -1;
-    if (control || byte == 0x7f || follow < 0 || i + static_cast<std::size_t>(follow) >= text.size()) return i;
-    for (int k = 1; k <= follow; ++k)
-      if ((static_cast<unsigned char>(text[i + static_cast<std::size_t>(k)]) & 0xC0) != 0x80) return i;
-    i += static_cast<std::size_t>(follow) + 1;
+  std::string_view rest = text;
+  while (!rest.empty()) {
+    const Utf8Character one = first_character(rest);
+    const bool control = one.code < 0x20 && one.code != '\t' && one.code != '\n' && one.code != '\r';
+    if (one.bytes == 0 || control || one.code == 0x7f) return text.size() - rest.size();
+    rest.remove_prefix(one.bytes);
   }
   return std::nullopt;
 }
 
+/// The tab among the blanks at the start of a line that an error of syntax is likely to come from: the last one not behind it,
+/// or else on the line below.
+std::optional<Place> tab_before(const std::string& text, Place error) {
+  std::optional<Place> found;
+  int line = 1;
+  for (std::size_t begin = 0; begin < text.size() && line <= error.line + 1; ++line) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::size_t content = text.find_first_not_of(" \t\r", begin);
+    const std::size_t tab = text.find('\t', begin);
+    const bool here = content < end && text[content] != '#' && tab < content;
+    if (here && (line <= error.line || !found)) found = Place{line, static_cast<int>(tab - begin) + 1};
+    begin = end + 1;
+  }
+  return found;
+}
+
 void check_text(const std::string& text, const DocumentLimits& limits) {
   if (text.size() > limits.bytes)
-    throw Problem({1, 1}, "", fmt::format("expected a spec of at most {} bytes, found {}", limits.bytes, text.size()));
+    throw Problem(
+        {1, 1}, "",
+        {.expected = fmt::format("a spec of at most {} bytes", limits.bytes), .found = std::to_string(text.size())});
   if (const auto odd = first_odd_byte(text)) {
     Place place{1, 1};
     for (std::size_t i = 0; i < *odd; ++i)
       place = text[i] == '\n' ? Place{place.line + 1, 1} : Place{place.line, place.column + 1};
-    throw Problem(
-        place, "",
-        fmt::format("expected text (UTF-8), found the byte 0x{:02x}: this is a binary file or in another encoding",
-                    static_cast<unsigned>(static_cast<unsigned char>(text[*odd]))));
+    throw Problem(place, "",
+                  {.expected = "text (UTF-8)",
+                   .found = fmt::format("the byte 0x{:02x}: this is a binary file or in another encoding",
+                                        static_cast<unsigned>(static_cast<unsigned char>(text[*odd])))});
   }
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
-    throw Problem({1, 1}, "", "expected a spec, found an empty file");
+    throw Problem({1, 1}, "", {.expected = "a spec", .found = "an empty file"});
   // yaml-cpp takes all of a bracket's tokens into its memory before it tells of the first.
   const auto marks = std::count_if(text.begin(), text.end(), [](char c) { return std::strchr("[]{},", c) != nullptr; });
   if (marks > 3 * limits.nodes)
-    throw Problem(
-        {1, 1}, "",
-        fmt::format("expected a spec of at most {} brackets, braces and commas, found {}", 3 * limits.nodes, marks));
+    throw Problem({1, 1}, "",
+                  {.expected = fmt::format("a spec of at most {} brackets, braces and commas", 3 * limits.nodes),
+                   .found = std::to_string(marks)});
 }
 
 }  // namespace
@@ -247,14 +264,18 @@ Node parse_yaml(const std::string& text, Problems& problems, const DocumentLimit
   Builder builder(problems, limits, skipped);
   try {
     YAML::Parser parser(stream);
-    if (!parser.HandleNextDocument(builder)) throw Problem({1, 1}, "", "expected a spec, found nothing but comments");
+    if (!parser.HandleNextDocument(builder))
+      throw Problem({1, 1}, "", {.expected = "a spec", .found = "nothing but comments"});
     Node root = builder.take();
     Builder rest(problems, limits, skipped);
     if (parser.HandleNextDocument(rest))
-      throw Problem(rest.take().place, "", "expected one document, found a second one");
+      throw Problem(rest.take().place, "", {.expected = "one document", .found = "a second one"});
     return root;
   } catch (const YAML::Exception& wrong) {
-    throw Problem(place_of(wrong.mark), "", "expected YAML, found an error of syntax: " + wrong.msg);
+    if (const auto tab = tab_before(text, place_of(wrong.mark)))
+      throw Problem(*tab, "",
+                    {.expected = "YAML", .found = "a tab where it wants blanks", .hint = "indent with blanks"});
+    throw Problem(place_of(wrong.mark), "", {.expected = "YAML", .found = "an error of syntax: " + wrong.msg});
   }
 }
 

@@ -83,6 +83,24 @@ std::string error_json(const std::string& kind, const std::string& message, cons
   return dump({{"error", {{"kind", kind}, {"message", message}, {"status", status}}}});
 }
 
+std::string error_json(const std::string& kind, const SpecError& error) {
+  const auto text_or_null = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
+  const auto count_or_null = [](int count) { return count > 0 ? Json(count) : Json(nullptr); };
+  Json mistakes = Json::array();
+  for (const Mistake& one : error.mistakes())
+    mistakes.push_back({{"file", text_or_null(one.place.file)},
+                        {"line", count_or_null(one.place.line)},
+                        {"column", count_or_null(one.place.column)},
+                        {"key", text_or_null(one.place.key)},
+                        {"message", one.message},
+                        {"expected", text_or_null(one.expected)},
+                        {"found", text_or_null(one.found)},
+                        {"hint", text_or_null(one.hint)}});
+  return dump(
+      {{"error",
+        {{"kind", kind}, {"message", error.what()}, {"mistakes", std::move(mistakes)}, {"more", error.more()}}}});
+}
+
 std::string error_json(const std::string& kind, const MotionOutcome& outcome) {
   return dump(
       {{"error",

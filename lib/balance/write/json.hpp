@@ -1,6 +1,7 @@
 #pragma once
 /// Results, checks and errors as JSON for programs.
 
+#include "balance/base/error.hpp"
 #include "balance/model/mechanism.hpp"
 #include "balance/study/check.hpp"
 #include "balance/study/result.hpp"
@@ -25,5 +26,8 @@ std::string check_json(const CheckReport& report, const Mechanism& mechanism, co
 std::string error_json(const std::string& kind, const std::string& message);
 std::string error_json(const std::string& kind, const std::string& message, const std::string& status);
 std::string error_json(const std::string& kind, const MotionOutcome& outcome);
+/// Adds "mistakes", each with its file, line, column, key, message, expected, found, hint (null where there is none), and "more",
+/// how many mistakes there are besides.
+std::string error_json(const std::string& kind, const SpecError& error);
 
 }  // namespace balance
