@@ -5,8 +5,8 @@
 
 namespace balance::fuzz {
 
-/// `s.yaml:3:14: …` or `--set l=…`.
-bool names_a_place(const std::string& message);
+/// `s.yaml:3:14` or `--set l`.
+bool names_a_place(const SpecPlace& place);
 
 template <class Read>
 bool complains_well(Read&& read) {
@@ -14,7 +14,10 @@ bool complains_well(Read&& read) {
     read();
     return true;
   } catch (const SpecError& error) {
-    demand(names_a_place(error.what()), std::string("a complaint without a place: ") + error.what());
+    for (const Mistake& mistake : error.mistakes()) {
+      demand(names_a_place(mistake.place), "a complaint without a place: " + mistake.text());
+      demand(!mistake.message.empty(), "a complaint that says nothing: " + mistake.text());
+    }
   }
   return false;
 }

@@ -1,6 +1,5 @@
 #include "targets.hpp"
 
-#include <cctype>
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
@@ -21,17 +20,8 @@ void demand(bool holds, const std::string& what) {
   std::abort();
 }
 
-bool names_a_place(const std::string& message) {
-  if (message.starts_with("--")) return true;
-  const auto number = [&](std::size_t& at) {
-    const std::size_t begin = at;
-    while (at < message.size() && std::isdigit(static_cast<unsigned char>(message[at])) != 0) ++at;
-    return at > begin && at < message.size() && message[at++] == ':';
-  };
-  std::size_t at = message.find(".yaml:");
-  if (at == std::string::npos) return false;
-  at += 6;
-  return number(at) && number(at) && at < message.size() && message[at] == ' ';
+bool names_a_place(const SpecPlace& place) {
+  return place.is_option() || (place.file.ends_with(".yaml") && place.line > 0 && place.column > 0);
 }
 
 }  // namespace balance::fuzz

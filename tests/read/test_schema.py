@@ -14,7 +14,7 @@ configs = pathlib.Path(os.environ.get("CONFIGS", here.parents[1] / "configs"))
 
 
 class Loader(yaml.SafeLoader):
-    """YAML 1.2 as far as it matters: `on` and `no` are words, not truth values."""
+    """YAML 1.2 as far as it matters: `on` and `no` are words, not truth values. For specs in the older spelling."""
 
 
 Loader.yaml_implicit_resolvers = {
@@ -29,11 +29,17 @@ def read(text):
 
 def specs():
     """The mechanisms in configs and the two complete specs that the reader's tests spoil, by name."""
-    for path in sorted(configs.glob("*.yaml")):
-        yield path.name, read(path.read_text(encoding="utf-8"))
+    for path in sorted([*configs.glob("*.yaml"), *configs.glob("starters/*.yaml")]):
+        # (D8) as any tool reads them, by YAML 1.1; nothing in them may turn into a truth value
+        yield path.name, yaml.safe_load(path.read_text(encoding="utf-8"))
     raw_strings = re.findall(r'R"\((.*?)\)"', (here / "specs.hpp").read_text(encoding="utf-8"), re.DOTALL)
     for number, text in enumerate(raw_strings):
         yield f"specs.hpp, spec {number}", read(text)
+
+
+def vector_of(spec):
+    """The centre of mass of the first body."""
+    return next(iter(spec["bodies"].values()))["com"]
 
 
 def mistakes(spec):
@@ -56,6 +62,12 @@ def mistakes(spec):
     yield "one end", changed(lambda s: s["joints"][first_joint].update(connects=["ground.O"]))
     yield "a unit of nothing", changed(lambda s: s.update(units={"length": "inch"}))
     yield "a motion without an end", changed(lambda s: s.update(motion={"duration": 1, "form": {}}))
+    yield "a name with a blank", changed(lambda s: s["bodies"].update({"a b": s["bodies"][first_body]}))
+    yield "a name that turns the direction", changed(lambda s: s["bodies"].update({"a\u202eb": s["bodies"][first_body]}))
+    load = {"force": [0] * len(vector_of(spec))}
+    yield "a load on nothing", changed(lambda s: s.update(loads={"f": load}))
+    yield "a load on two bodies", changed(lambda s: s.update(loads={"f": dict(load, body=first_body, on=first_body)}))
+    yield "a load on what YAML 1.1 makes of 'on'", changed(lambda s: s.update(loads={"f": dict(load, true=first_body)}))
     yield "an unknown law", changed(lambda s: s.update(trajectories={"t": {"law": "fast", "drive": "tool"}}))
 
 

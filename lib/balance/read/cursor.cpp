@@ -107,7 +107,7 @@ std::vector<Member> named_members(const Cursor& map, const std::string& what) {
                       {.expected = "a name of letters, digits, '_' and '-'",
                        .found = in_quotes(member.name),
                        .hint = otherwise_right ? "it must begin with a letter" : ""});
-      problem.odd_key = true;
+      problem.odd_in = map.path();
       throw problem;
     });
   return all;
@@ -164,7 +164,7 @@ class FieldsReader {
                      .expected = one_of(names_),
                      .found = in_quotes(member.name),
                      .hint = hint_for(member.name, names_)});
-    problem.odd_key = true;
+    problem.odd_in = map_.path();
     throw problem;
   }
 

@@ -34,7 +34,8 @@ Vector3 find_point(const Cursor& at, const std::string& name, const Body& body) 
   for (const NamedPoint& point : body.points) names.push_back(point.name);
   names.emplace_back("origin");
   const std::string points = body.name == "ground" ? "ground.points" : "bodies." + body.name + ".points";
-  if (at.problems().doubtful(points + "." + name)) throw Consequence();
+  const Problems& problems = at.problems();
+  if (problems.doubtful(points + "." + name) || (body.points.empty() && problems.lost(points))) throw Consequence();
   at.fail({.expected = fmt::format("a point of {} ({})", body.name, one_of(names)),
            .found = in_quotes(name),
            .hint = nearest_is(name, names)});

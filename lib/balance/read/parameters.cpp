@@ -153,7 +153,7 @@ Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& ov
     return !problems.guard([&] {
       const auto fail = [&](const char* expected, const std::string& found) {
         Problem problem(member.key.node().place, member.key.path(), {.expected = expected, .found = found});
-        problem.odd_key = true;
+        problem.odd_in = "parameters";
         throw problem;
       };
       if (!is_identifier(member.name)) fail("a name of letters, digits and '_'", in_quotes(member.name));

@@ -113,7 +113,7 @@ WaypointPath read_waypoints(const Cursor& at, Draft& draft, const Trajectory& tr
                                       match_pose(item, pose, trajectory.from, trajectory.drive, draft);
                                       path.points.push_back(pose);
                                     }
-                                    if (path.points.empty()) c.expected("at least one pose");
+                                    if (c.node().items.empty()) c.expected("at least one pose");
                                   }},
                                  {"blend", Need::optional,
                                   [&](const Cursor& c) {

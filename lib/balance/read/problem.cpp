@@ -46,7 +46,7 @@ void Problems::add(Problem problem) {
            one.path == problem.path && one.what_is_wrong.text() == problem.what_is_wrong.text();
   });
   if (again) return;
-  if (problem.odd_key) misspelt_.insert(parent_of(problem.path));
+  if (problem.odd_in) misspelt_.insert(*problem.odd_in);
   all_.push_back(std::move(problem));
   if (all_.size() >= enough) throw_all();
 }

@@ -5,6 +5,7 @@
 #include "balance/base/error.hpp"
 
 #include <exception>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -38,8 +39,8 @@ struct Problem : std::exception {
   Place place;
   std::string path;
   Complaint what_is_wrong;
-  std::string about;     ///< the path of what is missing or spoilt
-  bool odd_key = false;  ///< another key of the same mapping may have been meant
+  std::string about;                  ///< the path of what is missing or spoilt
+  std::optional<std::string> odd_in;  ///< the path of a mapping with an odd key: another one may have been meant
 };
 
 /// Thrown where something cannot be read because of a mistake elsewhere that is collected already.

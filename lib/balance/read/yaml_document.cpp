@@ -177,7 +177,7 @@ class Builder : public YAML::EventHandler {
     if (!parent.seen.insert(key.text).second) {
       Problem problem(key.place, path() + (path().empty() ? "" : ".") + key.text,
                       {.expected = "every key once", .found = in_quotes(key.text) + " again"});
-      problem.odd_key = true;
+      problem.odd_in = path();
       problems_.add(std::move(problem));
     }
     parent.key = std::move(key);

@@ -1,5 +1,6 @@
 #include "balance/write/comparison_text.hpp"
 
+#include "balance/base/plain_text.hpp"
 #include "balance/write/csv_field.hpp"
 
 #include <fmt/format.h>
@@ -14,7 +15,7 @@ namespace {
 std::string markdown_cell(const std::string& text) {
   const bool is_code = text.starts_with('`');
   std::string cell;
-  for (const char c : text) {
+  for (const char c : visible_lines(text)) {
     if (c == '|') {
       cell += "\\|";
     } else if (c == '<' && !is_code) {
