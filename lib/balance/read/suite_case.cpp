@@ -126,11 +126,11 @@ std::vector<Field> case_fields(SuiteDraft& draft, SuiteCase& one) {
 
 void add_case(SuiteDraft& draft, SuiteCase one, const Cursor& named) {
   if (!fit_for_file(one.name))
-    named.fail(
-        {.expected = fmt::format("a name fit for a file (letters, digits and _ - . + = , at most {} of them, a letter, a "
-                                 "digit or '_' first)",
-                                 longest_name),
-         .found = in_quotes(one.name)});
+    named.fail({.expected = fmt::format(
+                    "a name fit for a file (letters, digits and _ - . + = , at most {} of them, a letter, a "
+                    "digit or '_' first)",
+                    longest_name),
+                .found = in_quotes(one.name)});
   if (draft.names.count(one.name) > 0)
     named.fail({.expected = "a name of its own for every case", .found = fmt::format("{} again", in_quotes(one.name))});
   if (one.spec.empty())
