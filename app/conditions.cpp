@@ -34,7 +34,7 @@ ExitCode run(const ConditionsOptions& options) {
     print(conditions_json(view, space.start.warnings));
   else
     print_text(options.latex ? conditions_latex(view.conditions, view.names) : conditions_text(view));
-  return ExitCode::done;
+  return view.staying.empty() ? ExitCode::done : ExitCode::not_met;
 }
 
 }  // namespace
@@ -48,12 +48,16 @@ Command setup_conditions(CLI::App& program) {
       "necessary and sufficient for the goal, which of them are met and which free numbers of the\n"
       "spec each of them depends on. Without --goal it is the spec's `design: goal`.\n"
       "Inertial parameters are about the origin of the body's frame, those of discs about their\n"
-      "centre of mass. Exit code 4: the loops cannot be closed, the number of conditions is not\n"
+      "centre of mass. Loads are known terms on the right-hand side. What masses and springs cannot\n"
+      "balance (friction, loads that change or that act otherwise than weight) is named with the\n"
+      "largest effort that it leaves to the actuators, and the exit code is 1, unless --without\n"
+      "leaves it out. Exit code 4: the loops cannot be closed, the number of conditions is not\n"
       "clear, or the goal needs actuators or a tool that the mechanism does not have.\n\n"
       "Examples:\n"
       "  balance conditions 5r.yaml --goal static\n"
       "  balance conditions 3rrr.yaml --goal force --goal gyroscopic --json\n"
-      "  balance conditions rr.yaml --goal decoupled --latex");
+      "  balance conditions rr.yaml --goal decoupled --latex\n"
+      "  balance conditions arm.yaml --goal gyroscopic --without friction");
   return {parser, [options] { return run(*options); }};
 }
 

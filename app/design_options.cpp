@@ -57,6 +57,7 @@ std::string command_line(const DesignCommandOptions& o) {
   for (const std::string& goal : o.goal.goals) add("--goal", goal);
   add("--minimize", o.minimize);
   if (o.goal.strategy != "complete") add("--strategy", o.goal.strategy);
+  for (const std::string& names : o.goal.without) add("--without", names);
   add("--algorithm", o.algorithm);
   if (o.goal.seed) add("--seed", std::to_string(*o.goal.seed));
   for (const std::string& set : o.spec.set) add("--set", set);
@@ -86,6 +87,7 @@ void add_design_options(CLI::App& parser, DesignCommandOptions& o) {
 DesignStudyOptions study_options(const DesignCommandOptions& options, const Study& study) {
   DesignStudyOptions result;
   result.modular = is_modular(options.goal);
+  result.without = choose_without(options.goal, study.mechanism);
   result.minimize = choose_objective(options.minimize, study);
   // without a goal there must be something else to design for
   result.goals = choose_goals(options.goal, study, result.minimize.empty() && study.design.minimize.empty());

@@ -4,6 +4,7 @@
 #include "suggestion.hpp"
 
 #include "balance/conditions/modular.hpp"
+#include "balance/conditions/nearby.hpp"
 #include "balance/read/nearest.hpp"
 #include "balance/study/start_pose.hpp"
 
@@ -16,6 +17,8 @@ namespace balance::app {
 namespace {
 
 const std::vector<std::string> strategies = {"complete", "modular"};
+const std::vector<std::string> sections_to_leave_out = {"friction", "loads",          "springs",
+                                                        "payloads", "counterweights", "discs"};
 
 }  // namespace
 
@@ -26,6 +29,10 @@ void add_goal_options(CLI::App& parser, GoalOptions& o) {
   CLI::Option* strategy =
       parser.add_option("--strategy", o.strategy, "complete: necessary and sufficient; modular: each chain by itself");
   suggest_words(strategy->type_name("NAME")->capture_default_str(), strategies);
+  CLI::Option* without =
+      parser.add_option("--without", o.without,
+                        "what the goal leaves out: friction, loads, springs, payloads, …, or names of single ones");
+  suggest_words(without->type_name("NAMES")->allow_extra_args(false), sections_to_leave_out);
   parser.add_option("--seed", o.seed, "of random configurations and searches")->type_name("N");
 }
 
@@ -47,6 +54,24 @@ std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, b
   return goals;
 }
 
+std::vector<std::string> choose_without(const GoalOptions& options, const Mechanism& mechanism) {
+  const std::vector<std::string> known = names_to_leave_out(mechanism);
+  std::vector<std::string> names;
+  for (const std::string& list : options.without) {
+    for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
+      end = list.find(',', begin);
+      std::string name = list.substr(begin, end == std::string::npos ? end : end - begin);
+      name.erase(0, name.find_first_not_of(' '));
+      name.erase(name.find_last_not_of(' ') + 1);
+      if (std::find(known.begin(), known.end(), name) == known.end())
+        throw UsageError(fmt::format("--without {}: expected {}{}", read::in_quotes(name), read::one_of(known),
+                                     read::nearest_hint(name, known)));
+      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    }
+  }
+  return names;
+}
+
 bool is_modular(const GoalOptions& options) {
   if (std::find(strategies.begin(), strategies.end(), options.strategy) == strategies.end()) {
     throw UsageError(fmt::format("--strategy {}: expected {}{}", read::in_quotes(options.strategy),
@@ -62,6 +87,14 @@ Derive make_derive(const std::vector<Goal>& goals, bool modular, const Condition
     return modular ? derive_modular_conditions(mechanism, goals, options)
                    : derive_conditions(mechanism, goals, options);
   };
+}
+
+Derive make_derive_nearby(const Derive& derive, bool modular, const ConditionOptions& options,
+                          const std::vector<CoordinateValue>& start, const Mechanism& mechanism,
+                          const Conditions& conditions) {
+  if (modular) return derive;
+  return nearby_or(
+      derive, [start](const Mechanism& any) { return assembled_at(any, start); }, mechanism, conditions, options);
 }
 
 }  // namespace balance::app

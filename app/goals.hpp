@@ -15,6 +15,7 @@ struct GoalOptions {
   std::vector<std::string> goals;  ///< names; empty: the spec's
   std::string strategy = "complete";
   std::optional<std::uint64_t> seed;
+  std::vector<std::string> without;  ///< what the goals leave out, as written: names joined by commas
 };
 
 void add_goal_options(CLI::App& parser, GoalOptions& options);
@@ -24,6 +25,10 @@ void add_goal_options(CLI::App& parser, GoalOptions& options);
 /// @throws UsageError for a name that does not exist, or if there is none at all although it is needed
 std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, bool needed = true);
 
+/// The names of what the goals leave out.
+/// @throws UsageError for a name that is neither a section nor in one
+std::vector<std::string> choose_without(const GoalOptions& options, const Mechanism& mechanism);
+
 /// @throws UsageError unless the strategy is `complete` or `modular`
 bool is_modular(const GoalOptions& options);
 
@@ -32,5 +37,9 @@ using Derive = std::function<Conditions(const Mechanism&)>;
 /// @param start coordinates that mechanisms are assembled at
 Derive make_derive(const std::vector<Goal>& goals, bool modular, const ConditionOptions& options,
                    const std::vector<CoordinateValue>& start);
+/// The same for mechanisms that differ little from one whose conditions are known.
+Derive make_derive_nearby(const Derive& derive, bool modular, const ConditionOptions& options,
+                          const std::vector<CoordinateValue>& start, const Mechanism& mechanism,
+                          const Conditions& conditions);
 
 }  // namespace balance::app

@@ -68,6 +68,7 @@ std::string command_line(const ReportOptions& o) {
   if (!o.controller.empty()) words.insert(words.end(), {"--controller", o.controller});
   for (const std::string& goal : o.goal.goals) words.insert(words.end(), {"--goal", goal});
   if (o.goal.strategy != "complete") words.insert(words.end(), {"--strategy", o.goal.strategy});
+  for (const std::string& names : o.goal.without) words.insert(words.end(), {"--without", names});
   if (o.goal.seed) words.insert(words.end(), {"--seed", std::to_string(*o.goal.seed)});
   if (o.samples) words.insert(words.end(), {"--samples", std::to_string(*o.samples)});
   for (const std::string& set : o.spec.set) words.insert(words.end(), {"--set", set});

@@ -18,6 +18,7 @@ ConditionsView derive_view(const GoalOptions& goal, const SpecOptions& spec, con
   const bool modular = is_modular(goal);
   ConditionOptions condition_options;
   condition_options.seed = goal.seed.value_or(condition_options.seed);
+  condition_options.without = choose_without(goal, study.mechanism);
   // Angular momentum is about the same point as in the runs.
   if (!study.trajectories.empty()) condition_options.about = study.trajectories.front().about;
   const Derive derive = make_derive(choose_goals(goal, study), modular, condition_options, start_coordinates(study));
@@ -28,11 +29,13 @@ ConditionsView derive_view(const GoalOptions& goal, const SpecOptions& spec, con
   if (view.conditions.status != ConditionsStatus::done)
     throw MechanismFailure(name_of(view.conditions.status), view.conditions.reason);
   if (named) {
-    view.names = name_coefficients(study.mechanism, view.conditions, list_symbols(study, read_options(spec)), derive);
+    const Derive nearby = make_derive_nearby(derive, modular, condition_options, start_coordinates(study),
+                                             study.mechanism, view.conditions);
+    view.names = name_coefficients(study.mechanism, view.conditions, list_symbols(study, read_options(spec)), nearby);
   }
   view.numbers = study.free_numbers;
   view.occurring = list_occurring(space, view.conditions, derive);
-  judge(view, study.mechanism);
+  judge(view, assembled_at(study.mechanism, start_coordinates(study)), study.trajectories, condition_options);
   return view;
 }
 
@@ -79,14 +82,19 @@ ConditionsView view_conditions(const GoalOptions& goal, const DesignSpace& space
   const LooseSprings loose = loose_springs_of(view.conditions, mechanism);
   ConditionOptions condition_options;
   condition_options.loose_springs = loose;
+  condition_options.without = choose_without(goal, mechanism);
+  condition_options.open_terms = view.conditions.open_terms;
   if (!space.start.trajectories.empty()) condition_options.about = space.start.trajectories.front().about;
   const auto symbols = symbols_of_design(space.start, balanced, mechanism, report.notes);
+  const auto start = start_coordinates(space.start);
+  const Derive derive = make_derive(view.conditions.goals, is_modular(goal), condition_options, start);
   view.names = name_coefficients(
       mechanism, view.conditions, symbols,
-      make_derive(view.conditions.goals, is_modular(goal), condition_options, start_coordinates(space.start)));
+      make_derive_nearby(derive, is_modular(goal), condition_options, start, mechanism, view.conditions));
   view.occurring = outcome.occurring;
   view.occurring.resize(static_cast<std::size_t>(view.conditions.matrix.rows()));
-  judge(view, mechanism, loose);
+  judge(view, assembled_at(mechanism, start_coordinates(space.start)), report.study_after.trajectories,
+        condition_options);
   return view;
 }
 

@@ -294,8 +294,8 @@ class Goals:
             parts += self.momenta(sample, slice(0, 3))
         if kind in ("moment", "dynamic"):
             parts += self.momenta(sample, slice(3, 6))
-        if kind == "proportional":
-            return self.proportional(sample)
+        if kind in ("proportional", "affine"):
+            return self.following(sample, kind == "affine")
         rows = np.vstack(parts)
         return rows, np.zeros((len(rows), none.shape[1]))
 
@@ -393,11 +393,17 @@ class Goals:
             blocks.append(self.columns.spread(per_body[:, part]))
         return blocks
 
-    def proportional(self, sample):
+    def following(self, sample, turning):
+        """The tool's velocity and, if the CoM may follow the rotation too, the rates of its body's axes."""
         axes = 2 if self.mechanism.planar else 3
-        tool = self.mechanism.tool_rows(sample.R).real[:axes] @ sample.allowed
+        rates = self.mechanism.tool_rows(sample.R).real @ sample.allowed
+        known = [rates[:axes]]
+        if turning:
+            R = sample.R[self.mechanism.tool[0]]
+            known += [np.cross(rates[3:].T, R[:, k]).T[:axes] for k in range(axes)]
+        known = np.vstack(known)
         blocks = self.momenta(sample, slice(0, 3))
-        extra = [np.kron(np.eye(axes), tool[:, k]) for k in range(sample.allowed.shape[1])]
+        extra = [np.kron(np.eye(axes), known[:, k]) for k in range(sample.allowed.shape[1])]
         return np.vstack(blocks), -np.vstack(extra)
 
 

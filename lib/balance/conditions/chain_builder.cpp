@@ -1,6 +1,7 @@
 #include "balance/conditions/chain_builder.hpp"
 
 #include "balance/conditions/cuts.hpp"
+#include "balance/conditions/known_terms.hpp"
 
 namespace balance {
 
@@ -77,6 +78,7 @@ void ChainBuilder::add_fittings() {
   for (std::size_t a = 0; a < whole_.attachments.size(); ++a) add_attachment(static_cast<int>(a));
   for (std::size_t d = 0; d < whole_.discs.size(); ++d) add_disc(static_cast<int>(d));
   for (std::size_t s = 0; s < whole_.springs.size(); ++s) add_spring(static_cast<int>(s));
+  add_loads_and_friction();
   for (Coupling coupling : whole_.couplings) {
     coupling.follower = here(coupling.follower), coupling.leader = here(coupling.leader);
     if (coupling.follower >= 0 && coupling.leader >= 0) m.couplings.push_back(coupling);
@@ -88,7 +90,7 @@ void ChainBuilder::add_fittings() {
 }
 
 Chain ChainBuilder::finish(MatrixX& left_over) {
-  const Columns own(list_parameters(chain_.mechanism, chain_.loose_springs));
+  const Columns own(list_terms(chain_.mechanism, chain_.loose_springs));
   chain_.parameters = MatrixX::Zero(own.count(), columns_.count());
   for (const Carried& c : carried_) {
     const Index size = own.size(c.bearer, c.index), from = columns_.first(c.bearer, c.whole_index);
@@ -150,6 +152,24 @@ void ChainBuilder::add_disc(int d) {
     const Index mass = columns_.first(Bearer::disc, d);
     add_mass({disc.name, AttachmentKind::counterweight, disc.body, disc.position, disc.mass, Matrix3::Zero()},
              VectorX::Unit(columns_.count(), mass), mass);
+  }
+}
+
+void ChainBuilder::add_loads_and_friction() {
+  Mechanism& m = chain_.mechanism;
+  for (std::size_t l = 0; l < whole_.loads.size(); ++l) {
+    Load load = whole_.loads[l];
+    if (!is_own(load.body)) continue;
+    load.body = body_[static_cast<std::size_t>(load.body)];
+    m.loads.push_back(load);
+    carried_.push_back({Bearer::load, static_cast<int>(m.loads.size()) - 1, static_cast<int>(l)});
+  }
+  for (std::size_t f = 0; f < whole_.friction.size(); ++f) {
+    Friction friction = whole_.friction[f];
+    if (here(friction.coordinate) < 0) continue;
+    friction.coordinate = here(friction.coordinate);
+    m.friction.push_back(friction);
+    carried_.push_back({Bearer::friction, static_cast<int>(m.friction.size()) - 1, static_cast<int>(f)});
   }
 }
 

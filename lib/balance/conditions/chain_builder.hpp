@@ -68,6 +68,7 @@ class ChainBuilder {
   void add_attachment(int attachment);
   void add_disc(int disc);
   void add_spring(int spring);
+  void add_loads_and_friction();
   void find_coordinates();
   int here(int coordinate) const { return coordinate_[static_cast<std::size_t>(coordinate)]; }
   bool is_own(int body) const { return body != ground && has(body); }

@@ -21,7 +21,7 @@ class Splitting {
       : whole_(whole),
         loose_(loose),
         d_(whole.space == SpaceKind::planar ? 2 : 3),
-        parameters_(list_parameters(whole, loose)),
+        parameters_(list_terms(whole, loose)),
         columns_(parameters_),
         cuts_(find_cuts(whole)),
         tips_(static_cast<std::size_t>(cuts_.chains)) {}
@@ -134,7 +134,7 @@ class Splitting {
       if (!opened && builder.has(a) && builder.has(b) && (a != ground || b != ground))
         builder.add_joint(static_cast<int>(j));
     }
-    const VectorX present = parameter_values(whole_, loose_);
+    const VectorX present = term_values(whole_, loose_);
     for (const Tip& tip : tips_[static_cast<std::size_t>(chain)]) builder.add_tip(tip, present);
     builder.add_fittings();
     split_.chains.push_back(builder.finish(split_.left_over));

@@ -14,23 +14,7 @@ namespace balance {
 namespace {
 
 constexpr int fewest_samples = 12, most_samples = 2000;
-constexpr double elimination_round_off = 1e-10;  ///< of the largest entry before the extra unknowns were eliminated
-constexpr int repetitions = 2;                   ///< with more samples each, before the rank is called unclear
-
-/// Rows of π alone, for which some value of the extra unknowns makes everything vanish.
-MatrixX without_extra(const MatrixX& rows, int parameters) {
-  const Eigen::Index extra = rows.cols() - parameters;
-  if (extra == 0 || rows.rows() == 0) return rows;
-  Eigen::ColPivHouseholderQR<MatrixX> qr(rows.rightCols(extra));
-  qr.setThreshold(1e-9);
-  MatrixX rotated = rows.leftCols(parameters);
-  const double size = rotated.cwiseAbs().maxCoeff();
-  rotated.applyOnTheLeft(qr.householderQ().adjoint());
-  MatrixX left = rotated.bottomRows(rows.rows() - qr.rank());
-  // The tool of a single link follows its CoM whatever that is: round-off is not a condition.
-  if (left.size() > 0 && left.cwiseAbs().maxCoeff() < elimination_round_off * size) left.setZero();
-  return left;
-}
+constexpr int repetitions = 2;  ///< with more samples each, before the rank is called unclear
 
 template <class S>
 class Derivation {
@@ -42,7 +26,9 @@ class Derivation {
         sampler_(mechanism, tree_, options.seed),
         random_(options.seed + 1) {
     out_.goals = goals;
-    out_.parameters = list_parameters(mechanism, options.loose_springs);
+    out_.parameters = list_terms(mechanism, options.loose_springs);
+    out_.known = known_values(mechanism);
+    out_.open_terms = options.open_terms;
   }
 
   Conditions run() {
@@ -113,6 +99,11 @@ class Derivation {
     };
     const bool efforts = wants(GoalKind::statics) || wants(GoalKind::gyroscopic) || wants(GoalKind::decoupled) ||
                          wants(GoalKind::gyroscopic_independent);
+    if (!options_.without.empty()) {
+      std::string names;
+      for (const std::string& name : options_.without) names += (names.empty() ? "" : ", ") + name;
+      out_.notes.push_back("left out: " + names);
+    }
     if (efforts && mechanism_.gravity.norm() == 0)
       out_.notes.push_back("there is no gravity in this spec: weight asks for nothing");
     for (const Parameter& p : out_.parameters)
@@ -146,8 +137,19 @@ Conditions derive_conditions(const Mechanism& mechanism, const std::vector<Goal>
                                               : Derivation<Spatial>(mechanism, goals, options).run();
 }
 
-VectorX scaled_residuals(const Conditions& conditions, const VectorX& parameters) {
-  return (conditions.matrix * parameters).cwiseQuotient(conditions.scale);
+Eigen::Index Conditions::own_rows() const {
+  Eigen::Index rows = matrix.rows();
+  while (known.size() > 0 && rows > 0 && matrix.row(rows - 1).head(own_columns()).isZero(0)) --rows;
+  return rows;
+}
+
+VectorX scaled_residuals(const Conditions& conditions, const VectorX& values) {
+  VectorX all = values;
+  if (values.size() == conditions.own_columns()) {
+    all.resize(values.size() + conditions.known.size());
+    all << values, conditions.known;
+  }
+  return (conditions.matrix * all).cwiseQuotient(conditions.scale);
 }
 
 }  // namespace balance

@@ -2,6 +2,7 @@
 /// The complete balancing conditions of any mechanism: which linear combinations of its parameters must vanish.
 
 #include "balance/conditions/goal.hpp"
+#include "balance/conditions/known_terms.hpp"
 #include "balance/conditions/parameter.hpp"
 
 #include <cstdint>
@@ -19,12 +20,16 @@ enum class ConditionsStatus {
   rank_unclear,   ///< the singular values have no gap that separates conditions from round-off
 };
 
-/// R π = 0: necessary and sufficient.
+/// R π = 0: necessary and sufficient. Behind the parameters of bodies and springs, π has known terms: loads and friction. Rows
+/// come in two parts: first those that hold a parameter, which say what loads ask of it; then those of known terms alone,
+/// which no choice of parameters can change.
 struct Conditions {
   ConditionsStatus status = ConditionsStatus::unsolved;
   std::string reason;  ///< one sentence if not done
   std::vector<Goal> goals;
-  std::vector<Parameter> parameters;  ///< P columns
+  std::vector<Parameter> parameters;  ///< P columns: list_terms
+  VectorX known;                      ///< values of the last ones, which are known terms [SI]
+  std::vector<bool> open_terms;       ///< of the known terms: as in ConditionOptions
   MatrixX matrix;           ///< rank × P [SI], reduced: each row is solved for its pivot, whose coefficient is 1
   std::vector<int> pivots;  ///< per row: a parameter that occurs in no other row
   VectorX
@@ -35,13 +40,24 @@ struct Conditions {
   double gap = 0;                  ///< their ratio; finite (round-off stands in for an exact zero)
   int samples = 0;                 ///< configurations that the rows were taken at
   std::vector<std::string> notes;  ///< what a user should know (which joints' accelerations are meant, …)
+
+  /// Known term k is one that free numbers change.
+  bool is_open(Eigen::Index k) const {
+    return static_cast<std::size_t>(k) < open_terms.size() && open_terms[static_cast<std::size_t>(k)];
+  }
+  /// Columns that are no known terms.
+  Eigen::Index own_columns() const { return static_cast<Eigen::Index>(parameters.size()) - known.size(); }
+  /// Rows that hold a parameter; those behind them hold known terms alone.
+  Eigen::Index own_rows() const;
 };
 
 struct ConditionOptions {
   Vector3 about =
       Vector3::Zero();  ///< world point of the angular momentum [m]; matters only while the force is not met
   LooseSprings loose_springs;
-  std::uint64_t seed = 1;  ///< of the configurations
+  std::vector<std::string> without;  ///< sections and elements that the goals leave out (left_out)
+  std::vector<bool> open_terms;      ///< known terms that free numbers change: asked for even where they are zero
+  std::uint64_t seed = 1;            ///< of the configurations
 };
 
 /// Stacks the goals' rows at random admissible configurations and velocities, decides the rank and reduces the row space.
@@ -51,11 +67,12 @@ Conditions derive_conditions(const Mechanism& mechanism, const std::vector<Goal>
                              const ConditionOptions& options = {});
 
 /// How far parameters are from meeting the conditions, per row, divided by `scale`; signed.
-VectorX scaled_residuals(const Conditions& conditions, const VectorX& parameters);
+/// @param values of all columns, or of those that are no known terms: then `known` stands for the others
+VectorX scaled_residuals(const Conditions& conditions, const VectorX& values);
 
 /// The goals' rows times the parameters at fixed samples: what is left over, for mechanisms that differ from a first one in
 /// any numbers, lengths and ratios included. It vanishes where the conditions of that very mechanism are met, and it is a
-/// smooth function of the numbers.
+/// smooth function of the numbers. Known terms that no parameter can balance are not counted.
 class GoalResidual {
  public:
   /// @throws std::invalid_argument if the mechanism has no conditions for these goals (see derive_conditions)

@@ -1,5 +1,6 @@
 #include "balance/conditions/geometry.hpp"
 
+#include <cmath>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -26,6 +27,7 @@ auto& number_at(AMechanism& m, const GeometricPlace& p) {
     case Kind::coupling_ratio: return m.couplings[at(p.index)].ratio;
     case Kind::spring_first: return m.springs[at(p.index)].point_first[p.axis];
     case Kind::spring_second: return m.springs[at(p.index)].point_second[p.axis];
+    case Kind::load: return m.loads[at(p.index)].point[p.axis];
     case Kind::free_length: return m.springs[at(p.index)].free_length;
     case Kind::gravity: break;
   }
@@ -108,9 +110,43 @@ std::vector<GeometricNumber> list_geometry(const Mechanism& m) {
     list.add_point(spring.second, spring.point_second, {Kind::spring_second, index, 0, 0}, spring.name + ".second");
     list.add(spring.name + ".free_length", "m", {Kind::free_length, index, 0, 0});
   }
+  for (std::size_t l = 0; l < m.loads.size(); ++l)
+    list.add_point(m.loads[l].body, m.loads[l].point, {Kind::load, static_cast<int>(l), 0, 0}, m.loads[l].name + ".at");
   std::vector<GeometricNumber> numbers = list.finish();
   add_gravity(m, numbers);
   return numbers;
+}
+
+std::vector<PolarPoint> list_polar_points(const Mechanism& mechanism) {
+  std::vector<PolarPoint> points;
+  if (mechanism.space != SpaceKind::planar) return points;
+  const std::vector<GeometricNumber> numbers = list_geometry(mechanism);
+  for (std::size_t i = 0; i + 1 < numbers.size(); ++i) {
+    const GeometricNumber &x = numbers[i], &y = numbers[i + 1];
+    const bool pair = x.label.ends_with(".x") && y.label == x.label.substr(0, x.label.size() - 1) + "y";
+    if (!pair || x.value == 0 || y.value == 0) continue;
+    const std::string name = x.label.substr(0, x.label.size() - 1);
+    PolarPoint point{{name + "r", "m", std::hypot(x.value, y.value), {}},
+                     {name + "angle", "rad", std::atan2(y.value, x.value), {}}};
+    for (std::size_t p = 0; p < x.places.size(); ++p) {
+      point.distance.places.push_back(x.places[p]);
+      point.distance.places.push_back(y.places[p]);
+    }
+    point.angle.places = point.distance.places;
+    points.push_back(std::move(point));
+  }
+  return points;
+}
+
+Mechanism turned(const Mechanism& mechanism, const GeometricNumber& angle, double by) {
+  Mechanism result = mechanism;
+  const double c = std::cos(by), s = std::sin(by);
+  for (std::size_t p = 0; p + 1 < angle.places.size(); p += 2) {
+    const double x = number_at(mechanism, angle.places[p]), y = number_at(mechanism, angle.places[p + 1]);
+    number_at(result, angle.places[p]) = c * x - s * y;
+    number_at(result, angle.places[p + 1]) = s * x + c * y;
+  }
+  return result;
 }
 
 double value_in(const Mechanism& mechanism, const GeometricNumber& number) {

@@ -20,11 +20,12 @@ struct GeometricPlace {
     coupling_ratio,
     spring_first,
     spring_second,
+    load,
     free_length,
     gravity,
   };
   Kind kind = Kind::joint_first;
-  int index = 0;  ///< of the joint, disc, coupling or spring; body_point: of the body
+  int index = 0;  ///< of the joint, disc, coupling, spring or load; body_point: of the body
   int item = 0;   ///< body_point: which point
   int axis = 0;
 };
@@ -37,9 +38,19 @@ struct GeometricNumber {
   std::vector<GeometricPlace> places;
 };
 
-/// Coordinates of points at which joints, springs and the tool are, places and ratios of discs, ratios of couplings, free
+/// Coordinates of points at which joints, springs, loads and the tool are, places and ratios of discs, ratios of couplings, free
 /// lengths and the size of gravity. Points that have a name stand once, however many use them.
 std::vector<GeometricNumber> list_geometry(const Mechanism& mechanism);
+
+/// In the plane, the same points by distance and direction where neither coordinate is zero ("link1.B.r", "link1.B.angle" [rad]):
+/// both of a number's places are x, then y of each use.
+struct PolarPoint {
+  GeometricNumber distance, angle;
+};
+std::vector<PolarPoint> list_polar_points(const Mechanism& mechanism);
+
+/// The mechanism with the direction of a point turned, at all its places.
+Mechanism turned(const Mechanism& mechanism, const GeometricNumber& angle, double by);
 
 /// The value that a number has in another mechanism of the same structure.
 double value_in(const Mechanism& mechanism, const GeometricNumber& number);

@@ -19,6 +19,7 @@ constexpr std::array plain = {
     std::pair{GoalKind::moment, "moment"sv},
     std::pair{GoalKind::dynamic, "dynamic"sv},
     std::pair{GoalKind::proportional, "proportional"sv},
+    std::pair{GoalKind::affine, "affine"sv},
 };
 
 /// P0 defines the adjective for what the actuators feel.

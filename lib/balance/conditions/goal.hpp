@@ -17,6 +17,7 @@ enum class GoalKind {
   moment,                  ///< the angular momentum
   dynamic,                 ///< both momenta
   proportional,            ///< what the CoM's velocity differs by from a constant matrix times the tool's
+  affine,                  ///< the same when constant multiples of the tool body's axes are allowed besides
 };
 
 struct Goal {

@@ -43,7 +43,14 @@ class Stations : public GoalResidual::Implementation {
       : options_(options),
         goals_(conditions.goals),
         tree_(compile<S>(mechanism, mechanism.actuators)),
-        units_(mechanism, conditions.parameters) {
+        units_(mechanism, conditions.parameters),
+        counts_(VectorX::Ones(conditions.matrix.cols())) {
+    // what no parameter can balance stays as it is and would only hide what is left of the rest
+    for (Eigen::Index k = 0; k < conditions.known.size(); ++k) {
+      const Eigen::Index column = conditions.own_columns() + k;
+      if (!conditions.is_open(k) && conditions.matrix.col(column).head(conditions.own_rows()).isZero(0))
+        counts_[column] = 0;
+    }
     Sampler<S> sampler(mechanism, tree_, options.seed);
     Random random(options.seed + 1);
     Configuration configuration;
@@ -96,7 +103,7 @@ class Stations : public GoalResidual::Implementation {
     MatrixX all(0, goal_rows.parameters() + goal_rows.extra()), rows;
     for (const Station& station : stations) {
       Configuration here;
-      if (!settle(closures, station, here)) return false;
+      if (!settle(closures, station.y, freedoms_, here)) return false;
       // projected instead of written in a basis, which would turn with the numbers
       const MatrixX allowed = here.null_space * here.null_space.transpose();
       if (!goal_rows.at(here, {allowed, allowed * station.push}, rows)) return false;
@@ -104,26 +111,9 @@ class Stations : public GoalResidual::Implementation {
       all.bottomRows(rows.rows()) = rows;
     }
     const VectorX parameters =
-        parameter_values(mechanism, options_.loose_springs).cwiseQuotient(units_.parameter) / units_.mass;
+        term_values(mechanism, options_.loose_springs).cwiseProduct(counts_).cwiseQuotient(units_.parameter) /
+        units_.mass;
     residual = left_over(all, parameters);
-    return true;
-  }
-
-  /// The configuration nearest to the station's that closes the loops.
-  bool settle(System<S>& closures, const Station& station, Configuration& here) const {
-    here.y = station.y;
-    if (closures.closure_rows() == 0) {
-      here.null_space = MatrixX::Identity(closures.columns(), closures.columns());
-      return true;
-    }
-    const Solution moved = solve(closures, station.y, {}, 40);
-    if (!moved.found) return false;
-    here.y = moved.y;
-    VectorX residual;
-    MatrixX jacobian;
-    closures.evaluate(here.y, {}, residual, jacobian);
-    const Eigen::JacobiSVD<MatrixX> svd(jacobian, Eigen::ComputeFullV);
-    here.null_space = svd.matrixV().rightCols(freedoms_);
     return true;
   }
 
@@ -131,6 +121,7 @@ class Stations : public GoalResidual::Implementation {
   std::vector<Goal> goals_;
   Tree<S> tree_;  ///< of the first mechanism, with the reference orientations of its spherical joints
   NaturalUnits units_;
+  VectorX counts_;  ///< per term: 0 if it is known to stay whatever the parameters are
   int freedoms_ = 0;
   std::vector<Station> stations_;
 };

@@ -38,6 +38,50 @@ NaturalConditions in_natural_units(const Conditions& conditions, const Mechanism
   return out;
 }
 
+/// The problem that proofs are looked for in: all known terms in one column that is positive, since it is what it is; those that
+/// free numbers change stay for themselves and must not occur.
+struct ProofProblem {
+  std::vector<Parameter> parameters;
+  MatrixX rows;
+};
+
+ProofProblem with_known_together(const Conditions& conditions, const NaturalConditions& natural, double mass) {
+  const Eigen::Index own = conditions.own_columns(), known = conditions.known.size();
+  ProofProblem problem;
+  problem.parameters.assign(conditions.parameters.begin(), conditions.parameters.begin() + own);
+  problem.rows = natural.rows.leftCols(own);
+  if (known == 0) return problem;
+  VectorX together = VectorX::Zero(natural.rows.rows());
+  const auto add = [&](const VectorX& column, const Parameter& parameter) {
+    problem.rows.conservativeResize(Eigen::NoChange, problem.rows.cols() + 1);
+    problem.rows.rightCols(1) = column;
+    problem.parameters.push_back(parameter);
+  };
+  for (Eigen::Index k = 0; k < known; ++k) {
+    const VectorX column = natural.rows.col(own + k);
+    if (conditions.is_open(k))
+      add(column, {"", "", "", Bearer::load, static_cast<int>(k), 0, ParameterKind::force, 0});
+    else
+      together += column * (conditions.known[k] / natural.parameter_unit[own + k] / mass);
+  }
+  add(together, {"", "", "", Bearer::load, -1, 0, ParameterKind::given, 0});
+  return problem;
+}
+
+/// A certificate in the columns of all terms.
+Certificate in_all_terms(Certificate found, const Conditions& conditions, const NaturalConditions& natural) {
+  const Eigen::Index own = conditions.own_columns(), known = conditions.known.size();
+  VectorX all(own + known);
+  all.head(own) = found.coefficients.head(own);
+  const VectorX exact = natural.rows.rightCols(known).transpose() * found.combination;
+  for (Eigen::Index k = 0; k < known; ++k)
+    all[own + k] = conditions.known[k] == 0 || conditions.is_open(k) ? 0 : exact[k];
+  for (Eigen::Index k = own; k < all.size(); ++k)
+    if (std::abs(all[k]) < coefficient_rounding) all[k] = 0;
+  found.coefficients = all;
+  return found;
+}
+
 /// The proof in SI, its first coefficient of size one.
 Impossibility in_si(Impossibility::Kind kind, const Certificate& found, const NaturalConditions& natural) {
   Impossibility proof{kind, natural.row_unit.cwiseProduct(found.combination),
@@ -54,10 +98,23 @@ std::string equation(const Conditions& conditions, const Impossibility& proof) {
   return linear_text(conditions.parameters, proof.coefficients) + " = 0 cannot hold";
 }
 
+/// "with push.fy = -5" for the known terms of a proof; empty if it has none.
+std::string known_text(const Conditions& conditions, const VectorX& coefficients) {
+  std::string text;
+  const Eigen::Index own = conditions.own_columns();
+  for (Eigen::Index k = 0; k < conditions.known.size(); ++k)
+    if (coefficients[own + k] != 0)
+      text += fmt::format("{}{} = {:.6g}", text.empty() ? "with " : " and ",
+                          conditions.parameters[static_cast<std::size_t>(own + k)].name, conditions.known[k]);
+  return text;
+}
+
 /// "it is positive", "both are positive", "none can be negative and link1.J is positive".
 std::string sign_reason(const Conditions& conditions, const VectorX& coefficients) {
   std::vector<std::string> positive;
   Eigen::Index terms = 0;
+  if (const std::string known = known_text(conditions, coefficients); !known.empty())
+    return known + " the left-hand side is positive";
   for (std::size_t p = 0; p < conditions.parameters.size(); ++p) {
     if (coefficients[static_cast<Eigen::Index>(p)] == 0) continue;
     ++terms;
@@ -76,7 +133,7 @@ bool holds_for_flat_bodies(const MassCone& cone, const VectorX& coefficients) {
     if (!block.body) return false;
     const MatrixX matrix = block.matrix(coefficients);
     if (matrix.norm() < coefficient_rounding) return false;
-    if (block.size == 3) return true;
+    if (block.size != 4) return true;
     const Eigen::SelfAdjointEigenSolver<MatrixX> solver(matrix, Eigen::EigenvaluesOnly);
     return solver.eigenvalues()[2] > 1e-6 * solver.eigenvalues()[3];
   });
@@ -92,7 +149,7 @@ VectorX present_parameters(const Conditions& conditions, const Mechanism& mechan
   LooseSprings loose(mechanism.springs.size(), false);
   for (const Parameter& p : conditions.parameters)
     if (p.kind == ParameterKind::stiffness_moment) loose.at(static_cast<std::size_t>(p.index)) = true;
-  VectorX values = parameter_values(mechanism, loose);
+  VectorX values = term_values(mechanism, loose);
   if (values.size() != static_cast<Eigen::Index>(conditions.parameters.size()))
     throw std::invalid_argument("the conditions are not those of this mechanism");
   return values;
@@ -104,17 +161,19 @@ std::optional<Impossibility> prove_impossible(const Conditions& conditions, cons
   if (conditions.status != ConditionsStatus::done || conditions.matrix.rows() == 0) return std::nullopt;
   const VectorX present = present_parameters(conditions, mechanism);
   const NaturalConditions natural = in_natural_units(conditions, mechanism);
-  if (const auto found = find_sign_certificate(natural.rows, conditions.parameters)) {
-    Impossibility proof = in_si(Impossibility::Kind::sign, *found, natural);
+  const ProofProblem problem = with_known_together(conditions, natural, total_mass(mechanism));
+  if (const auto found = find_sign_certificate(problem.rows, problem.parameters)) {
+    Impossibility proof = in_si(Impossibility::Kind::sign, in_all_terms(*found, conditions, natural), natural);
     proof.sentence = fmt::format("{}: {}", equation(conditions, proof), sign_reason(conditions, proof.coefficients));
     if (agrees_with(proof, present)) return proof;
   }
-  const MassCone cone(conditions.parameters);
-  if (const auto found = find_cone_certificate(natural.rows, cone)) {
-    Impossibility proof = in_si(Impossibility::Kind::cone, *found, natural);
-    proof.sentence =
-        fmt::format("{}: the left-hand side is positive for every distribution of mass{}", equation(conditions, proof),
-                    holds_for_flat_bodies(cone, found->coefficients) ? "" : " that is not flat");
+  const MassCone cone(problem.parameters);
+  if (const auto found = find_cone_certificate(problem.rows, cone)) {
+    Impossibility proof = in_si(Impossibility::Kind::cone, in_all_terms(*found, conditions, natural), natural);
+    const std::string known = known_text(conditions, proof.coefficients);
+    proof.sentence = fmt::format("{}: {}the left-hand side is positive for every distribution of mass{}",
+                                 equation(conditions, proof), known.empty() ? "" : known + " ",
+                                 holds_for_flat_bodies(cone, found->coefficients) ? "" : " that is not flat");
     if (agrees_with(proof, present)) return proof;
   }
   return std::nullopt;

@@ -102,35 +102,75 @@ LatexCoefficient number_latex(double value) {
   return {value < 0, number == "1" ? "" : number};
 }
 
+std::string wave_latex(const Wave& wave, const std::vector<Symbol>& symbols) {
+  std::string text;
+  for (const SymbolPower& angle : wave.angles) {
+    text += text.empty() ? (angle.exponent < 0 ? "-" : "") : (angle.exponent < 0 ? " - " : " + ");
+    if (std::abs(angle.exponent) != 1) text += std::to_string(std::abs(angle.exponent)) + "\\, ";
+    text += symbol_latex(symbols.at(static_cast<std::size_t>(angle.symbol)).label);
+  }
+  return (wave.sine ? "\\sin\\left(" : "\\cos\\left(") + text + "\\right)";
+}
+
 LatexCoefficient coefficient_latex(const Formula& formula, const std::vector<Symbol>& symbols) {
   std::string size = monomial_size(formula.factor, symbols);
   const bool negative = formula.factor.numerator < 0;
+  if (formula.wave) size += (size.empty() ? "" : "\\, ") + wave_latex(*formula.wave, symbols);
   if (formula.sum.empty()) return {negative, size};
   const bool turned = formula.sum.front().numerator < 0;
   if (!size.empty()) size += "\\, ";
   return {negative != turned, size + sum_latex(formula.sum, turned, symbols)};
 }
 
-/// Terms with their signs, the first one's only if it is negative.
-std::vector<std::string> terms_of(const Conditions& conditions, int row, const ConditionNames& names) {
+/// Terms of the columns [first, last) with their signs, the first one's only if it is negative.
+std::vector<std::string> terms_of(const Conditions& conditions, int row, const ConditionNames& names,
+                                  Eigen::Index first, Eigen::Index last, bool turned) {
   const double largest = conditions.matrix.row(row).cwiseAbs().maxCoeff();
   std::vector<std::string> terms;
-  for (std::size_t p = 0; p < conditions.parameters.size(); ++p) {
-    const double value = conditions.matrix(row, static_cast<Eigen::Index>(p));
+  for (Eigen::Index p = first; p < last; ++p) {
+    const double value = conditions.matrix(row, p);
     if (std::abs(value) <= 1e-12 * largest) continue;
     const Formula* formula = names.find(row, static_cast<int>(p));
     const LatexCoefficient c = formula != nullptr ? coefficient_latex(*formula, names.symbols) : number_latex(value);
-    const char* sign = terms.empty() ? (c.negative ? "-" : "") : (c.negative ? "- " : "+ ");
-    terms.push_back(sign + (c.size.empty() ? "" : c.size + "\\, ") + parameter_latex(conditions.parameters[p]));
+    const bool minus = c.negative != turned;
+    const char* sign = terms.empty() ? (minus ? "-" : "") : (minus ? "- " : "+ ");
+    terms.push_back(sign + (c.size.empty() ? "" : c.size + "\\, ") +
+                    parameter_latex(conditions.parameters[static_cast<std::size_t>(p)]));
   }
-  if (terms.empty()) terms.emplace_back("0");
   return terms;
+}
+
+/// The left-hand side and, behind " = ", the right-hand side with the known terms.
+struct Sides {
+  std::vector<std::string> left;
+  std::string right;
+};
+
+Sides sides_of(const Conditions& conditions, int row, const ConditionNames& names) {
+  const Eigen::Index own = conditions.own_columns(), all = static_cast<Eigen::Index>(conditions.parameters.size());
+  Sides sides{terms_of(conditions, row, names, 0, own, false), ""};
+  const bool alone = sides.left.empty();
+  const auto known = terms_of(conditions, row, names, own, all, !alone);
+  if (alone)
+    sides.left = known.empty() ? std::vector<std::string>{"0"} : known;
+  else
+    sides.right = fmt::format("{}", fmt::join(known, " "));
+  if (sides.right.empty()) sides.right = "0";
+  return sides;
 }
 
 }  // namespace
 
 std::string parameter_latex(const Parameter& p) {
   const std::string owner = upright(p.owner), &s = p.symbol;
+  if (p.bearer == Bearer::load) {
+    const bool couple = p.kind == ParameterKind::couple;
+    std::string axis = s.substr(1, s.find('(') == std::string::npos ? s.npos : s.find('(') - 1);
+    if (!axis.empty()) axis += ",";
+    return fmt::format("{}_{{{}{}}}{}", couple ? "M" : "F", axis, owner, is_change(p) ? "(t)" : "");
+  }
+  if (p.bearer == Bearer::friction)
+    return fmt::format("{}_{{{}}}", p.kind == ParameterKind::viscous ? "d" : "c", owner);
   if (s.size() == 2 && s[0] == 'm') return fmt::format("(m {})_{{{}}}", s[1], owner);
   if (s.size() == 3 && s[0] == 'I') return fmt::format("I_{{{},{}}}", s.substr(1), owner);
   if (s.size() >= 3 && s[0] == 'k') {
@@ -153,19 +193,20 @@ std::string formula_latex(const Formula& formula, const std::vector<Symbol>& sym
 }
 
 std::string condition_latex(const Conditions& conditions, int row, const ConditionNames& names) {
-  return fmt::format("{} = 0", fmt::join(terms_of(conditions, row, names), " "));
+  const Sides sides = sides_of(conditions, row, names);
+  return fmt::format("{} = {}", fmt::join(sides.left, " "), sides.right);
 }
 
 std::string conditions_latex(const Conditions& conditions, const ConditionNames& names) {
   std::string text = "\\begin{align*}\n";
   for (int row = 0; row < static_cast<int>(conditions.matrix.rows()); ++row) {
-    const auto terms = terms_of(conditions, row, names);
+    const auto [terms, right] = sides_of(conditions, row, names);
     text += row == 0 ? "  & " : " \\\\\n  & ";
     for (std::size_t i = 0; i < terms.size(); ++i) {
       if (i > 0) text += i % terms_in_a_line == 0 ? " \\\\\n  & \\quad {}" : " ";
       text += terms[i];
     }
-    text += " = 0";
+    text += " = " + right;
   }
   return text + "\n\\end{align*}\n";
 }

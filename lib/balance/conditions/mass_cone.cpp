@@ -7,13 +7,18 @@ namespace balance {
 
 Sign sign_of(const Parameter& parameter) {
   switch (parameter.kind) {
+    case ParameterKind::given: return Sign::positive;
     case ParameterKind::mass:
     case ParameterKind::moment_of_inertia:
       return parameter.bearer == Bearer::body ? Sign::positive : Sign::not_negative;
-    case ParameterKind::stiffness: return Sign::not_negative;
+    case ParameterKind::stiffness:
+    case ParameterKind::viscous:
+    case ParameterKind::coulomb: return Sign::not_negative;
     case ParameterKind::first_moment:
     case ParameterKind::product_of_inertia:
-    case ParameterKind::stiffness_moment: return Sign::any;
+    case ParameterKind::stiffness_moment:
+    case ParameterKind::force:
+    case ParameterKind::couple: return Sign::any;
   }
   return Sign::any;
 }
@@ -82,7 +87,11 @@ MassCone::MassCone(const std::vector<Parameter>& parameters) {
     std::size_t last = first;
     while (last < parameters.size() && parameters[last].bearer == head.bearer && parameters[last].index == head.index)
       ++last;
-    if (head.bearer != Bearer::spring) {
+    if (head.kind == ParameterKind::given) {
+      blocks.push_back({1, true, {{static_cast<Eigen::Index>(first), MatrixX::Ones(1, 1)}}});
+    } else if (head.bearer == Bearer::load || head.bearer == Bearer::friction) {
+      for (std::size_t p = first; p < last; ++p) excluded.push_back(static_cast<Eigen::Index>(p));
+    } else if (head.bearer != Bearer::spring) {
       blocks.push_back(inertia_block(parameters, first, last));
     } else {
       blocks.push_back({1, false, {{static_cast<Eigen::Index>(first), MatrixX::Ones(1, 1)}}});

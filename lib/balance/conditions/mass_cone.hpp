@@ -33,7 +33,7 @@ struct ConeBlock {
     MatrixX matrix;
   };
   Eigen::Index size = 0;
-  bool body = false;  ///< its density cannot be zero everywhere
+  bool body = false;  ///< its density cannot be zero everywhere; or it is the known terms, which are what they are
   std::vector<Term> terms;
 
   MatrixX matrix(const VectorX& coefficients) const;
@@ -42,7 +42,7 @@ struct ConeBlock {
 };
 
 /// The functionals that no physical parameters make negative: every block positive semidefinite, and no parameter that has any
-/// sign by itself (the products of a spring's ends).
+/// sign by itself (the products of a spring's ends) or whose value is open (known terms that free numbers change).
 struct MassCone {
   std::vector<ConeBlock> blocks;
   std::vector<Eigen::Index> excluded;  ///< their coefficients must be zero

@@ -7,6 +7,7 @@
 #include "balance/motion/plan.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -61,7 +62,11 @@ class Modular {
   Modular(const Mechanism& mechanism, const std::vector<Goal>& goals, const ConditionOptions& options)
       : mechanism_(mechanism), options_(options) {
     out_.goals = goals;
-    out_.parameters = list_parameters(mechanism, options.loose_springs);
+    out_.parameters = list_terms(mechanism, options.loose_springs);
+    out_.known = known_values(mechanism);
+    out_.open_terms = options.open_terms;
+    whole_ = options;
+    whole_.without.clear();  // by names of the whole mechanism, at the end
   }
 
   Conditions run() {
@@ -75,8 +80,9 @@ class Modular {
     out_.notes = split.notes;
     const NaturalUnits units(mechanism_, out_.parameters);
     for (const Chain& chain : split.chains) {
-      ConditionOptions options = options_;
+      ConditionOptions options = whole_;
       options.loose_springs = chain.loose_springs;
+      options.open_terms.assign(list_known_terms(chain.mechanism).size(), true);
       const Conditions part = derive_conditions(chain.mechanism, out_.goals, options);
       if (part.status != ConditionsStatus::done)
         return refuse(part.status, fmt::format("chain ({}): {}", chain.name, part.reason));
@@ -134,7 +140,7 @@ class Modular {
   /// What no chain carries is balanced by itself, with the whole mechanism moving.
   bool add_left_over(const MatrixX& left_over, const NaturalUnits& units) {
     if (!matters(left_over)) return true;
-    const Conditions whole = derive_conditions(mechanism_, out_.goals, options_);
+    const Conditions whole = derive_conditions(mechanism_, out_.goals, whole_);
     if (whole.status != ConditionsStatus::done) {
       refuse(whole.status, whole.reason);
       return false;
@@ -160,6 +166,14 @@ class Modular {
   }
 
   Conditions finish(const NaturalUnits& units) {
+    for (std::size_t p = 0; p < out_.parameters.size() && rows_.rows() > 0; ++p) {
+      const auto column = static_cast<Eigen::Index>(p);
+      const Eigen::Index k = column - out_.own_columns();
+      if ((k >= 0 && out_.known[k] == 0 && !out_.is_open(k)) ||
+          left_out(mechanism_, out_.parameters[p], options_.without))
+        rows_.col(column).setZero();
+    }
+    if (!options_.without.empty()) out_.notes.push_back(fmt::format("left out: {}", fmt::join(options_.without, ", ")));
     const std::vector<int> order = pivot_order(mechanism_, out_.parameters);
     if (!reduce(rows_, units.parameter, units.mass, order, out_))
       return refuse(ConditionsStatus::rank_unclear,
@@ -170,6 +184,7 @@ class Modular {
 
   Mechanism mechanism_;
   const ConditionOptions& options_;
+  ConditionOptions whole_;
   Conditions out_;
   MatrixX rows_;
 };

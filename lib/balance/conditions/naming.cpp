@@ -23,6 +23,7 @@ bool comparable(const Conditions& a, const Conditions& b) {
 }
 
 Mechanism with_symbol(const Mechanism& mechanism, const Symbol& symbol, double factor) {
+  if (symbol.angle) return turned(mechanism, symbol.uses.front().number, factor > 1 ? probe_angle : -probe_angle);
   Mechanism result = mechanism;
   for (const Symbol::Use& use : symbol.uses) result = scaled(result, use.number, std::pow(factor, use.exponent));
   return result;
@@ -52,8 +53,83 @@ std::optional<Formula> recognise_at(const MatrixX& matrix, const std::vector<Nud
 
 void note_used(const Formula& formula, std::vector<bool>& used) {
   for (const SymbolPower& power : formula.factor.powers) used[static_cast<std::size_t>(power.symbol)] = true;
+  if (formula.wave)
+    for (const SymbolPower& angle : formula.wave->angles) used[static_cast<std::size_t>(angle.symbol)] = true;
   for (const Monomial& term : formula.sum)
     for (const SymbolPower& power : term.powers) used[static_cast<std::size_t>(power.symbol)] = true;
+}
+
+/// One symbol's conditions, if it changes any and leaves them comparable.
+std::optional<Nudged> nudge(const Mechanism& mechanism, const Conditions& conditions, const Symbol& symbol,
+                            const std::function<Conditions(const Mechanism&)>& derive) {
+  const Conditions up = derive(with_symbol(mechanism, symbol, probe_factor));
+  // what a larger symbol does not change, a smaller one does not either
+  if (!comparable(conditions, up) || !changes(conditions.matrix, up.matrix)) return std::nullopt;
+  const Conditions down = derive(with_symbol(mechanism, symbol, 1 / probe_factor));
+  if (!comparable(conditions, down)) return std::nullopt;
+  return Nudged{up.matrix, down.matrix};
+}
+
+bool is_bare(const MatrixX& matrix, const ConditionNames& names, Eigen::Index row, Eigen::Index column) {
+  return std::abs(matrix(row, column)) > negligible * matrix.row(row).cwiseAbs().maxCoeff() &&
+         names.find(static_cast<int>(row), static_cast<int>(column)) == nullptr;
+}
+
+bool any_bare(const MatrixX& matrix, const ConditionNames& names) {
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column)
+      if (is_bare(matrix, names, row, column)) return true;
+  return false;
+}
+
+/// Names for what is still a bare number: with points by distance and direction instead of their coordinates.
+void name_by_angles(const Mechanism& mechanism, const Conditions& conditions, std::vector<Nudged> probes,
+                    const std::function<Conditions(const Mechanism&)>& derive, ConditionNames& names) {
+  const MatrixX& matrix = conditions.matrix;
+  std::vector<bool> replaced(names.symbols.size(), false), is_angle(names.symbols.size(), false);
+  for (const PolarPoint& point : list_polar_points(mechanism)) {
+    // lengths that the spec names stay
+    const std::string stem = point.distance.label.substr(0, point.distance.label.size() - 1);
+    bool own = false;
+    for (std::size_t s = 0; s < replaced.size(); ++s)
+      if (names.symbols[s].label == stem + "x" || names.symbols[s].label == stem + "y") own = replaced[s] = true;
+    if (!own) continue;
+    for (const auto* number : {&point.distance, &point.angle}) {
+      const bool angle = number == &point.angle;
+      Symbol symbol{number->label, number->unit, number->value, {{*number, 1}}, angle};
+      if (auto probe = nudge(mechanism, conditions, symbol, derive)) {
+        probes.push_back(std::move(*probe));
+        names.symbols.push_back(std::move(symbol));
+        is_angle.push_back(angle);
+      }
+    }
+  }
+  std::vector<Eigen::Index> used;
+  std::vector<bool> used_angle;
+  for (std::size_t s = 0; s < names.symbols.size(); ++s) {
+    if (s < replaced.size() && replaced[s]) continue;
+    used.push_back(static_cast<Eigen::Index>(s));
+    used_angle.push_back(is_angle[s]);
+  }
+  VectorX some(static_cast<Eigen::Index>(used.size()));
+  for (std::size_t u = 0; u < used.size(); ++u)
+    some[static_cast<Eigen::Index>(u)] = names.symbols[static_cast<std::size_t>(used[u])].value;
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
+      if (!is_bare(matrix, names, row, column)) continue;
+      Response response{matrix(row, column), VectorX(some.size()), VectorX(some.size())};
+      for (std::size_t u = 0; u < used.size(); ++u) {
+        response.up[static_cast<Eigen::Index>(u)] = probes[static_cast<std::size_t>(used[u])].up(row, column);
+        response.down[static_cast<Eigen::Index>(u)] = probes[static_cast<std::size_t>(used[u])].down(row, column);
+      }
+      auto formula = recognise_wave(some, used_angle, response);
+      if (!formula) continue;
+      for (SymbolPower& power : formula->factor.powers)
+        power.symbol = static_cast<int>(used[static_cast<std::size_t>(power.symbol)]);
+      for (SymbolPower& angle : formula->wave->angles)
+        angle.symbol = static_cast<int>(used[static_cast<std::size_t>(angle.symbol)]);
+      names.formulas[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] = std::move(*formula);
+    }
 }
 
 /// Keeps the symbols that occur, in their order.
@@ -76,6 +152,8 @@ void drop_unused(ConditionNames& names) {
     for (auto& formula : row) {
       if (!formula) continue;
       renumber(formula->factor);
+      if (formula->wave)
+        for (SymbolPower& angle : formula->wave->angles) angle.symbol = place[static_cast<std::size_t>(angle.symbol)];
       for (Monomial& term : formula->sum) renumber(term);
     }
   }
@@ -111,11 +189,9 @@ ConditionNames name_coefficients(const Mechanism& mechanism, const Conditions& c
   }
   std::vector<Nudged> probes;
   for (const Symbol& symbol : symbols) {
-    const Conditions up = derive(with_symbol(mechanism, symbol, probe_factor));
-    if (!comparable(conditions, up)) continue;
-    const Conditions down = derive(with_symbol(mechanism, symbol, 1 / probe_factor));
-    if (!comparable(conditions, down) || !(changes(matrix, up.matrix) || changes(matrix, down.matrix))) continue;
-    probes.push_back({up.matrix, down.matrix});
+    auto probe = nudge(mechanism, conditions, symbol, derive);
+    if (!probe) continue;
+    probes.push_back(std::move(*probe));
     names.symbols.push_back(symbol);
   }
   VectorX values(static_cast<Eigen::Index>(names.symbols.size()));
@@ -125,6 +201,7 @@ ConditionNames name_coefficients(const Mechanism& mechanism, const Conditions& c
     for (Eigen::Index column = 0; column < matrix.cols(); ++column)
       formulas.push_back(recognise_at(matrix, probes, values, row, column));
   }
+  if (any_bare(matrix, names)) name_by_angles(mechanism, conditions, std::move(probes), derive, names);
   drop_unused(names);
   return names;
 }

@@ -22,6 +22,7 @@ struct Symbol {
     int exponent = 1;  ///< the number follows this power of the symbol
   };
   std::vector<Use> uses;
+  bool angle = false;  ///< a direction, which its one use is turned by
 };
 
 /// Every geometric number that is not zero, under its own name.
@@ -42,7 +43,9 @@ struct NamingOptions {
   int most_symbols = 60;
 };
 
-/// Derives the conditions again with each symbol a little larger and smaller. A symbol whose change takes the mechanism's special
+/// Derives the conditions again with each symbol a little larger and smaller. What no lengths explain is tried, in the plane, with
+/// the directions of the points whose two coordinates are symbols of their own: frames that are turned against the lines from
+/// joint to joint leave cosines and sines. A symbol whose change takes the mechanism's special
 /// geometry away, so that there are other conditions, is left out.
 /// @param derive as the conditions were derived
 ConditionNames name_coefficients(const Mechanism& mechanism, const Conditions& conditions,
@@ -53,7 +56,7 @@ ConditionNames name_coefficients(const Mechanism& mechanism, const Conditions& c
 /// "l1^2/(2 l2)", "l1 (l2 - l3)", "0.5", with its sign.
 std::string formula_text(const Formula& formula, const std::vector<Symbol>& symbols);
 
-/// "link1.mx + l1 link2.m = 0": one condition. Without a formula for a coefficient six digits of it.
+/// "link1.mx + l1 link2.m = 0", "link1.mx + l1 link2.m = (l1/g) push.fy": one condition, known terms on the right. Without a formula for a coefficient six digits of it.
 std::string condition_text(const Conditions& conditions, int row, const ConditionNames& names = {});
 
 }  // namespace balance

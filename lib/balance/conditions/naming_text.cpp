@@ -46,6 +46,17 @@ std::string sum_text(const std::vector<Monomial>& sum, const std::vector<Symbol>
   return text;
 }
 
+/// "cos(link1.B.angle - 2 link2.C.angle)"
+std::string wave_text(const Wave& wave, const std::vector<Symbol>& symbols) {
+  std::string text;
+  for (const SymbolPower& angle : wave.angles) {
+    text += text.empty() ? (angle.exponent < 0 ? "-" : "") : (angle.exponent < 0 ? " - " : " + ");
+    if (std::abs(angle.exponent) != 1) text += std::to_string(std::abs(angle.exponent)) + " ";
+    text += symbols.at(static_cast<std::size_t>(angle.symbol)).label;
+  }
+  return (wave.sine ? "sin(" : "cos(") + text + ")";
+}
+
 /// A coefficient in front of a parameter: sign apart, brackets where a quotient could swallow what follows.
 struct Coefficient {
   bool negative = false;
@@ -59,6 +70,7 @@ Coefficient coefficient_text(const Formula* formula, double value, const std::ve
   }
   std::string size = size_text(formula->factor, symbols);
   if (size.find('/') != std::string::npos) size = "(" + size + ")";
+  if (formula->wave) size += (size.empty() ? "" : " ") + wave_text(*formula->wave, symbols);
   if (formula->sum.empty()) return {negative(formula->factor), size};
   // A sum whose both terms are negative shows its sign in front.
   std::vector<Monomial> sum = formula->sum;
@@ -71,6 +83,10 @@ Coefficient coefficient_text(const Formula* formula, double value, const std::ve
 }  // namespace
 
 std::string formula_text(const Formula& formula, const std::vector<Symbol>& symbols) {
+  if (formula.wave) {
+    const Coefficient whole = coefficient_text(&formula, 1, symbols);
+    return (whole.negative ? "-" : "") + whole.size;
+  }
   if (formula.sum.empty()) return (negative(formula.factor) ? "-" : "") + or_one(size_text(formula.factor, symbols));
   const Monomial& f = formula.factor;
   if (f.powers.empty() && f.numerator == 1 && f.denominator == 1) return sum_text(formula.sum, symbols);
@@ -78,17 +94,32 @@ std::string formula_text(const Formula& formula, const std::vector<Symbol>& symb
   return (whole.negative ? "-" : "") + whole.size;
 }
 
-std::string condition_text(const Conditions& conditions, int row, const ConditionNames& names) {
+namespace {
+
+/// Terms of the columns [first, last) with their signs; "" if there are none.
+std::string side_text(const Conditions& conditions, int row, const ConditionNames& names, Eigen::Index first,
+                      Eigen::Index last, double sign) {
   const double largest = conditions.matrix.row(row).cwiseAbs().maxCoeff();
   std::string text;
-  for (std::size_t p = 0; p < conditions.parameters.size(); ++p) {
-    const double value = conditions.matrix(row, static_cast<Eigen::Index>(p));
+  for (Eigen::Index p = first; p < last; ++p) {
+    const double value = conditions.matrix(row, p);
     if (std::abs(value) <= 1e-12 * largest) continue;
     const Coefficient c = coefficient_text(names.find(row, static_cast<int>(p)), value, names.symbols);
-    text += text.empty() ? (c.negative ? "-" : "") : (c.negative ? " - " : " + ");
-    text += (c.size.empty() ? "" : c.size + " ") + conditions.parameters[p].name;
+    const bool minus = c.negative != (sign < 0);
+    text += text.empty() ? (minus ? "-" : "") : (minus ? " - " : " + ");
+    text += (c.size.empty() ? "" : c.size + " ") + conditions.parameters[static_cast<std::size_t>(p)].name;
   }
-  return (text.empty() ? "0" : text) + " = 0";
+  return text;
+}
+
+}  // namespace
+
+std::string condition_text(const Conditions& conditions, int row, const ConditionNames& names) {
+  const Eigen::Index own = conditions.own_columns(), all = static_cast<Eigen::Index>(conditions.parameters.size());
+  const std::string left = side_text(conditions, row, names, 0, own, 1);
+  const std::string known = side_text(conditions, row, names, own, all, left.empty() ? 1 : -1);
+  if (left.empty()) return (known.empty() ? "0" : known) + " = 0";
+  return left + " = " + (known.empty() ? "0" : known);
 }
 
 }  // namespace balance

@@ -43,6 +43,8 @@ std::string_view section_of(Bearer bearer, AttachmentKind kind) {
     case Bearer::attachment: return kind == AttachmentKind::payload ? "payloads" : "counterweights";
     case Bearer::disc: return "discs";
     case Bearer::spring: return "springs";
+    case Bearer::load: return "loads";
+    case Bearer::friction: return "friction";
   }
   return "";
 }

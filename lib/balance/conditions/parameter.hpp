@@ -9,8 +9,8 @@
 
 namespace balance {
 
-/// Whose parameter it is.
-enum class Bearer { body, attachment, disc, spring };
+/// Whose parameter it is. Loads and friction are known terms (conditions/known_terms.hpp), no parameters of a design.
+enum class Bearer { body, attachment, disc, spring, load, friction };
 
 /// What it measures; what else a physical body allows hangs on it.
 enum class ParameterKind {
@@ -20,6 +20,11 @@ enum class ParameterKind {
   product_of_inertia,  ///< −∫xy dm [kg m^2]
   stiffness,           ///< [N/m], not negative
   stiffness_moment,    ///< stiffness times coordinates of its end points [N] or [N m]
+  force,               ///< component of a load [N], of any sign
+  couple,              ///< component of a load's moment [N m], of any sign
+  viscous,             ///< friction per rate [N m s] or [N s/m], not negative
+  coulomb,             ///< dry friction [N m] or [N], not negative
+  given,               ///< in proofs: what the known terms of a condition come to
 };
 
 struct Parameter {
@@ -27,10 +32,10 @@ struct Parameter {
   std::string owner;   ///< "link1": the bearer's name, made unique by its section if two bearers share it
   std::string symbol;  ///< planar m, mx, my, J; spatial m, mx, my, mz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz; k, k*ax, …
   Bearer bearer = Bearer::body;
-  int index = 0;  ///< into Mechanism::bodies (from 1), attachments, discs or springs
+  int index = 0;  ///< into Mechanism::bodies (from 1), attachments, discs, springs, loads or friction
   int slot = 0;   ///< position among the bearer's parameters
   ParameterKind kind = ParameterKind::mass;
-  int length_power = 0;  ///< of its unit: kg m^p, or N/m m^p for springs
+  int length_power = 0;  ///< of its unit: kg m^p; for springs N/m m^p, loads N m^p, friction kg m^p/s or kg m^p/s^2
 };
 
 /// Which springs are described by all products of stiffness and end points, so that conditions do not depend on where their

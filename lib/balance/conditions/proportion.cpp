@@ -10,14 +10,14 @@ namespace {
 constexpr int samples = 24;
 
 template <class S>
-MatrixX fit(const Mechanism& mechanism, const ConditionOptions& options) {
-  const std::vector<Parameter> parameters = list_parameters(mechanism, options.loose_springs);
+ComLaw fit(const Mechanism& mechanism, GoalKind kind, const ConditionOptions& options) {
+  const std::vector<Parameter> parameters = list_terms(mechanism, options.loose_springs);
   const NaturalUnits units(mechanism, parameters);
   Tree<S> tree = compile<S>(mechanism, mechanism.actuators);
   Sampler<S> sampler(mechanism, tree, options.seed);
   Configuration here;
   if (!sampler.next(here)) return {};
-  GoalRows<S> goal_rows(mechanism, tree, units, {{GoalKind::proportional}}, options, sampler.freedoms());
+  GoalRows<S> goal_rows(mechanism, tree, units, {{kind}}, options, sampler.freedoms());
   if (!goal_rows.mismatch().empty()) return {};
   MatrixX all(0, goal_rows.parameters() + goal_rows.extra()), rows;
   for (int k = 0; k < samples; ++k) {
@@ -26,18 +26,27 @@ MatrixX fit(const Mechanism& mechanism, const ConditionOptions& options) {
     all.bottomRows(rows.rows()) = rows;
     if (!sampler.next(here)) break;
   }
-  // momentum − B · tool velocity = 0 with B = mass · A, row by row
+  // momentum − X · (tool velocity, rates of axes) = 0 with X = mass · (A, B), row by row
   const VectorX momentum = all.leftCols(goal_rows.parameters()) *
-                           parameter_values(mechanism, options.loose_springs).cwiseQuotient(units.parameter);
-  const VectorX B = all.rightCols(goal_rows.extra()).colPivHouseholderQr().solve(-momentum);
-  return Eigen::Map<const Samples>(B.data(), S::dimension, S::dimension) / tree.mass;
+                           term_values(mechanism, options.loose_springs).cwiseQuotient(units.parameter);
+  Eigen::CompleteOrthogonalDecomposition<MatrixX> least;  // of a body that does not turn B is nothing
+  least.setThreshold(1e-9);
+  const VectorX X = least.compute(all.rightCols(goal_rows.extra())).solve(-momentum);
+  const Eigen::Index d = S::dimension, width = X.size() / d;
+  const MatrixX both = Eigen::Map<const Samples>(X.data(), d, width) / tree.mass;
+  return {both.leftCols(d), width > d ? MatrixX(units.length * both.rightCols(width - d)) : MatrixX::Zero(d, d)};
 }
 
 }  // namespace
 
-MatrixX com_per_tool(const Mechanism& mechanism, const ConditionOptions& options) {
+ComLaw com_law(const Mechanism& mechanism, GoalKind kind, const ConditionOptions& options) {
   if (!mechanism.tool) return {};
-  return mechanism.space == SpaceKind::planar ? fit<Planar>(mechanism, options) : fit<Spatial>(mechanism, options);
+  return mechanism.space == SpaceKind::planar ? fit<Planar>(mechanism, kind, options)
+                                              : fit<Spatial>(mechanism, kind, options);
+}
+
+MatrixX com_per_tool(const Mechanism& mechanism, const ConditionOptions& options) {
+  return com_law(mechanism, GoalKind::proportional, options).A;
 }
 
 }  // namespace balance

@@ -19,7 +19,8 @@ constexpr double noise = 1e-8;     ///< of the largest singular value: nothing a
 constexpr double detail = 1e-9;    ///< nothing below it is kept
 /// Of a unit row: an entry below it is no pivot. Where smaller ones are all there is, they must do.
 constexpr double pivotal[] = {1e-4, 1e-6, 0};
-constexpr double round_off = 1e-10;  ///< of a reduced row's largest entry: an entry below it is zero
+constexpr double elimination_round_off = 1e-10;  ///< of the largest entry before the extra unknowns were eliminated
+constexpr double round_off = 1e-10;              ///< of a reduced row's largest entry: an entry below it is zero
 
 /// Joints between each body and the ground.
 std::vector<int> depths(const Mechanism& mechanism) {
@@ -44,6 +45,10 @@ int preference(ParameterKind kind) {
     case ParameterKind::mass: return 1;
     case ParameterKind::stiffness:
     case ParameterKind::stiffness_moment: return 2;
+    case ParameterKind::force:
+    case ParameterKind::couple:
+    case ParameterKind::viscous:
+    case ParameterKind::coulomb: return 3;
     default: return 0;
   }
 }
@@ -111,6 +116,20 @@ std::vector<int> pivot_order(const Mechanism& mechanism, const std::vector<Param
   };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
   return order;
+}
+
+MatrixX without_extra(const MatrixX& rows, int parameters) {
+  const Eigen::Index extra = rows.cols() - parameters;
+  if (extra == 0 || rows.rows() == 0) return rows;
+  Eigen::ColPivHouseholderQR<MatrixX> qr(rows.rightCols(extra));
+  qr.setThreshold(1e-9);
+  MatrixX rotated = rows.leftCols(parameters);
+  const double size = rotated.cwiseAbs().maxCoeff();
+  rotated.applyOnTheLeft(qr.householderQ().adjoint());
+  MatrixX left = rotated.bottomRows(rows.rows() - qr.rank());
+  // The tool of a single link follows its CoM whatever that is: round-off is not a condition.
+  if (left.size() > 0 && left.cwiseAbs().maxCoeff() < elimination_round_off * size) left.setZero();
+  return left;
 }
 
 bool reduce(const MatrixX& rows, const VectorX& units, double mass, const std::vector<int>& order,

@@ -10,6 +10,9 @@ namespace balance {
 /// before what they carry, those near the ground first. What comes earlier is a better pivot.
 std::vector<int> pivot_order(const Mechanism& mechanism, const std::vector<Parameter>& parameters);
 
+/// Rows of π alone, for which some value of the extra unknowns behind them makes everything vanish.
+MatrixX without_extra(const MatrixX& rows, int parameters);
+
 /// Fills in rank, singular values, matrix, pivots and scale of `conditions`, whose parameters are set.
 /// @param rows any number × P, in natural units (dimensionless)
 /// @param units P: SI value of each parameter's natural unit

@@ -14,7 +14,18 @@ namespace {
 /// Smallest singular value of the actuated rows of the null space: below it C is large and the rows are ill-conditioned.
 constexpr double well_held = 0.02;
 
-bool is_inertial(const Parameter& parameter) { return parameter.bearer != Bearer::spring; }
+/// What a parameter's unit is besides a power of the length, when forces are in kg times the acceleration.
+double unit_of(Bearer bearer, double acceleration, double length) {
+  switch (bearer) {
+    case Bearer::spring: return acceleration / length;
+    case Bearer::load: return acceleration;
+    default: return 1;  // velocity terms are measured at rates of 1/s
+  }
+}
+
+/// Axes of the tool's body that the goal `affine` looks at: in the plane one tells where the other is.
+template <class S>
+constexpr int axes = S::angular;
 
 }  // namespace
 
@@ -24,7 +35,7 @@ NaturalUnits::NaturalUnits(const Mechanism& mechanism, const std::vector<Paramet
   parameter.resize(static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t p = 0; p < parameters.size(); ++p)
     parameter[static_cast<Eigen::Index>(p)] =
-        std::pow(length, parameters[p].length_power) * (is_inertial(parameters[p]) ? 1 : acceleration / length);
+        std::pow(length, parameters[p].length_power) * unit_of(parameters[p].bearer, acceleration, length);
 }
 
 template <class S>
@@ -38,11 +49,31 @@ GoalRows<S>::GoalRows(const Mechanism& mechanism, const Tree<S>& tree, const Nat
       parameters_(static_cast<int>(units.parameter.size())),
       inertial_(S::parameters * static_cast<int>(tree.elements.size())),
       scale_(column_scale(tree)),
+      known_(mechanism, tree),
       state_(tree.nodes.size()) {
-  if (wants(GoalKind::proportional)) extra_ = S::dimension * S::dimension;
+  leave_out();
+  if (wants(GoalKind::proportional)) extra_ += S::dimension * S::dimension;
+  if (wants(GoalKind::affine)) extra_ += S::dimension * (S::dimension + S::dimension * axes<S>);
   fully_ = std::any_of(goals_.begin(), goals_.end(), [](const Goal& goal) { return goal.fully; });
   needs_actuators_ = fully_ || wants(GoalKind::decoupled) || wants(GoalKind::gyroscopic_independent);
   check(freedoms);
+}
+
+/// Known terms that are zero ask for nothing; others may be left out on purpose.
+template <class S>
+void GoalRows<S>::leave_out() {
+  asked_.setOnes(parameters_);
+  const std::vector<Parameter> terms = list_terms(mechanism_, options_.loose_springs);
+  const VectorX known = known_values(mechanism_);
+  const Eigen::Index first = parameters_ - known.size();
+  for (Eigen::Index p = 0; p < parameters_; ++p) {
+    const Eigen::Index k = p - first;
+    const bool open = k >= 0 && static_cast<std::size_t>(k) < options_.open_terms.size() &&
+                      options_.open_terms[static_cast<std::size_t>(k)];
+    if ((k >= 0 && known[k] == 0 && !open) ||
+        left_out(mechanism_, terms[static_cast<std::size_t>(p)], options_.without))
+      asked_[p] = 0;
+  }
 }
 
 template <class S>
@@ -54,7 +85,8 @@ template <class S>
 void GoalRows<S>::check(int freedoms) {
   if (extra_ > 0) {
     if (!mechanism_.tool) {
-      mismatch_ = "the goal proportional compares the centre of mass with the tool, and the mechanism has none";
+      mismatch_ = std::string("the goal ") + (wants(GoalKind::affine) ? "affine" : "proportional") +
+                  " compares the centre of mass with the tool, and the mechanism has none";
       return;
     }
     const FixedFrame<S>& body = tree_.bodies[static_cast<std::size_t>(mechanism_.tool->body)];
@@ -119,9 +151,36 @@ void GoalRows<S>::add(const MatrixX& rows, double unit) {
   out_.conservativeResize(filled_ + count, Eigen::NoChange);
   auto place = out_.middleRows(filled_, count);
   place.setZero();
-  place.leftCols(width) = rows.leftCols(width) * units_.parameter.head(width).asDiagonal() / unit;
+  place.leftCols(width) =
+      rows.leftCols(width) * (units_.parameter.head(width).cwiseProduct(asked_.head(width)) / unit).asDiagonal();
   if (rows.cols() > parameters_) place.rightCols(extra_) = rows.rightCols(extra_) / unit;
   filled_ += count;
+}
+
+/// Weight, springs and loads. What loads change by over time must vanish by itself.
+template <class S>
+void GoalRows<S>::add_static_efforts(const MatrixX& projection) {
+  const bool weight = mechanism_.gravity.norm() > 0, springs = !mechanism_.springs.empty();
+  if (!weight && !springs && !known_.has_loads()) return;
+  const VectorX rest = VectorX::Zero(tree_.columns);
+  MatrixX torque = MatrixX::Zero(tree_.columns, parameters_), constant, changing;
+  if (weight) torque.leftCols(inertial_) = regress(rest, rest, true).torque;
+  if (springs) torque.middleCols(inertial_, parameters_ - inertial_ - known_.size()) = spring_torques();
+  if (known_.has_loads()) {
+    known_.loads(state_, constant, changing);
+    torque.rightCols(known_.size()) = constant;
+  }
+  add(projection * torque, units_.acceleration * units_.length);
+  if (known_.has_loads() && known_.has_changes()) add_known(projection, changing, units_.acceleration * units_.length);
+}
+
+/// Rows of known terms alone, if any of them is asked for.
+template <class S>
+void GoalRows<S>::add_known(const MatrixX& projection, const MatrixX& torque, double unit) {
+  if (asked_.tail(known_.size()).isZero(0)) return;
+  MatrixX rows = MatrixX::Zero(projection.rows(), parameters_);
+  rows.rightCols(known_.size()) = projection * torque;
+  add(rows, unit);
 }
 
 /// static, gyroscopic, gyroscopic-independent: generalised forces projected on the allowed velocities.
@@ -133,13 +192,10 @@ void GoalRows<S>::add_efforts(const Probe& probe) {
   const VectorX rest = VectorX::Zero(tree_.columns);
   const MatrixX project = probe.directions.transpose() * scale_.asDiagonal();
   const double L = units_.length;
-  const bool weight = mechanism_.gravity.norm() > 0;
-  if (weight || !mechanism_.springs.empty()) {
-    MatrixX torque = MatrixX::Zero(tree_.columns, parameters_);
-    if (weight) torque.leftCols(inertial_) = regress(rest, rest, true).torque;
-    if (!mechanism_.springs.empty()) torque.rightCols(parameters_ - inertial_) = spring_torques();
-    add(project * torque, units_.acceleration * L);
-  }
+  add_static_efforts(project);
+  // odd in the velocities, where those of masses are even: neither can make up for the other
+  if ((gyroscopic || independent) && known_.has_friction())
+    add_known(project, known_.friction(scale_.cwiseProduct(probe.velocity)), L * L);
   if (gyroscopic) add(project * regress(probe.velocity, rest, false).torque, L * L);
   if (independent) add(project * regress(probe.velocity, actuated_bias(probe.velocity), false).torque, L * L);
 }
@@ -193,9 +249,9 @@ void GoalRows<S>::add_inertia() {
 /// force, moment, dynamic, proportional: momenta per unit of the allowed velocities.
 template <class S>
 void GoalRows<S>::add_momentum(const Probe& probe) {
-  const bool both = wants(GoalKind::dynamic), proportional = extra_ > 0;
+  const bool both = wants(GoalKind::dynamic), following = extra_ > 0;
   const bool linear = both || wants(GoalKind::force), angular = both || wants(GoalKind::moment);
-  if (!linear && !angular && !proportional) return;
+  if (!linear && !angular && !following) return;
   const VectorX rest = VectorX::Zero(tree_.columns);
   const double L = units_.length;
   const Vector3 about = options_.about;
@@ -210,58 +266,31 @@ void GoalRows<S>::add_momentum(const Probe& probe) {
         for (Eigen::Index p = 0; p < rows.cols(); ++p) rows.col(p) -= about.cross(Vector3(momentum.force.col(p)));
       add(rows, L * L);
     }
-    if (!proportional) continue;
-    const typename S::Vector tool = point_acceleration<S>(state_[static_cast<std::size_t>(tool_.node)], tool_.p_N);
-    MatrixX rows = MatrixX::Zero(S::dimension, parameters_ + extra_);
-    rows.leftCols(inertial_) = momentum.force;
-    for (int i = 0; i < S::dimension; ++i)
-      for (int j = 0; j < S::dimension; ++j) rows(i, parameters_ + i * S::dimension + j) = -tool[j];
-    add(rows, L);
+    if (following) add_following(momentum.force);
   }
 }
 
-/// Generalised forces that hold the springs, per unit of each of their parameters: ∂U/∂y with U linear in k, k a, k b, k a bᵀ.
+/// proportional: momentum − A · tool velocity; affine: less B · the rates of the tool body's axes, too. The state has the
+/// velocities as accelerations from rest.
 template <class S>
-MatrixX GoalRows<S>::spring_torques() {
-  MatrixX torque = MatrixX::Zero(tree_.columns, parameters_ - inertial_);
-  VectorX unit = VectorX::Zero(tree_.columns);
-  for (int c = 0; c < tree_.columns; ++c) {
-    unit.setZero();
-    unit[c] = 1;
-    velocities(tree_, unit.data(), state_);
-    Eigen::Index at = 0;
-    for (std::size_t s = 0; s < mechanism_.springs.size(); ++s) {
-      const Spring& spring = mechanism_.springs[s];
-      const FixedFrame<S>&A = tree_.bodies[static_cast<std::size_t>(spring.first)],
-            &B = tree_.bodies[static_cast<std::size_t>(spring.second)];
-      const NodeState<S>&a = state_[static_cast<std::size_t>(A.node)], &b = state_[static_cast<std::size_t>(B.node)];
-      const bool loose = s < options_.loose_springs.size() && options_.loose_springs[s];
-      const typename S::Vector end_a = loose ? typename S::Vector(S::Vector::Zero()) : to_vector<S>(spring.point_first);
-      const typename S::Vector end_b =
-          loose ? typename S::Vector(S::Vector::Zero()) : to_vector<S>(spring.point_second);
-      const typename S::Vector p_A = A.p_N + A.R_N * end_a, p_B = B.p_N + B.R_N * end_b;
-      const typename S::Vector d = position(state_, {A.node, A.R_N, p_A}) - position(state_, {B.node, B.R_N, p_B});
-      const typename S::Vector rate = point_velocity<S>(a, p_A) - point_velocity<S>(b, p_B);
-      const double length = d.norm();
-      const bool taut = loose || spring.free_length == 0;
-      torque(c, at++) = d.dot(rate) * (taut ? 1 : length > 0 ? 1 - spring.free_length / length : 0);
-      if (!loose) continue;
-      const typename S::Rotation R_A = a.R_WN * A.R_N, R_B = b.R_WN * B.R_N;
-      const typename S::Angular w_A = a.R_WN * a.angular_velocity, w_B = b.R_WN * b.angular_velocity;
-      const auto turned_rate = [](const typename S::Angular& w, const typename S::Vector& e) {
-        return typename S::Vector(cross(w, e));
-      };
-      for (int i = 0; i < S::dimension; ++i)
-        torque(c, at++) = rate.dot(axis(R_A, i)) + d.dot(turned_rate(w_A, axis(R_A, i)));
-      for (int j = 0; j < S::dimension; ++j)
-        torque(c, at++) = -rate.dot(axis(R_B, j)) - d.dot(turned_rate(w_B, axis(R_B, j)));
-      for (int i = 0; i < S::dimension; ++i)
-        for (int j = 0; j < S::dimension; ++j)
-          torque(c, at++) =
-              -turned_rate(w_A, axis(R_A, i)).dot(axis(R_B, j)) - axis(R_A, i).dot(turned_rate(w_B, axis(R_B, j)));
-    }
+void GoalRows<S>::add_following(const MatrixX& momentum) {
+  constexpr int d = S::dimension;
+  const NodeState<S>& node = state_[static_cast<std::size_t>(tool_.node)];
+  const typename S::Vector tool = point_acceleration<S>(node, tool_.p_N);
+  const typename S::Angular spin = node.R_WN * node.angular_acceleration;
+  const typename S::Rotation R = node.R_WN * tool_.R_N;
+  Eigen::Index first = parameters_;
+  for (const GoalKind kind : {GoalKind::proportional, GoalKind::affine}) {
+    if (!wants(kind)) continue;
+    VectorX rates(d + (kind == GoalKind::affine ? d * axes<S> : 0));
+    rates.head(d) = tool;
+    for (int k = 0; d * (k + 1) < rates.size(); ++k)
+      rates.segment(d * (k + 1), d) = units_.length * typename S::Vector(cross(spin, typename S::Vector(axis(R, k))));
+    MatrixX rows = MatrixX::Zero(d, parameters_ + extra_);
+    rows.leftCols(inertial_) = momentum;
+    for (int i = 0; i < d; ++i, first += rates.size()) rows.row(i).segment(first, rates.size()) = -rates.transpose();
+    add(rows, units_.length);
   }
-  return torque;
 }
 
 template class GoalRows<Planar>;

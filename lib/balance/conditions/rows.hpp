@@ -5,6 +5,7 @@
 /// accelerations in units of gravity (of 1 m/s² without it). Unknowns are the parameters in their natural units.
 
 #include "balance/conditions/conditions.hpp"
+#include "balance/conditions/known_columns.hpp"
 #include "balance/conditions/sampling.hpp"
 #include "balance/dynamics/regressor.hpp"
 
@@ -15,6 +16,7 @@ struct NaturalUnits {
   double length = 1, acceleration = 1, mass = 1;
   VectorX parameter;  ///< per parameter: π = unit · π̂, with π̂ in kg
 
+  /// @param parameters known terms may be among them
   NaturalUnits(const Mechanism& mechanism, const std::vector<Parameter>& parameters);
 };
 
@@ -27,14 +29,15 @@ struct Probe {
 template <class S>
 class GoalRows {
  public:
-  /// @param tree, units must outlive the rows
+  /// @param tree, units must outlive the rows; units of all terms, known ones included
   GoalRows(const Mechanism& mechanism, const Tree<S>& tree, const NaturalUnits& units, std::vector<Goal> goals,
            const ConditionOptions& options, int freedoms);
 
   /// Why the goals make no sense for this mechanism; empty if they do.
   const std::string& mismatch() const { return mismatch_; }
+  /// Columns of terms, known ones included.
   int parameters() const { return parameters_; }
-  /// Unknowns that are no parameters, behind them: the matrix of the goal `proportional` [kg].
+  /// Unknowns that are no parameters, behind them: the matrices of the goals `proportional` (A) and `affine` (A, then B) [kg].
   int extra() const { return extra_; }
 
   /// @param rows rows × (parameters + extra). Those of fully- goals are differences from the first configuration probed, where
@@ -50,9 +53,13 @@ class GoalRows {
   VectorX actuated_bias(const VectorX& velocity);
   Regressor<S> regress(const VectorX& velocity, const VectorX& acceleration, bool weight);
   void add(const MatrixX& rows, double unit);
+  void add_known(const MatrixX& projection, const MatrixX& torque, double unit);
+  void leave_out();
   void add_efforts(const Probe& probe);
+  void add_static_efforts(const MatrixX& projection);
   void add_inertia();
   void add_momentum(const Probe& probe);
+  void add_following(const MatrixX& momentum);
   MatrixX spring_torques();
 
   const Mechanism& mechanism_;
@@ -64,6 +71,8 @@ class GoalRows {
   bool needs_actuators_ = false, fully_ = false;
   int parameters_ = 0, inertial_ = 0, extra_ = 0;
   VectorX scale_;
+  KnownColumns<S> known_;
+  VectorX asked_;  ///< per term: 1, or 0 for what is left out or not there
   FixedFrame<S> tool_;
   MatrixX selection_;  ///< actuated × columns, scaled
   MatrixX actuated_;   ///< columns × actuated: C, whose actuated rows are the identity

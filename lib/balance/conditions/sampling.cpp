@@ -147,6 +147,29 @@ bool Sampler<S>::out_of_range(const VectorX& y) const {
   return false;
 }
 
+template <class S>
+bool settle(System<S>& closures, const VectorX& y, int freedoms, Configuration& here) {
+  here.y = y;
+  if (closures.closure_rows() == 0) {
+    here.null_space = MatrixX::Identity(closures.columns(), closures.columns());
+    return true;
+  }
+  const Solution moved = solve(closures, y, {}, 40);
+  if (!moved.found) return false;
+  here.y = moved.y;
+  VectorX residual;
+  MatrixX jacobian;
+  closures.evaluate(here.y, {}, residual, jacobian);
+  // beyond the rank the orthogonal factor spans what no row sees
+  const Eigen::ColPivHouseholderQR<MatrixX> qr(jacobian.transpose());
+  const MatrixX q = qr.householderQ() * MatrixX::Identity(jacobian.cols(), jacobian.cols());
+  here.null_space = q.rightCols(freedoms);
+  return true;
+}
+
+template bool settle(System<Planar>&, const VectorX&, int, Configuration&);
+template bool settle(System<Spatial>&, const VectorX&, int, Configuration&);
+
 template class Sampler<Planar>;
 template class Sampler<Spatial>;
 

@@ -26,6 +26,13 @@ struct Configuration {
   MatrixX null_space;  ///< columns × freedoms, orthonormal, of the scaled closures' Jacobian
 };
 
+/// The configuration nearest to y that closes the loops; its basis of velocities is any orthonormal one.
+/// @return false if there is none
+template <class S>
+bool settle(System<S>& closures, const VectorX& y, int freedoms, Configuration& here);
+extern template bool settle(System<Planar>&, const VectorX&, int, Configuration&);
+extern template bool settle(System<Spatial>&, const VectorX&, int, Configuration&);
+
 /// Wanders through the configurations that are connected to the one the mechanism is assembled in: a parallelogram that can
 /// fold into an antiparallelogram must not be asked to balance as both. Open chains need no wandering.
 template <class S>

@@ -13,6 +13,12 @@ Context::Context(const DesignProblem& p, Budget& b)
       map(box, p, survey),
       physical(map, survey, map.exact(box.start())) {
   options.loose_springs = survey.loose;
+  const Eigen::Index own = parameter_values(survey.at_base, survey.loose).size(),
+                     known = known_values(survey.at_base).size();
+  options.open_terms.assign(static_cast<std::size_t>(known), false);
+  for (int variable = 0; variable < box.size(); ++variable)
+    for (Eigen::Index k = 0; k < known; ++k)
+      if (survey.touches(variable, static_cast<int>(own + k))) options.open_terms[static_cast<std::size_t>(k)] = true;
 }
 
 Conditions Context::derive(const Mechanism& mechanism) const {

@@ -26,7 +26,7 @@ struct Context {
   Budget& budget;
   Box box;
   Survey survey;
-  ConditionOptions options;  ///< with the springs that the free numbers make loose
+  ConditionOptions options;  ///< with the springs that the free numbers make loose and the loads that they change
   ParameterMap map;
   Physical physical;
 };

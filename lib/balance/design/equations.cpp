@@ -35,10 +35,10 @@ void append_physical(const Physical& physical, const VectorX& features, const Ma
 bool projected_residual(const Context& context, const Mechanism& mechanism, const VectorX& unit, VectorX& residual) {
   const Conditions conditions = context.derive(mechanism);
   if (conditions.status != ConditionsStatus::done) return false;
-  const VectorX parameters = parameter_values(mechanism, context.options.loose_springs).cwiseQuotient(unit);
+  const VectorX parameters = term_values(mechanism, context.options.loose_springs).cwiseQuotient(unit);
   residual.setZero(parameters.size());
-  if (conditions.rank == 0) return true;
-  const MatrixX columns = (conditions.matrix * unit.asDiagonal()).transpose();
+  if (conditions.own_rows() == 0) return true;
+  const MatrixX columns = (conditions.matrix.topRows(conditions.own_rows()) * unit.asDiagonal()).transpose();
   const Eigen::HouseholderQR<MatrixX> qr(columns);
   const MatrixX q = qr.householderQ() * MatrixX::Identity(columns.rows(), columns.cols());
   residual = q * (q.transpose() * parameters);

@@ -31,7 +31,7 @@ class Numbers {
 }  // namespace
 
 std::vector<Element> list_elements(const Mechanism& mechanism, const LooseSprings& loose) {
-  int next = static_cast<int>(parameter_values(mechanism, loose).size());
+  int next = static_cast<int>(term_values(mechanism, loose).size());
   std::vector<Element> all;
   const auto add = [&](Bearer bearer, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -52,7 +52,7 @@ std::vector<Element> list_elements(const Mechanism& mechanism, const LooseSpring
 
 VectorX features(const Mechanism& mechanism, const LooseSprings& loose) {
   const bool planar = mechanism.space == SpaceKind::planar;
-  const VectorX parameters = parameter_values(mechanism, loose);
+  const VectorX parameters = term_values(mechanism, loose);
   Numbers rest;
   const auto add = [&](double mass, const Matrix3& inertia) {
     rest.add(mass);
@@ -91,18 +91,24 @@ VectorX geometry(const Mechanism& mechanism, const LooseSprings& loose) {
     all.add(spring.point_first);
     all.add(spring.point_second);
   }
+  for (const Load& load : mechanism.loads) all.add(load.point);
   if (mechanism.tool) all.add(mechanism.tool->position);
   return all.finish();
 }
 
 VectorX parameter_units(const Mechanism& mechanism, const LooseSprings& loose) {
   const double length = characteristic_length(mechanism), mass = total_mass(mechanism);
-  const VectorX values = parameter_values(mechanism, loose);
-  const auto all = list_parameters(mechanism, loose);
+  const VectorX values = term_values(mechanism, loose);
+  const auto all = list_terms(mechanism, loose);
   double stiffness = 0;
   for (const Spring& spring : mechanism.springs) stiffness = std::max(stiffness, std::abs(spring.stiffness));
   VectorX unit(values.size());
   for (std::size_t p = 0; p < all.size(); ++p) {
+    if (is_known(all[p])) {
+      const double known = std::abs(values[static_cast<Eigen::Index>(p)]);
+      unit[static_cast<Eigen::Index>(p)] = known > 0 ? known : 1;
+      continue;
+    }
     const double size = all[p].bearer == Bearer::spring ? stiffness : mass;
     unit[static_cast<Eigen::Index>(p)] = (size > 0 ? size : 1) * std::pow(length, all[p].length_power);
   }

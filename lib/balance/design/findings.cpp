@@ -1,6 +1,7 @@
 #include "balance/design/findings.hpp"
 
 #include "balance/base/factorizations.hpp"
+#include "balance/conditions/naming.hpp"
 #include "balance/conditions/text.hpp"
 #include "balance/design/squares.hpp"
 
@@ -82,9 +83,7 @@ BoundedParameters bounded_parameters(const Context& context, const Polynomial& i
   return result;
 }
 
-std::string text_of(const Conditions& conditions, int row) {
-  return linear_text(conditions.parameters, conditions.matrix.row(row).transpose()) + " = 0";
-}
+std::string text_of(const Conditions& conditions, int row) { return condition_text(conditions, row); }
 
 /// The first few conditions of a list.
 std::string text_of(const Conditions& conditions, const std::vector<int>& rows) {
@@ -94,6 +93,26 @@ std::string text_of(const Conditions& conditions, const std::vector<int>& rows) 
     text += (k == 0 ? "" : "; ") + text_of(conditions, rows[k]);
   if (rows.size() > most) text += fmt::format("; and {} more", rows.size() - most);
   return text;
+}
+
+/// The known terms that stand in conditions: "R1.viscous, push.m".
+std::string known_names(const Conditions& conditions, const std::vector<int>& rows) {
+  std::string names;
+  for (Eigen::Index column = conditions.own_columns(); column < conditions.matrix.cols(); ++column)
+    if (std::any_of(rows.begin(), rows.end(), [&](int row) { return conditions.matrix(row, column) != 0; }))
+      names += (names.empty() ? "" : ", ") + conditions.parameters[static_cast<std::size_t>(column)].name;
+  return names;
+}
+
+/// What friction and loads ask for by themselves cannot be met anyway and says nothing about the rest.
+Conditions without_known_rows(const Conditions& conditions) {
+  Conditions own = conditions;
+  const Eigen::Index rows = conditions.own_rows();
+  own.rank = static_cast<int>(rows);
+  own.matrix = conditions.matrix.topRows(rows);
+  own.scale = conditions.scale.head(rows);
+  own.pivots.resize(static_cast<std::size_t>(rows));
+  return own;
 }
 
 std::string counted(std::size_t n) { return n == 1 ? "1 condition" : fmt::format("{} conditions", n); }
@@ -130,13 +149,16 @@ std::vector<std::vector<int>> find_occurring(const Context& context, const Condi
 
 std::optional<Impossibility> find_proof(const Context& context, const Conditions& conditions, const FixedRows& rows,
                                         const VectorX& residual) {
-  if (auto proof = prove_impossible(conditions, context.survey.at_base)) return proof;
+  const Conditions own = without_known_rows(conditions);
+  if (auto proof = prove_impossible(own, context.survey.at_base)) return proof;
   if (!context.map.polynomial()) return std::nullopt;
   const auto parameters = static_cast<int>(conditions.matrix.cols());
   const Polynomial in_numbers = context.map.polynomial()->substituted(context.box.centre(), context.box.half());
-  if (auto proof = prove_impossible(conditions, bounded_parameters(context, in_numbers, parameters))) return proof;
-  if (auto proof = proof_by_residual(conditions, rows, residual)) return proof;
-  return prove_by_squares(context, conditions, in_numbers);
+  if (auto proof = prove_impossible(own, bounded_parameters(context, in_numbers, parameters))) return proof;
+  VectorX left = residual;
+  left.tail(left.size() - own.matrix.rows()).setZero();
+  if (auto proof = proof_by_residual(conditions, rows, left)) return proof;
+  return prove_by_squares(context, own, in_numbers);
 }
 
 void conclude(DesignOutcome& outcome) {
@@ -160,6 +182,18 @@ void conclude(DesignOutcome& outcome) {
   // what occurs in a condition at one geometry says nothing of others
   const bool impossible = outcome.proof || (!outcome.unmet_fixed.empty() && outcome.method != DesignMethod::geometric);
   outcome.status = impossible ? DesignStatus::impossible : DesignStatus::compromise;
+  const Eigen::Index own = outcome.conditions.own_rows();
+  if (std::all_of(outcome.open.begin(), outcome.open.end(), [&](int k) { return k >= own; }) &&
+      std::all_of(outcome.open.begin(), outcome.open.end(), [&](int k) {
+        return std::find(outcome.unmet_fixed.begin(), outcome.unmet_fixed.end(), k) != outcome.unmet_fixed.end();
+      })) {
+    outcome.reason = fmt::format("no mass and no spring balances {}{}", known_names(outcome.conditions, outcome.open),
+                                 own == 0 ? ""
+                                          : "; " + counted(static_cast<std::size_t>(own)) +
+                                                (own == 1 ? " on masses is met" : " on masses are met"));
+    outcome.proof.reset();  // of what the sentence says
+    return;
+  }
   if (outcome.proof)
     outcome.reason = outcome.proof->sentence;
   else if (!outcome.unmet_fixed.empty())

@@ -144,7 +144,8 @@ class GeometrySearch {
     if (conditions.status != ConditionsStatus::done || !context_.is_physical(u)) return false;
     if (conditions.rank == 0) return true;
     const VectorX residual =
-        scaled_residuals(conditions, parameter_values(context_.mechanism(u), context_.options.loose_springs));
+        scaled_residuals(conditions, term_values(context_.mechanism(u), context_.options.loose_springs))
+            .head(conditions.own_rows());
     return residual.cwiseAbs().maxCoeff() < met;
   }
 

@@ -6,6 +6,7 @@
 #include "balance/design/optimum.hpp"
 #include "balance/design/verdict.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -128,7 +129,7 @@ class Designer {
       give_up(found.unusable.front(), "for any numbers that were found to meet the conditions");
       return start_;
     }
-    if (found.solutions.empty() || (merit_ && !context_.problem.objective->size && !out_.unmet_fixed.empty()))
+    if (found.solutions.empty() || (merit_ && !context_.problem.objective->size && misses_own()))
       return tidy(equations, compromise(equations, found.best, convex));
     for (VectorX& u : found.solutions)
       if (const VectorX better = back(u); is_exact(context_, equations, better) && has_value(better)) u = better;
@@ -159,6 +160,13 @@ class Designer {
     if (!merit_) return tidied(context_, equations, Figure(), u);
     return tidied(
         context_, equations, [this](const VectorX& v) { return (*merit_)(v, nullptr); }, u);
+  }
+
+  /// Some condition that parameters could meet is not, whatever the free numbers are. What loads and friction ask for by
+  /// themselves is no reason to leave the others open.
+  bool misses_own() const {
+    return std::any_of(out_.unmet_fixed.begin(), out_.unmet_fixed.end(),
+                       [&](int k) { return k < out_.conditions.own_rows(); });
   }
 
   Effort effort(bool convex, const std::function<bool()>& hopeless) const {
@@ -242,7 +250,7 @@ class Designer {
   }
 
   VectorX parameters(const VectorX& u) const {
-    return parameter_values(context_.mechanism(u), context_.options.loose_springs);
+    return term_values(context_.mechanism(u), context_.options.loose_springs);
   }
 
   /// @return false if there is no design, because the objective has no value there

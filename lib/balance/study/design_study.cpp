@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <stdexcept>
 
@@ -112,6 +113,7 @@ DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& 
   problem.derive = options.modular ? derive_modular_conditions : derive_conditions;
   problem.modular = options.modular;
   problem.search = options.search;
+  problem.options.without = options.without;
   problem.options.loose_springs = find_loose_springs(problem);
   if (terms.empty()) return problem;
   problem.objective = build_objective(space, terms, start_values(space), problem.options.loose_springs);
@@ -142,19 +144,30 @@ Weight weigh(const Mechanism& mechanism) {
   return {mass.dot(values), inertia.dot(values), mass.dot(added), inertia.dot(added)};
 }
 
-/// "the centre of mass moves at 0.5 times the tool's displacement"
-std::string proportion_note(const Mechanism& mechanism) {
-  const MatrixX A = com_per_tool(mechanism);
+std::string rows_text(const MatrixX& matrix) {
+  std::string rows;
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    rows += i == 0 ? "[" : "; ";
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
+      const double entry = std::abs(matrix(i, j)) < 1e-12 * matrix.norm() ? 0 : matrix(i, j);
+      rows += fmt::format("{}{:.6g}", j == 0 ? "" : ", ", entry);
+    }
+  }
+  return rows + "]";
+}
+
+/// "the centre of mass moves by 0.5 times the tool's displacement"
+std::string law_note(const Mechanism& mechanism, GoalKind kind) {
+  const ComLaw law = com_law(mechanism, kind);
+  const MatrixX& A = law.A;
   if (A.size() == 0) return "";
   const double factor = A.trace() / static_cast<double>(A.rows());
-  if ((A - factor * MatrixX::Identity(A.rows(), A.cols())).norm() < 1e-9 * (1 + A.norm()))
-    return fmt::format("the centre of mass moves by {:.6g} times the tool's displacement", factor);
-  std::string rows;
-  for (Eigen::Index i = 0; i < A.rows(); ++i) {
-    rows += i == 0 ? "[" : "; ";
-    for (Eigen::Index j = 0; j < A.cols(); ++j) rows += fmt::format("{}{:.6g}", j == 0 ? "" : ", ", A(i, j));
-  }
-  return "the centre of mass moves by " + rows + "] times the tool's displacement";
+  const bool alike = (A - factor * MatrixX::Identity(A.rows(), A.cols())).norm() < 1e-9 * (1 + A.norm());
+  std::string text = fmt::format("the centre of mass moves by {} times the tool's displacement",
+                                 alike ? fmt::format("{:.6g}", factor) : rows_text(A));
+  if (law.B.norm() > 1e-9 * characteristic_length(mechanism))
+    text += fmt::format(", and by {} m times what the axes of the tool's body change by", rows_text(law.B));
+  return text;
 }
 
 }  // namespace
@@ -176,10 +189,10 @@ DesignReport design_study(const DesignSpace& space, const DesignStudyOptions& op
   report.inertia_after = after.inertia;
   report.added_mass = after.added_mass;
   report.added_inertia = after.added_inertia;
-  const auto proportional = [](const Goal& goal) { return goal.kind == GoalKind::proportional; };
-  if (report.outcome.status == DesignStatus::balanced &&
-      std::any_of(problem.goals.begin(), problem.goals.end(), proportional))
-    report.notes.push_back(proportion_note(report.study_after.mechanism));
+  for (const Goal& goal : problem.goals)
+    if (report.outcome.status == DesignStatus::balanced &&
+        (goal.kind == GoalKind::proportional || goal.kind == GoalKind::affine))
+      report.notes.push_back(law_note(report.study_after.mechanism, goal.kind));
   if (!options.trajectories) return report;
   for (const Trajectory& trajectory : report.study_after.trajectories)
     report.comparisons.push_back(

@@ -13,6 +13,7 @@ namespace balance {
 struct DesignStudyOptions {
   bool modular = false;                 ///< the chains one by one (P0 section 2.2) instead of the complete conditions
   std::vector<Goal> goals;              ///< empty: the spec's; none there either: only `minimize`
+  std::vector<std::string> without;     ///< what the goals leave out (ConditionOptions)
   std::vector<ObjectiveTerm> minimize;  ///< empty: the spec's
   SearchOptions search;
   bool trajectories = true;  ///< compare the spec's trajectories before and after

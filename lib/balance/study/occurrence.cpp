@@ -33,6 +33,8 @@ bool same_geometry(const Mechanism& a, const Mechanism& b) {
     if (p.point_first != q.point_first || p.point_second != q.point_second || p.free_length != q.free_length)
       return false;
   }
+  for (std::size_t l = 0; l < a.loads.size(); ++l)
+    if (a.loads[l].point != b.loads[l].point) return false;
   return !a.tool || a.tool->position == b.tool->position;
 }
 
@@ -58,7 +60,7 @@ class DependenceProbe {
                   const LooseSprings& loose, const Conditions& at_start)
       : space_(space), derive_(derive), loose_(loose), x_(generic_point(space.start.free_numbers)) {
     here_ = space.at(x_).mechanism;
-    values_ = parameter_values(here_, loose_);
+    values_ = term_values(here_, loose_);
     conditions_ = same_geometry(here_, space.start.mechanism) ? at_start : derive_(here_);
     // Where nothing can be derived, the conditions at the start have to do.
     if (!comparable(at_start, conditions_)) conditions_ = at_start;
@@ -70,7 +72,7 @@ class DependenceProbe {
     const FreeNumber& free = space_.start.free_numbers[static_cast<std::size_t>(number)];
     x[number] += 0.1 * (free.upper - free.lower);
     const Mechanism there = space_.at(x).mechanism;
-    const VectorX values = parameter_values(there, loose_);
+    const VectorX values = term_values(there, loose_);
     if (same_geometry(here_, there))
       return affected(conditions_.matrix * (values - values_),
                       conditions_.matrix.cwiseAbs() * (values - values_).cwiseAbs(), by_rounding);

@@ -4,6 +4,7 @@
 #include "balance/write/table.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -43,7 +44,7 @@ std::string table_text(const ConditionsView& view) {
     table.heading.push_back("depends on");
     table.align.push_back(Align::left);
   }
-  for (int row = 0; row < static_cast<int>(view.conditions.matrix.rows()); ++row)
+  for (int row = 0; row < view.own_rows(); ++row)
     if (!view.by_definition[static_cast<std::size_t>(row)]) add_rows(table, view, row);
   return table.rows.empty() ? "" : format_table(table) + "\n";
 }
@@ -53,7 +54,8 @@ std::string heading_text(const ConditionsView& view) {
   std::string text = fmt::format("{}: {} conditions{}\n", view.title, list_names(c.goals),
                                  view.strategy == "modular" ? ", chain by chain" : "");
   for (const Goal& goal : c.goals) text += in_words(goal) + "\n";
-  text += fmt::format("\nrank {} of {}", c.rank, plural(c.parameters.size(), "parameter", "parameters"));
+  text += fmt::format("\nrank {} of {}", view.own_rows(),
+                      plural(static_cast<std::size_t>(c.own_columns()), "parameter", "parameters"));
   if (c.rank > 0 && c.gap > 0) text += fmt::format(", gap {:.1f} decades", std::log10(c.gap));
   if (c.samples > 0) text += ", " + plural(static_cast<std::size_t>(c.samples), "sample", "samples");
   return text + "\n\n";
@@ -62,7 +64,7 @@ std::string heading_text(const ConditionsView& view) {
 std::string closing_text(const ConditionsView& view) {
   std::vector<int> hidden;
   long open = 0;
-  for (int row = 0; row < view.residuals.size(); ++row) {
+  for (int row = 0; row < view.own_rows(); ++row) {
     if (view.by_definition[static_cast<std::size_t>(row)]) hidden.push_back(row + 1);
     if (!view.is_met(row)) ++open;
   }
@@ -70,10 +72,16 @@ std::string closing_text(const ConditionsView& view) {
   if (!hidden.empty())
     text += fmt::format("{} {} for every disc that is symmetrical about its axis\n", ranges_text(hidden),
                         hidden.size() == 1 ? "holds" : "hold");
-  if (view.residuals.size() == 0) return text + "nothing is asked for: the mechanism is balanced as it is\n";
-  if (open == 0) return text + "all are met\n";
+  if (view.own_rows() == 0 && !view.staying.empty()) return text;
+  if (view.own_rows() == 0) return text + "nothing is asked for: the mechanism is balanced as it is\n";
+  if (open == 0) return text + (view.staying.empty() ? "all are met\n" : "all that masses can meet are met\n");
   return text + fmt::format("{} of {} not met: now is what is missing, relative to the size of the terms\n", open,
-                            view.residuals.size());
+                            view.own_rows());
+}
+
+std::string effort_text(const StayingEffort& effort) {
+  return fmt::format("{:.4g} {} at {} {}", effort.size, effort.unit, effort.actuator,
+                     effort.trajectory.empty() ? "at rest" : "along " + effort.trajectory);
 }
 
 }  // namespace
@@ -119,20 +127,37 @@ std::vector<std::string> wrapped_condition(const ConditionsView& view, int row, 
   return lines;
 }
 
-std::string symbols_text(const ConditionNames& names) {
+std::string symbols_text(const ConditionsView& view) {
   std::string text;
-  for (const Symbol& symbol : names.symbols) {
-    text += (text.empty() ? "" : ", ") + fmt::format("{} = {:.6g}", symbol.label, symbol.value);
-    if (symbol.unit != "1") text += " " + symbol.unit;
+  for (const auto* symbols : {&view.names.symbols, &view.known}) {
+    for (const Symbol& symbol : *symbols) {
+      text += (text.empty() ? "" : ", ") + fmt::format("{} = {:.6g}", symbol.label, symbol.value);
+      if (symbol.unit != "1") text += " " + symbol.unit;
+    }
   }
   return text;
 }
 
+std::string staying_text(const ConditionsView& view) {
+  if (view.staying.empty()) return "";
+  std::string text = "cannot be balanced by masses or springs, and stays:\n";
+  for (const Staying& staying : view.staying) {
+    text += "  " + staying.text + "\n";
+    for (const StayingEffort& effort : staying.efforts) text += "      up to " + effort_text(effort) + "\n";
+  }
+  std::vector<std::string> lost;
+  for (const Staying& staying : view.staying)
+    for (const auto& unknown : staying.unknown)
+      if (std::find(lost.begin(), lost.end(), unknown.trajectory) == lost.end()) lost.push_back(unknown.trajectory);
+  if (!lost.empty()) text += fmt::format("not known along {}, which cannot be followed\n", fmt::join(lost, ", "));
+  return text + "--without leaves it out\n";
+}
+
 std::string conditions_text(const ConditionsView& view) {
   std::string text = heading_text(view) + table_text(view);
-  const std::string symbols = symbols_text(view.names);
+  const std::string symbols = symbols_text(view);
   if (!symbols.empty()) text += "where " + symbols + "\n";
-  text += closing_text(view);
+  text += closing_text(view) + staying_text(view);
   for (const std::string& note : view.conditions.notes) text += "note: " + note + "\n";
   for (const std::string& note : view.names.notes) text += "note: " + note + "\n";
   return text;

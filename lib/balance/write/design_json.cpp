@@ -82,8 +82,15 @@ void add_outcome(Json& json, const DesignView& view) {
   json["method"] = name_of(outcome.method);
   json["reason"] = outcome.reason;
   json["proof"] = proof_json(view);
-  json["unmet_fixed"] = outcome.unmet_fixed;
-  json["open"] = outcome.open;
+  // of the conditions listed below; what holds no parameter is told by `staying`
+  const auto listed = [&](const std::vector<int>& rows) {
+    std::vector<int> result;
+    for (const int row : rows)
+      if (row < view.conditions.own_rows()) result.push_back(row);
+    return result;
+  };
+  json["unmet_fixed"] = listed(outcome.unmet_fixed);
+  json["open"] = listed(outcome.open);
   json["objective"] = {{"name", view.objective},
                        {"unit", view.objective_unit},
                        {"value", outcome.objective},

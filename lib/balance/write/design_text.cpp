@@ -151,7 +151,7 @@ std::string conditions_table(const DesignView& view) {
   const ConditionsView& c = view.conditions;
   Table table{{"no", "condition", "before", "after"}, {Align::right, Align::left, Align::right, Align::right}, {}};
   std::vector<int> hidden;
-  for (int row = 0; row < static_cast<int>(c.conditions.matrix.rows()); ++row) {
+  for (int row = 0; row < c.own_rows(); ++row) {
     if (c.by_definition[static_cast<std::size_t>(row)]) {
       hidden.push_back(row + 1);
       continue;
@@ -163,11 +163,12 @@ std::string conditions_table(const DesignView& view) {
                             i == 0 ? residual_text(c.residuals[row]) : ""});
   }
   std::string text = table.rows.empty() ? "" : format_table(table);
-  const std::string symbols = symbols_text(c.names);
+  const std::string symbols = symbols_text(c);
   if (!symbols.empty()) text += "where " + symbols + "\n";
   if (!hidden.empty())
     text += fmt::format("{} {} for every disc that is symmetrical about its axis\n", ranges_text(hidden),
                         hidden.size() == 1 ? "holds" : "hold");
+  text += staying_text(c);
   return text.empty() ? "" : text + "\n";
 }
 

@@ -109,6 +109,9 @@ std::string in_words(const Goal& goal) {
       case GoalKind::dynamic: return "the frame feels neither shaking force nor shaking moment";
       case GoalKind::proportional:
         return "the centre of mass follows the tool: its velocity is a constant matrix times the tool's";
+      case GoalKind::affine:
+        return "the centre of mass follows the tool's body: it is a constant matrix times the tool's place, plus "
+               "another times the body's rotation, plus a constant";
     }
     return "";
   };

@@ -1,0 +1,37 @@
+#pragma once
+/// What acts on a mechanism and is no parameter of its design: loads and friction. In conditions they stand as columns whose
+/// values are known.
+///
+/// A load has one term per component of its force and moment, worth what it is at the table's first time (or always), and,
+/// with a table, one per component that changes, worth the largest change. Friction has a viscous and a dry term.
+
+#include "balance/conditions/parameter.hpp"
+
+namespace balance {
+
+bool is_known(const Parameter& parameter);
+/// A known term that stands for the changes of a load over time.
+bool is_change(const Parameter& parameter);
+
+/// Loads, then friction, in the mechanism's order: as many for every mechanism of the same structure.
+std::vector<Parameter> list_known_terms(const Mechanism& mechanism);
+/// Their values [SI], in the same order.
+VectorX known_values(const Mechanism& mechanism);
+
+/// All columns of conditions: parameters, then known terms.
+std::vector<Parameter> list_terms(const Mechanism& mechanism, const LooseSprings& loose = {});
+VectorX term_values(const Mechanism& mechanism, const LooseSprings& loose = {});
+
+/// How all loads' components change together: column c says which multiples of the components (force, then moment, load by load)
+/// change with the change of component c. Loads that change in step share one column; columns of components that do not
+/// change, or change as others do, are zero.
+/// @param length by which moments are compared with forces [m]
+MatrixX load_changes(const Mechanism& mechanism, double length);
+
+/// Whether a term is among what `names` leave out: sections (`friction`, `loads`, `springs`, `payloads`, `counterweights`,
+/// `discs`), what is in them, or both joined by a dot; joint coordinates stand for their friction.
+bool left_out(const Mechanism& mechanism, const Parameter& term, const std::vector<std::string>& names);
+/// All such names of a mechanism.
+std::vector<std::string> names_to_leave_out(const Mechanism& mechanism);
+
+}  // namespace balance

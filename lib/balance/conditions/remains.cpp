@@ -1,0 +1,220 @@
+#include "balance/conditions/remains.hpp"
+
+#include "balance/base/factorizations.hpp"
+#include "balance/conditions/rows.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+
+namespace {
+
+constexpr int poses_looked_at = 60;
+/// Smallest singular value of what holds the actuators: nearer to singular configurations efforts grow beyond all bounds.
+constexpr double firmly_held = 0.05;
+/// Efforts below this part of the element's own are round-off.
+constexpr double rounded_away = 1e-9;
+
+/// Known terms alone, or one spring alone.
+bool stands_by_itself(const Conditions& conditions, int row) {
+  int spring = -1;
+  bool known = false;
+  for (Eigen::Index p = 0; p < conditions.matrix.cols(); ++p) {
+    if (conditions.matrix(row, p) == 0) continue;
+    const Parameter& term = conditions.parameters[static_cast<std::size_t>(p)];
+    known = known || is_known(term);
+    if (is_known(term)) continue;
+    if (term.bearer != Bearer::spring || (spring >= 0 && spring != term.index)) return false;
+    spring = term.index;
+  }
+  return spring < 0 || !known;
+}
+
+std::string element_name(const Mechanism& mechanism, Bearer bearer, int index) {
+  const auto i = static_cast<std::size_t>(index);
+  if (bearer == Bearer::spring) return mechanism.springs[i].name;
+  if (bearer == Bearer::load) return mechanism.loads[i].name;
+  return mechanism.coordinates[static_cast<std::size_t>(mechanism.friction[i].coordinate)].name;
+}
+
+/// Efforts of the actuators per unit of every term: rows = efforts of one configuration after the other.
+template <class S>
+class RestingEfforts {
+ public:
+  RestingEfforts(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options)
+      : units_(mechanism, conditions.parameters),
+        tree_(compile<S>(mechanism, mechanism.actuators)),
+        scale_(column_scale(tree_)),
+        histories_(load_histories(mechanism)) {
+    Sampler<S> sampler(mechanism, tree_, options.seed);
+    Configuration here;
+    if (!sampler.next(here)) return;
+    GoalRows<S> rows(mechanism, tree_, units_, {{GoalKind::statics}}, options, sampler.freedoms());
+    select(mechanism);
+    MatrixX found;
+    for (int k = 0; k < poses_looked_at; ++k) {
+      MatrixX directions;
+      if (hold(here.null_space, directions) && rows.at(here, {directions, VectorX::Zero(tree_.columns)}, found)) {
+        // behind what is constant, what changes
+        const auto n = static_cast<Eigen::Index>(actuators_.size());
+        append(found.rows() >= n ? MatrixX(found.topRows(n)) : MatrixX::Zero(n, found.cols()), constant_);
+        append(found.rows() >= 2 * n ? MatrixX(found.middleRows(n, n)) : MatrixX::Zero(n, found.cols()), changing_);
+      }
+      if (!sampler.next(here)) break;
+    }
+  }
+
+  std::vector<LargestEffort> of(const Conditions& conditions, const Remainder& remainder, const VectorX& values) const {
+    const auto n = static_cast<Eigen::Index>(actuators_.size());
+    if (n == 0 || constant_.rows() == 0) return {};
+    VectorX effort = VectorX::Zero(constant_.rows());
+    MatrixX changes = MatrixX::Zero(constant_.rows(), 1 + histories_.rows());  // none, then every time's
+    for (const int t : remainder.terms) {
+      const Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
+      if (is_change(term))
+        changes.rightCols(histories_.rows()) += changing_.col(t) *
+                                                histories_.col(load_component(term, S::dimension == 2)).transpose() /
+                                                units_.parameter[t];
+      else
+        effort += constant_.col(t) * (values[t] / units_.parameter[t]);
+    }
+    const double size = (changes.colwise() + effort).cwiseAbs().maxCoeff();
+    // masses take what the conditions ask of them; what these leave open does not reach the actuators
+    for (Eigen::Index row = 0; row < conditions.own_rows(); ++row) {
+      const int pivot = conditions.pivots[static_cast<std::size_t>(row)];
+      double asked = 0;
+      for (const int t : remainder.terms)
+        if (t >= conditions.own_columns()) asked -= conditions.matrix(row, t) * values[t];
+      effort += constant_.col(pivot) * (asked / units_.parameter[pivot]);
+    }
+    std::vector<LargestEffort> largest;
+    for (Eigen::Index a = 0; a < n; ++a) {
+      double most = 0;
+      for (Eigen::Index r = a; r < effort.size(); r += n)
+        most = std::max(most, (changes.row(r).array() + effort[r]).abs().maxCoeff());
+      if (most > rounded_away * size)
+        largest.push_back({actuators_[static_cast<std::size_t>(a)],
+                           most * units_.acceleration * (lengths_[static_cast<std::size_t>(a)] ? 1 : units_.length)});
+    }
+    return largest;
+  }
+
+ private:
+  void select(const Mechanism& mechanism) {
+    actuators_ = mechanism.actuators;
+    if (actuators_.empty() && tree_.closure_rows == 0)
+      for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) actuators_.push_back(static_cast<int>(c));
+    selection_ = MatrixX::Zero(static_cast<Eigen::Index>(actuators_.size()), tree_.columns);
+    for (std::size_t a = 0; a < actuators_.size(); ++a) {
+      const CoordinateSource& source = tree_.sources[static_cast<std::size_t>(actuators_[a])];
+      lengths_.push_back(mechanism.coordinates[static_cast<std::size_t>(actuators_[a])].kind == CoordinateKind::length);
+      selection_(static_cast<Eigen::Index>(a), source.column) =
+          source.ratio * scale_[source.column] / (lengths_.back() ? tree_.length : 1);
+    }
+  }
+
+  /// Velocities by which virtual power gives the actuators' efforts, of least norm where there are more than are needed.
+  bool hold(const MatrixX& null_space, MatrixX& directions) const {
+    const MatrixX held = selection_ * null_space;
+    if (held.rows() < held.cols() || held.rows() == 0) return false;
+    const Eigen::JacobiSVD<MatrixX> svd(held, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    if (svd.singularValues().tail(1)[0] < firmly_held) return false;
+    directions =
+        null_space * svd.matrixV() * svd.singularValues().cwiseInverse().asDiagonal() * svd.matrixU().transpose();
+    return true;
+  }
+
+  static void append(const MatrixX& rows, MatrixX& all) {
+    const Eigen::Index before = all.rows();
+    all.conservativeResize(before + rows.rows(), rows.cols());
+    all.bottomRows(rows.rows()) = rows;
+  }
+
+  NaturalUnits units_;
+  Tree<S> tree_;
+  VectorX scale_;
+  MatrixX histories_;  ///< changes of all loads' components at all times
+  std::vector<int> actuators_;
+  std::vector<bool> lengths_;
+  MatrixX selection_, constant_, changing_;
+};
+
+template <class S>
+std::vector<LargestEffort> resting(const Mechanism& mechanism, const Conditions& conditions, const Remainder& remainder,
+                                   const ConditionOptions& options) {
+  return RestingEfforts<S>(mechanism, conditions, options)
+      .of(conditions, remainder, term_values(mechanism, options.loose_springs));
+}
+
+std::string unit_text(const Parameter& term, const Mechanism& mechanism) {
+  if (term.bearer == Bearer::spring) return "N/m";
+  if (term.bearer == Bearer::load) return term.kind == ParameterKind::couple ? "N m" : "N";
+  const int coordinate = mechanism.friction[static_cast<std::size_t>(term.index)].coordinate;
+  const bool turns = mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::angle;
+  if (term.kind == ParameterKind::viscous) return turns ? "N m s/rad" : "N s/m";
+  return turns ? "N m" : "N";
+}
+
+}  // namespace
+
+std::vector<Remainder> list_remainders(const Conditions& conditions, const VectorX& values, const Mechanism& mechanism,
+                                       double tolerance) {
+  std::vector<Remainder> all;
+  const VectorX residuals = scaled_residuals(conditions, values);
+  for (int row = 0; row < static_cast<int>(conditions.matrix.rows()); ++row) {
+    if (!(std::abs(residuals[row]) > tolerance) || !stands_by_itself(conditions, row)) continue;
+    for (int t = 0; t < static_cast<int>(conditions.parameters.size()); ++t) {
+      const Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
+      if (conditions.matrix(row, t) == 0 || values[t] == 0) continue;
+      auto known = std::find_if(all.begin(), all.end(),
+                                [&](const Remainder& r) { return r.bearer == term.bearer && r.index == term.index; });
+      if (known == all.end())
+        known = all.insert(known, {term.bearer, term.index, element_name(mechanism, term.bearer, term.index), {}, {}});
+      if (std::find(known->terms.begin(), known->terms.end(), t) == known->terms.end()) known->terms.push_back(t);
+      if (std::find(known->rows.begin(), known->rows.end(), row) == known->rows.end()) known->rows.push_back(row);
+    }
+  }
+  std::sort(all.begin(), all.end(), [](const Remainder& a, const Remainder& b) {
+    return std::pair(a.bearer, a.index) < std::pair(b.bearer, b.index);
+  });
+  for (Remainder& r : all) std::sort(r.terms.begin(), r.terms.end());
+  return all;
+}
+
+std::string remainder_text(const Remainder& remainder, const Conditions& conditions, const VectorX& values,
+                           const Mechanism& mechanism) {
+  std::string constant, changing;
+  for (const int t : remainder.terms) {
+    const Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
+    const std::string number = fmt::format("{:.6g} {}", values[t], unit_text(term, mechanism));
+    if (is_change(term)) {
+      changing += (changing.empty() ? "" : ", ") +
+                  fmt::format("{} by {}", term.symbol.substr(0, term.symbol.find('(')), number);
+      continue;
+    }
+    constant += constant.empty() ? "" : ", ";
+    if (term.bearer == Bearer::friction)
+      constant += number + (term.kind == ParameterKind::viscous ? " viscous" : " dry");
+    else
+      constant += term.symbol + " = " + number;
+  }
+  const char* what = remainder.bearer == Bearer::friction ? "friction in "
+                     : remainder.bearer == Bearer::spring ? "spring "
+                                                          : "load ";
+  std::string text = what + remainder.name;
+  if (!changing.empty()) text += ", which changes over time (" + changing + ")";
+  if (!constant.empty()) text += (changing.empty() ? " (" : ", and its ") + constant + (changing.empty() ? ")" : "");
+  return text;
+}
+
+std::vector<LargestEffort> efforts_at_rest(const Mechanism& mechanism, const Conditions& conditions,
+                                           const Remainder& remainder, const ConditionOptions& options) {
+  if (remainder.bearer == Bearer::friction) return {};
+  return mechanism.space == SpaceKind::planar ? resting<Planar>(mechanism, conditions, remainder, options)
+                                              : resting<Spatial>(mechanism, conditions, remainder, options);
+}
+
+}  // namespace balance

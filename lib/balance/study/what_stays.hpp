@@ -1,0 +1,36 @@
+#pragma once
+/// What conditions cannot balance, with the efforts that it leaves to the actuators.
+
+#include "balance/conditions/remains.hpp"
+#include "balance/motion/trajectory.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// The largest effort of one actuator that an element leaves.
+struct StayingEffort {
+  std::string trajectory;  ///< empty: at rest, in random poses
+  std::string actuator;    ///< its coordinate's name
+  std::string unit;        ///< "N m" or "N"
+  double size = 0;
+};
+
+/// One element that no choice of masses and stiffnesses can balance.
+struct Staying {
+  Remainder remainder;
+  std::string text;  ///< "friction in R1 (0.5 N m s/rad viscous)"
+  std::vector<StayingEffort> efforts;
+  struct Unknown {
+    std::string trajectory, reason;
+  };
+  std::vector<Unknown> unknown;  ///< trajectories that cannot be followed
+};
+
+/// Loads at rest: efforts_at_rest. Along a trajectory: by how much every actuator's effort changes when
+/// friction, or what a load changes by, or the components of it that weight cannot help, are taken away; at most 1001 samples.
+std::vector<Staying> list_staying(const Mechanism& mechanism, const std::vector<Trajectory>& trajectories,
+                                  const Conditions& conditions, const ConditionOptions& options = {});
+
+}  // namespace balance
