@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 #include <numeric>
 
 namespace balance {
@@ -10,6 +11,7 @@ namespace {
 
 /// Relative; conditions carry round-off of about 1e-10, and a wrong law of second order would miss by 2e-4.
 constexpr double same = 1e-7;
+constexpr int largest_multiple = 2;
 constexpr int largest_exponent = 4, largest_in_sum = 2, largest_number = 4;
 
 bool near(double a, double b, double scale) { return std::abs(a - b) <= same * scale; }
@@ -23,6 +25,21 @@ std::optional<int> exponent_of(const Response& r, Eigen::Index s) {
   // Divided by the step's logarithm, noise is sixty times larger.
   if (std::abs(exponent - whole) > 64 * same || std::abs(whole) > largest_exponent) return std::nullopt;
   return whole;
+}
+
+/// How many times over an angle turns a response that is a wave; 0: not at all.
+/// @param quadrature what other angles say that the wave is a quarter turn back; 0: not known yet, then the multiple is positive
+std::optional<int> multiple_of(const Response& r, Eigen::Index s, double quadrature) {
+  const double scale = std::abs(r.value) + std::abs(r.up[s]) + std::abs(r.down[s]);
+  if (near(r.up[s], r.value, scale) && near(r.down[s], r.value, scale)) return 0;
+  for (int k = 1; k <= largest_multiple; ++k) {
+    if (!near(r.up[s] + r.down[s], 2 * r.value * std::cos(k * probe_angle), scale)) continue;
+    const double own = -(r.up[s] - r.down[s]) / (2 * std::sin(k * probe_angle));
+    if (quadrature == 0) return k;
+    for (const int sign : {1, -1})
+      if (std::abs(own - sign * quadrature) < 1e-5 * (scale + std::abs(quadrature))) return sign * k;
+  }
+  return std::nullopt;
 }
 
 Monomial without_number(std::vector<SymbolPower> powers) { return {1, 1, std::move(powers)}; }
@@ -99,10 +116,16 @@ double Monomial::value(const VectorX& symbols) const {
   return result;
 }
 
+double Wave::value(const VectorX& symbols) const {
+  double sum = 0;
+  for (const SymbolPower& angle : angles) sum += angle.exponent * symbols[angle.symbol];
+  return sine ? std::sin(sum) : std::cos(sum);
+}
+
 double Formula::value(const VectorX& symbols) const {
   double bracket = sum.empty() ? 1 : 0;
   for (const Monomial& term : sum) bracket += term.value(symbols);
-  return factor.value(symbols) * bracket;
+  return factor.value(symbols) * bracket * (wave ? wave->value(symbols) : 1);
 }
 
 std::optional<Monomial> as_small_ratio(double number) {
@@ -130,12 +153,49 @@ std::optional<Formula> recognise(const VectorX& symbols, const Response& respons
     auto ratio = as_small_ratio(response.value / product);
     if (!ratio) return std::nullopt;
     ratio->powers = std::move(powers);
-    return Formula{*ratio, {}};
+    return Formula{*ratio, {}, std::nullopt};
   }
   const Response rest{response.value / product, response.up / product, response.down / product};
   auto sum = TwoTerms(symbols, rest, changing).find();
   if (!sum) return std::nullopt;
-  return Formula{without_number(std::move(powers)), std::move(*sum)};
+  return Formula{without_number(std::move(powers)), std::move(*sum), std::nullopt};
+}
+
+std::optional<Formula> recognise_wave(const VectorX& symbols, const std::vector<bool>& is_angle,
+                                      const Response& response) {
+  const double f = response.value;
+  if (f == 0 || !std::isfinite(f)) return std::nullopt;
+  std::vector<SymbolPower> powers;
+  Wave wave;
+  double turned = 0, quadrature = 0;  // Σ k a; A sin ψ where f = A cos ψ
+  for (Eigen::Index s = 0; s < symbols.size(); ++s) {
+    const auto symbol = static_cast<int>(s);
+    if (!is_angle[static_cast<std::size_t>(s)]) {
+      const auto exponent = exponent_of(response, s);
+      if (!exponent) return std::nullopt;
+      if (*exponent != 0) powers.push_back({symbol, *exponent});
+      continue;
+    }
+    const auto multiple = multiple_of(response, s, wave.angles.empty() ? 0 : quadrature);
+    if (!multiple) return std::nullopt;
+    if (*multiple == 0) continue;
+    if (wave.angles.empty())
+      quadrature = -(response.up[s] - response.down[s]) / (2 * std::sin(*multiple * probe_angle));
+    wave.angles.push_back({symbol, *multiple});
+    turned += *multiple * symbols[s];
+  }
+  if (wave.angles.empty()) return std::nullopt;
+  const double quarters = (std::atan2(quadrature, f) - turned) / (std::numbers::pi / 2), whole = std::round(quarters);
+  // Near a crest the phase is known to half the digits.
+  if (std::abs(quarters - whole) > 1e-5) return std::nullopt;
+  const int quarter = ((static_cast<int>(whole) % 4) + 4) % 4;  // cos(x + quarter π/2)
+  wave.sine = quarter % 2 == 1;
+  const double size = wave.value(symbols) * without_number(powers).value(symbols);
+  if (size == 0) return std::nullopt;
+  auto ratio = as_small_ratio(f / size);
+  if (!ratio) return std::nullopt;
+  ratio->powers = std::move(powers);
+  return Formula{std::move(*ratio), {}, std::move(wave)};
 }
 
 }  // namespace balance

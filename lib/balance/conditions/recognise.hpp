@@ -1,5 +1,5 @@
 #pragma once
-/// Recognises numbers as products, quotients and two-term sums of quantities that have names.
+/// Recognises numbers as products, quotients and two-term sums of quantities that have names, and as cosines and sines of angles.
 
 #include "balance/base/types.hpp"
 
@@ -25,15 +25,25 @@ struct Monomial {
   bool operator==(const Monomial&) const = default;
 };
 
-/// factor, or factor · (first + second)
-struct Formula {
-  Monomial factor;
-  std::vector<Monomial> sum;  ///< empty or two
+/// Cosine or sine of a sum of whole multiples of angles.
+struct Wave {
+  bool sine = false;
+  std::vector<SymbolPower> angles;  ///< exponent: the multiple; the first one is positive
 
   double value(const VectorX& symbols) const;
 };
 
-/// A number that depends on symbols, here and with one of them at a time multiplied and divided by `probe_factor`.
+/// factor, factor · (first + second) or factor · wave
+struct Formula {
+  Monomial factor;
+  std::vector<Monomial> sum;  ///< empty or two
+  std::optional<Wave> wave;
+
+  double value(const VectorX& symbols) const;
+};
+
+/// A number that depends on symbols, here and with one of them at a time multiplied and divided by `probe_factor`; angles are
+/// turned by `probe_angle` to and fro.
 struct Response {
   double value = 0;
   VectorX up, down;  ///< one entry per symbol
@@ -41,6 +51,7 @@ struct Response {
 
 /// So far that a power is told from a sum through ten digits of noise, so near that a mechanism still assembles.
 inline constexpr double probe_factor = 1 + 1.0 / 64;
+inline constexpr double probe_angle = 1.0 / 64;  ///< [rad]
 
 /// A number that is plus or minus a ratio of 1, 2, 3 and 4.
 std::optional<Monomial> as_small_ratio(double number);
@@ -49,5 +60,10 @@ std::optional<Monomial> as_small_ratio(double number);
 /// 4; nothing if there is none.
 /// @param symbols their values, not zero
 std::optional<Formula> recognise(const VectorX& symbols, const Response& response);
+
+/// The same for numbers that are a product of powers times the cosine or sine of a sum of angles.
+/// @param is_angle one per symbol
+std::optional<Formula> recognise_wave(const VectorX& symbols, const std::vector<bool>& is_angle,
+                                      const Response& response);
 
 }  // namespace balance

@@ -1,0 +1,166 @@
+#include "balance/conditions/nearby.hpp"
+
+#include "balance/base/factorizations.hpp"
+#include "balance/conditions/reduce.hpp"
+#include "balance/conditions/rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+
+namespace {
+
+constexpr int fewest_stations = 4, most_stations = 400;
+/// Of a condition's largest coefficient: how exactly the known ones must come out again, and how exactly others must hold at
+/// all configurations. Coefficients are compared to seven digits.
+constexpr double reproduced = 1e-9, holds = 1e-8;
+
+}  // namespace
+
+struct NearbyConditions::Implementation {
+  virtual ~Implementation() = default;
+  virtual bool solve_for_pivots(const Mechanism& mechanism, MatrixX& matrix) const = 0;
+  Conditions known;
+};
+
+namespace {
+
+template <class S>
+class NearbyRows : public NearbyConditions::Implementation {
+ public:
+  NearbyRows(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options)
+      : options_(options), tree_(compile<S>(mechanism, mechanism.actuators)) {
+    known.goals = conditions.goals;
+    known.parameters = conditions.parameters;
+    known.known = conditions.known;
+    known.pivots = conditions.pivots;
+    known.rank = conditions.rank;
+    if (conditions.matrix.rows() == 0) return;
+    Sampler<S> sampler(mechanism, tree_, options.seed);
+    Random random(options.seed + 2);
+    Configuration here;
+    for (int wanted = fewest_stations; wanted <= most_stations; wanted *= 2) {
+      while (static_cast<int>(y_.size()) < wanted) {
+        if (!sampler.next(here)) return;
+        freedoms_ = sampler.freedoms();
+        y_.push_back(here.y);
+        push_.push_back(random.normal(tree_.columns));
+      }
+      MatrixX again;
+      useful_ = true;
+      useful_ = solve_for_pivots(mechanism, again) && same(again, conditions.matrix);
+      if (useful_) return;
+    }
+  }
+
+  bool solve_for_pivots(const Mechanism& mechanism, MatrixX& matrix) const override {
+    if (!useful_) return false;
+    Tree<S> tree = compile<S>(mechanism, mechanism.actuators);
+    if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows || tree.balls != tree_.balls)
+      return false;
+    for (const int ball : tree_.balls)
+      tree.nodes[static_cast<std::size_t>(ball)].R_PF = tree_.nodes[static_cast<std::size_t>(ball)].R_PF;
+    const NaturalUnits units(mechanism, known.parameters);
+    MatrixX rows;
+    return stack(mechanism, tree, units, rows) && solve(rows, units, matrix);
+  }
+
+ private:
+  bool stack(const Mechanism& mechanism, const Tree<S>& tree, const NaturalUnits& units, MatrixX& all) const {
+    GoalRows<S> goal_rows(mechanism, tree, units, known.goals, options_, freedoms_);
+    if (!goal_rows.mismatch().empty()) return false;
+    System<S> closures(tree, Drive<S>{});
+    std::vector<MatrixX> blocks;
+    Eigen::Index count = 0;
+    for (std::size_t k = 0; k < y_.size(); ++k) {
+      Configuration here;
+      MatrixX rows;
+      if (!settle(closures, y_[k], freedoms_, here)) return false;
+      const VectorX velocity = here.null_space * (here.null_space.transpose() * push_[k]);
+      if (!goal_rows.at(here, {here.null_space, velocity}, rows)) continue;  // not held well there
+      count += rows.rows();
+      blocks.push_back(std::move(rows));
+    }
+    all.resize(count, goal_rows.parameters() + goal_rows.extra());
+    Eigen::Index at = 0;
+    for (const MatrixX& block : blocks) {
+      all.middleRows(at, block.rows()) = block;
+      at += block.rows();
+    }
+    return true;
+  }
+
+  /// rows = X R with R the identity at the pivots, so that X is what the rows are there.
+  bool solve(const MatrixX& rows, const NaturalUnits& units, MatrixX& matrix) const {
+    const MatrixX own = without_extra(rows, static_cast<int>(units.parameter.size()));
+    const auto rank = static_cast<Eigen::Index>(known.pivots.size());
+    if (own.rows() <= rank) return false;
+    const MatrixX X = own(Eigen::all, known.pivots);
+    const Eigen::ColPivHouseholderQR<MatrixX> qr(X);
+    const auto diagonal = qr.matrixQR().diagonal().cwiseAbs();
+    if (!(diagonal.minCoeff() > reproduced * diagonal.maxCoeff())) return false;
+    MatrixX R = qr.solve(own);
+    if (!((own - X * R).cwiseAbs().maxCoeff() < holds * own.cwiseAbs().maxCoeff())) return false;
+    for (Eigen::Index r = 0; r < rank; ++r) clean(R, r);
+    VectorX pivot_units(rank);
+    for (Eigen::Index r = 0; r < rank; ++r) pivot_units[r] = units.parameter[known.pivots[static_cast<std::size_t>(r)]];
+    matrix = pivot_units.asDiagonal() * R * units.parameter.cwiseInverse().asDiagonal();
+    return true;
+  }
+
+  void clean(MatrixX& R, Eigen::Index row) const {
+    const double largest = R.row(row).cwiseAbs().maxCoeff();
+    R.row(row) = (R.row(row).array().abs() < 0.1 * reproduced * largest).select(0.0, R.row(row));
+    for (std::size_t r = 0; r < known.pivots.size(); ++r)
+      R(row, known.pivots[r]) = static_cast<Eigen::Index>(r) == row ? 1 : 0;
+  }
+
+  static bool same(const MatrixX& one, const MatrixX& other) {
+    for (Eigen::Index row = 0; row < other.rows(); ++row)
+      if (!((one.row(row) - other.row(row)).cwiseAbs().maxCoeff() < reproduced * other.row(row).cwiseAbs().maxCoeff()))
+        return false;
+    return true;
+  }
+
+  ConditionOptions options_;
+  Tree<S> tree_;  ///< of the known mechanism, with the reference orientations of its spherical joints
+  int freedoms_ = 0;
+  bool useful_ = false;
+  std::vector<VectorX> y_, push_;
+};
+
+}  // namespace
+
+NearbyConditions::NearbyConditions(const Mechanism& mechanism, const Conditions& conditions,
+                                   const ConditionOptions& options) {
+  if (mechanism.space == SpaceKind::planar)
+    implementation_ = std::make_unique<NearbyRows<Planar>>(mechanism, conditions, options);
+  else
+    implementation_ = std::make_unique<NearbyRows<Spatial>>(mechanism, conditions, options);
+}
+
+NearbyConditions::~NearbyConditions() = default;
+NearbyConditions::NearbyConditions(NearbyConditions&&) noexcept = default;
+NearbyConditions& NearbyConditions::operator=(NearbyConditions&&) noexcept = default;
+
+Conditions NearbyConditions::derive(const Mechanism& mechanism) const {
+  Conditions found = implementation_->known;
+  found.status = implementation_->solve_for_pivots(mechanism, found.matrix) ? ConditionsStatus::done
+                                                                            : ConditionsStatus::rank_unclear;
+  return found;
+}
+
+std::function<Conditions(const Mechanism&)> nearby_or(const std::function<Conditions(const Mechanism&)>& derive,
+                                                      const std::function<Mechanism(const Mechanism&)>& prepare,
+                                                      const Mechanism& mechanism, const Conditions& conditions,
+                                                      const ConditionOptions& options) {
+  // shared because a std::function must be copyable; there is one owner in fact
+  const auto nearby = std::make_shared<NearbyConditions>(prepare(mechanism), conditions, options);
+  return [=](const Mechanism& other) {
+    Conditions found = nearby->derive(prepare(other));
+    return found.status == ConditionsStatus::done ? found : derive(other);
+  };
+}
+
+}  // namespace balance

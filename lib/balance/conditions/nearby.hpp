@@ -1,0 +1,38 @@
+#pragma once
+/// Conditions of mechanisms that differ a little from one whose conditions are known: what names of coefficients and their
+/// dependence on lengths are found by.
+
+#include "balance/conditions/conditions.hpp"
+
+#include <functional>
+#include <memory>
+
+namespace balance {
+
+/// Looks at the known mechanism's configurations, closed again, and solves for its pivots: no walk, no decision of rank.
+class NearbyConditions {
+ public:
+  /// @param conditions derive_conditions of the mechanism with these options
+  NearbyConditions(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options);
+  ~NearbyConditions();
+  NearbyConditions(NearbyConditions&&) noexcept;
+  NearbyConditions& operator=(NearbyConditions&&) noexcept;
+
+  /// Status, parameters, pivots and matrix alone. Not done where the mechanism does not close there, or has other conditions:
+  /// then only derive_conditions knows.
+  Conditions derive(const Mechanism& mechanism) const;
+
+  struct Implementation;
+
+ private:
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// derive, by way of the nearby conditions where these tell.
+/// @param prepare done to every mechanism before its conditions are derived
+std::function<Conditions(const Mechanism&)> nearby_or(const std::function<Conditions(const Mechanism&)>& derive,
+                                                      const std::function<Mechanism(const Mechanism&)>& prepare,
+                                                      const Mechanism& mechanism, const Conditions& conditions,
+                                                      const ConditionOptions& options);
+
+}  // namespace balance

@@ -1,0 +1,45 @@
+/// Conditions with the names of their coefficients: derived once, then again with every length a little larger and smaller. The
+/// Delta robot has 130 parameters; walking through configurations anew for every length took it 1.2 to 5 s.
+
+#include "balance/conditions/naming.hpp"
+#include "balance/conditions/nearby.hpp"
+#include "balance/read/read_spec.hpp"
+#include "balance/read/symbols.hpp"
+#include "balance/study/start_pose.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <string>
+
+namespace balance::bench {
+
+namespace {
+
+void named(benchmark::State& bench, const char* config, GoalKind kind, bool nearby) {
+  const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/" + config);
+  const std::vector<Goal> goals = {{kind}};
+  const auto start = start_coordinates(study);
+  const auto prepare = [&](const Mechanism& any) { return assembled_at(any, start); };
+  const std::function<Conditions(const Mechanism&)> derive = [&](const Mechanism& any) {
+    return derive_conditions(prepare(any), goals);
+  };
+  const std::vector<Symbol> symbols = list_symbols(study);
+  for (auto _ : bench) {
+    const Conditions conditions = derive(study.mechanism);
+    const auto again = nearby ? nearby_or(derive, prepare, study.mechanism, conditions, {}) : derive;
+    benchmark::DoNotOptimize(name_coefficients(study.mechanism, conditions, symbols, again));
+  }
+}
+
+void delta_force(benchmark::State& bench) { named(bench, "delta.yaml", GoalKind::force, true); }
+BENCHMARK(delta_force)->Name("Delta, force, named")->Unit(benchmark::kMillisecond);
+
+void delta_static(benchmark::State& bench) { named(bench, "delta-gravity.yaml", GoalKind::statics, true); }
+BENCHMARK(delta_static)->Name("Delta, static, named")->Unit(benchmark::kMillisecond);
+
+void delta_anew(benchmark::State& bench) { named(bench, "delta.yaml", GoalKind::force, false); }
+BENCHMARK(delta_anew)->Name("Delta, force, named by walking anew")->Unit(benchmark::kMillisecond);
+
+}  // namespace
+
+}  // namespace balance::bench
