@@ -141,10 +141,12 @@ class KnownTerms(Case):
         (press,) = self.conditions(spec, "--goal", "static", code=1)["staying"]
         self.assertEqual(press["terms"], ["press.fy(t)"])
         along = {e["actuator"]: e["peak"] for e in press["efforts"] if e["along"] == "uni"}
-        # at 0.4 s: R1 0.4, R2 0.9 rad, the lever arms are horizontal distances
-        levers = [0.5 * math.cos(0.4) + 0.4 * math.cos(1.3), 0.4 * math.cos(1.3)]
-        self.assertAlmostEqual(along["R1"], 8 * levers[0], places=2)
-        self.assertAlmostEqual(along["R2"], 8 * levers[1], delta=0.1)
+        # R1 = t, R2 = 0.5 + t: the lever arms are horizontal distances, the force grows until 0.4 s
+        forces = [(t, 20 * t if t <= 0.4 else 8 * (1 - t) / 0.6) for t in (k / 200 for k in range(201))]
+        far = max(abs(f * 0.4 * math.cos(0.5 + 2 * t)) for t, f in forces)
+        whole = max(abs(f * (0.5 * math.cos(t) + 0.4 * math.cos(0.5 + 2 * t))) for t, f in forces)
+        self.assertAlmostEqual(along["R1"], whole, places=6)
+        self.assertAlmostEqual(along["R2"], far, places=6)
         steady = self.arm("loads: {press: {on: link2, at: P3, table: [[0, 0, -8], [1, 0, -8]]}}")
         self.assertEqual(self.conditions(steady, "--goal", "static")["staying"], [])
         pair = """loads:

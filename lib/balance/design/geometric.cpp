@@ -142,7 +142,7 @@ class GeometrySearch {
   bool is_balanced(const VectorX& u) const {
     const Conditions conditions = context_.conditions_at(u);
     if (conditions.status != ConditionsStatus::done || !context_.is_physical(u)) return false;
-    if (conditions.rank == 0) return true;
+    if (conditions.own_rows() == 0) return true;
     const VectorX residual =
         scaled_residuals(conditions, term_values(context_.mechanism(u), context_.options.loose_springs))
             .head(conditions.own_rows());
