@@ -212,7 +212,8 @@ class KnownTerms(Case):
         self.assertTrue(all(c["met"] for c in found["conditions"]))
         self.assertIn("left out: friction, push, payloads", found["notes"])
         found = self.conditions(spec, "--goal", "gyroscopic", "--without", "R1", code=1)
-        self.assertEqual([s["name"] for s in found["staying"]], ["R2"])
+        # where the velocity terms want the links' centres of mass no weight is left to hold the load
+        self.assertEqual([s["name"] for s in found["staying"]], ["push", "R2"])
         for name, nearest in (("frictoin", "friction"), ("pusch", "push"), ("loads.pusch", "loads.push")):
             self.assert_failure(run("conditions", spec, "--goal", "static", "--without", name), 2, f"'{name}'", nearest)
 
@@ -226,7 +227,7 @@ class KnownTerms(Case):
         rubbing = json.loads(done.stdout)
         self.assertEqual(rubbing["status"], "impossible")
         self.assertIn("R1.viscous", rubbing["reason"])
-        self.assertTrue(all(c["met"] for c in rubbing["conditions"]))
+        self.assertLess(max(abs(c["residual"]) for c in rubbing["conditions"]), 1e-10)
         self.assertEqual([s["name"] for s in rubbing["staying"]], ["R1"])
         done = run("design", spec, "--json", "--without", "friction")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
