@@ -162,8 +162,7 @@ class Designer {
         context_, equations, [this](const VectorX& v) { return (*merit_)(v, nullptr); }, u);
   }
 
-  /// Some condition that parameters could meet is not, whatever the free numbers are. What loads and friction ask for by
-  /// themselves is no reason to leave the others open.
+  /// Some condition that parameters could meet is not, whatever the free numbers are.
   bool misses_own() const {
     return std::any_of(out_.unmet_fixed.begin(), out_.unmet_fixed.end(),
                        [&](int k) { return k < out_.conditions.own_rows(); });
