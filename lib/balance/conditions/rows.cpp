@@ -246,7 +246,7 @@ void GoalRows<S>::add_inertia() {
   add(felt - inertia_reference_, unit);
 }
 
-/// force, moment, dynamic, proportional: momenta per unit of the allowed velocities.
+/// force, moment, dynamic, proportional, affine: momenta per unit of the allowed velocities.
 template <class S>
 void GoalRows<S>::add_momentum(const Probe& probe) {
   const bool both = wants(GoalKind::dynamic), following = extra_ > 0;
