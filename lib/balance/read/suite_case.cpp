@@ -1,5 +1,6 @@
 #include "balance/read/suite_case.hpp"
 
+#include "balance/base/plain_text.hpp"
 #include "balance/read/flow_text.hpp"
 #include "balance/read/goals.hpp"
 #include "balance/read/limits.hpp"
@@ -75,13 +76,13 @@ void read_set(const Cursor& at, SuiteDraft& draft, SuiteCase& one) {
   }
 }
 
+/// As a name in a spec, but for a few more characters and what stands first.
 bool fit_for_file(const std::string& name) {
-  const auto fit = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           std::string_view("_-.+=,").find(c) != std::string_view::npos;
-  };
-  return !name.empty() && name.size() <= longest_name && begins_name(name[0]) &&
-         std::all_of(name.begin(), name.end(), fit);
+  if (name.empty() || name.size() > longest_name || !begins_name(name[0])) return false;
+  std::string as_name = "x" + name;
+  for (char& c : as_name)
+    if (std::string_view(".+=,").find(c) != std::string_view::npos) c = '_';
+  return is_name(as_name);
 }
 
 }  // namespace
