@@ -10,8 +10,21 @@ endif()
 install(DIRECTORY lib/balance ${CMAKE_CURRENT_BINARY_DIR}/generated/balance
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.hpp)
 install(DIRECTORY configs DESTINATION ${CMAKE_INSTALL_DATADIR}/balance)
-install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+# Where Debian looks for a package's documents. The licence stands in `copyright`, with those of what the page holds.
+set(balance_package balance-mechanisms)
+set(balance_release 1)
+set(balance_contact "The balance authors <balance-mechanisms@lists.balance-mechanisms.org>")
+set(document_dir ${CMAKE_INSTALL_DATAROOTDIR}/doc/${balance_package})
+install(DIRECTORY docs DESTINATION ${document_dir})
+install(FILES README.md CHANGELOG.md cmake/debian/copyright DESTINATION ${document_dir})
+if(GZIP_PROGRAM)
+  set(changelog ${CMAKE_CURRENT_BINARY_DIR}/changelog.Debian)
+  install(
+    CODE "execute_process(COMMAND ${CMAKE_COMMAND} -D \"CHANGELOG=${CMAKE_CURRENT_SOURCE_DIR}/CHANGELOG.md\" -D PACKAGE=${balance_package}
+      -D VERSION=${PROJECT_VERSION}-${balance_release} -D \"CONTACT=${balance_contact}\" -D \"OUTPUT=${changelog}\" -D \"GZIP=${GZIP_PROGRAM}\"
+      -P \"${CMAKE_CURRENT_SOURCE_DIR}/cmake/DebianChangelog.cmake\" COMMAND_ERROR_IS_FATAL ANY)")
+  install(FILES ${changelog}.gz DESTINATION ${document_dir})
+endif()
 
 install(EXPORT balanceTargets NAMESPACE balance:: DESTINATION ${package_dir})
 configure_package_config_file(cmake/balanceConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/balanceConfig.cmake
@@ -21,8 +34,13 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/balanceConfig.cmake ${CMAKE_CURRENT_BI
         DESTINATION ${package_dir})
 
 set(CPACK_GENERATOR DEB)
-set(CPACK_PACKAGE_NAME balance-mechanisms)
-set(CPACK_PACKAGE_CONTACT "The balance authors")
+set(CPACK_PACKAGE_NAME ${balance_package})
+set(CPACK_PACKAGE_CONTACT "${balance_contact}")
+set(CPACK_DEBIAN_PACKAGE_RELEASE ${balance_release})
+string(CONCAT CPACK_PACKAGE_DESCRIPTION
+       "From a description of a mechanism, planar or in space, with or without loops, balance derives the conditions of its dynamic\n"
+       "balance, designs counterweights, springs and lengths that meet them, and simulates its motion with and without control:\n"
+       "torques, reactions, shaking forces and moments. Results are HDF5 files, which are netCDF-4 files as well.")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ

@@ -1,0 +1,18 @@
+# Debian's changelog of the package, from the newest section of CHANGELOG.md. Run as a script (with CHANGELOG, PACKAGE, VERSION, CONTACT,
+# OUTPUT, GZIP). The date is SOURCE_DATE_EPOCH where that is set, as by scripts/package: the same commit gives the same bytes.
+file(READ "${CHANGELOG}" text)
+string(FIND "${text}" "\n## [" begin)
+string(SUBSTRING "${text}" ${begin} -1 text)
+string(SUBSTRING "${text}" 1 -1 text)
+string(FIND "${text}" "\n" heading)
+string(SUBSTRING "${text}" ${heading} -1 text)
+string(FIND "${text}" "\n## [" end)
+string(SUBSTRING "${text}" 0 ${end} text)
+string(STRIP "${text}" text)
+set(text "\n${text}\n")
+string(REPLACE "\n  " "\n    " text "${text}")
+string(REPLACE "\n- " "\n  * " text "${text}")
+string(REGEX REPLACE "\n### ([^\n]*)" "\n  [ \\1 ]" text "${text}")
+string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
+file(WRITE "${OUTPUT}" "${PACKAGE} (${VERSION}) unstable; urgency=medium\n${text}\n -- ${CONTACT}  ${date}\n")
+execute_process(COMMAND ${GZIP} -9 -n -f "${OUTPUT}" COMMAND_ERROR_IS_FATAL ANY)
