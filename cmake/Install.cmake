@@ -13,7 +13,7 @@ install(DIRECTORY configs DESTINATION ${CMAKE_INSTALL_DATADIR}/balance)
 # Where Debian looks for a package's documents. The licence stands in `copyright`, with those of what the page holds.
 set(balance_package balance-mechanisms)
 set(balance_release 1)
-set(balance_contact "The balance authors <balance-mechanisms@lists.balance-mechanisms.org>")
+set(balance_contact "The balance authors <nobody@balance-mechanisms.invalid>")
 set(document_dir ${CMAKE_INSTALL_DATAROOTDIR}/doc/${balance_package})
 install(DIRECTORY docs DESTINATION ${document_dir})
 install(FILES README.md CHANGELOG.md cmake/debian/copyright DESTINATION ${document_dir})
