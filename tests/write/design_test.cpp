@@ -58,6 +58,9 @@ TEST_CASE("a compromise and an impossibility are not called solutions, and the p
   const std::string text = design_text(view);
   CHECK(text.find("impossible: no choice of the free numbers balances it for static\na.m + b.m") != std::string::npos);
   CHECK(text.find("cannot hold") == text.rfind("cannot hold"));
+  CHECK(text.find("impossibility: not proved\n") != std::string::npos);
+  outcome.proved = true;
+  CHECK(design_text(view).find("impossibility: proved\n") != std::string::npos);
 }
 
 TEST_CASE("what is not proved the best shows what the least could be") {

@@ -68,7 +68,7 @@ std::string optimality_line(const DesignView& view) {
   const char* what =
       view.objective.empty() || std::isnan(outcome.objective) ? "the least that is left of the conditions" : "the best";
   switch (outcome.optimality) {
-    case Optimality::not_asked: return "";
+    case Optimality::not_asked: return "optimality: not-asked: nothing was to be minimized\n";
     case Optimality::proved_best:
       return fmt::format("optimality: proved-best: nothing is below {}, a gap of {:.2g}\n",
                          number_text(outcome.lower_bound),
@@ -120,6 +120,8 @@ std::string reasons(const DesignView& view) {
   Sentences sentences;
   sentences.add(view.report.outcome.reason);
   if (view.report.outcome.proof) sentences.add(view.report.outcome.proof->sentence);
+  if (view.report.outcome.status == DesignStatus::impossible)
+    sentences.add(view.report.outcome.proved ? "impossibility: proved" : "impossibility: not proved");
   return sentences.text() + objective_line(view) + optimality_line(view) + freedom_line(view);
 }
 
