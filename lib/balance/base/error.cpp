@@ -50,7 +50,7 @@ SpecError::SpecError(Mistake mistake) : SpecError(std::vector<Mistake>{std::move
 SpecError::SpecError(std::vector<Mistake> mistakes, std::size_t more)
     : std::runtime_error(all_lines(first_of(mistakes), more + beyond(mistakes.size()))),
       mistakes_(first_of(mistakes)),
-      more_(more + beyond(mistakes.size())) {}
+      more_(more + beyond(std::exchange(mistakes, {}).size())) {}
 
 std::string SpecError::brief() const {
   const std::size_t others = mistakes_.size() - 1 + more_;
