@@ -55,6 +55,27 @@ class Verify(Case):
         for trajectory in found["trajectories"]:
             self.assertLess(max(d["relative"] for d in trajectory["differences"]), 1e-9)
 
+    def test_what_cancels_is_no_disagreement(self):
+        """(A9) At both ends of a cycloidal motion nothing accelerates; round-off of what cancels there is not compared with itself."""
+        spec = self.write("spring.yaml", """
+space: planar
+gravity: [0, -9.81]
+ground: {points: {O: [0, 0], S: [0, 0.3]}}
+bodies:
+  link: {mass: 2, com: [0.2, 0.1097487096825364], inertia: 0.03, points: {A: [0, 0], P: [0.1, 0], E: [0.4, 0]}}
+joints: {J: {type: revolute, connects: [ground.O, link.A]}}
+springs: {s: {between: [ground.S, link.P], stiffness: 300}}
+actuators: [J]
+tool: link.E
+motion: {duration: 1, samples: 2, from: {joints: {J: -1}}, to: {joints: {J: 1.2}}}
+trajectories:
+  cycloid: {law: cycloidal, drive: joints}
+  bang-bang: {law: bang-bang, drive: joints}
+""")
+        for samples in (2, 3, 5, 41):
+            text = open(spec, encoding="utf-8").read().replace("samples: 2", f"samples: {samples}")
+            self.assert_quiet_success(run("check", self.write("more.yaml", text), "--verify"))
+
     def test_spatial_mechanisms_have_no_second_formulation(self):
         self.assert_failure(run("check", SPATIAL, "--verify"), 2, "delta.yaml is spatial", "two formulations")
 

@@ -50,14 +50,18 @@ VectorX TermSizes::*term_size_of(Samples Result::*array) {
   return found == size_members.end() ? nullptr : found->second;
 }
 
-double round_off_of(const Result& result, Samples Result::*array, Eigen::Index column) {
+double of_column(const Result& result, const TermSizes& sizes, Samples Result::*array, Eigen::Index column) {
   VectorX TermSizes::*const size = term_size_of(array);
   if (size == nullptr) return 0;
-  const VectorX& known = result.round_off.*size;
+  const VectorX& known = sizes.*size;
   const Eigen::Index columns = (result.*array).cols();
   if (known.size() == 0 || columns == 0) return 0;
   if (known.size() == 1) return known[0];
   return known[std::min(known.size() - 1, column * known.size() / columns)];
+}
+
+double round_off_of(const Result& result, Samples Result::*array, Eigen::Index column) {
+  return of_column(result, result.round_off, array, column);
 }
 
 Samples above_round_off(const Result& result, Samples Result::*array) {

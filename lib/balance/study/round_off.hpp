@@ -20,6 +20,10 @@ void set_round_off(Result& result, const TermSizes& terms, const TermSizes& grow
 VectorX TermSizes::*term_size_of(Samples Result::*array);
 
 /// Of one column of one of the result's arrays, in its unit; 0 where nothing is known.
+/// @param sizes the result's `term_sizes` or its `round_off`
+double of_column(const Result& result, const TermSizes& sizes, Samples Result::*array, Eigen::Index column);
+
+/// The same of its `round_off`.
 double round_off_of(const Result& result, Samples Result::*array, Eigen::Index column);
 
 /// The value, or 0 if it is round-off.

@@ -4,6 +4,7 @@
 #include "balance/conditions/conditions.hpp"
 #include "balance/natural/momentum.hpp"
 #include "balance/study/result_layout.hpp"
+#include "balance/study/round_off.hpp"
 #include "balance/study/simulate.hpp"
 #include "balance/study/simulate_natural.hpp"
 #include "balance/study/start_pose.hpp"
@@ -116,6 +117,8 @@ class Comparison {
     QuantityDifference worst{name, unit, 0, tree_.time[0], scales_.of(unit)};
     const bool friction = quantity.name == "torque" || quantity.name == "power";
     for (const Eigen::Index c : columns) {
+      // What cancels is measured by what it is the sum of, anywhere along the motion.
+      worst.scale = std::max(worst.scale, of_column(tree_, tree_.term_sizes, quantity.member, c));
       double turns = 0;  // a tool's whole turns at the start are a matter of counting
       if (quantity.name == "tool_orientation")
         turns = 2 * std::numbers::pi * std::round((a(0, c) - b(0, c)) / (2 * std::numbers::pi));
