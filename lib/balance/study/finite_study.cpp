@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace balance {
 
@@ -14,8 +15,10 @@ Study finite_study(const std::function<Study(const VectorX& x)>& at, const Vecto
   const bool finite = designing::features(m, {}).allFinite() && designing::geometry(m, {}).allFinite() &&
                       std::all_of(m.assembly.begin(), m.assembly.end(),
                                   [](const CoordinateValue& given) { return std::isfinite(given.value); });
-  if (!finite) throw SpecError({.message = "an expression of the spec has no value with these numbers"});
-  return study;
+  if (finite) return study;
+  Mistake mistake;
+  mistake.message = "an expression of the spec has no value with these numbers";
+  throw SpecError(std::move(mistake));
 }
 
 }  // namespace balance
