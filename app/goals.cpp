@@ -31,7 +31,7 @@ void add_goal_options(CLI::App& parser, GoalOptions& o) {
   suggest_words(strategy->type_name("NAME")->capture_default_str(), strategies);
   CLI::Option* without =
       parser.add_option("--without", o.without,
-                        "what the goal leaves out: friction, loads, springs, payloads, …, or names of single ones");
+                        "what the goal leaves out: friction, loads, springs, payloads, ... or names of single ones");
   suggest_words(without->type_name("NAMES")->allow_extra_args(false), sections_to_leave_out);
   parser.add_option("--seed", o.seed, "of random configurations and searches")->type_name("N");
 }

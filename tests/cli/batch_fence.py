@@ -315,7 +315,7 @@ trajectories: {recorded: {drive: joints, path: {file: joints.csv}}}
     def test_metrics_without_samples(self):
         """(D9)"""
         suite = self.suite(f"cases: {{a: {SHORT}, b: {{spec: {CONFIGS}/5r-design.yaml, samples: 21, design: true}}}}\n"
-                           "baseline: a\nrequire: [\"peak(shaking_force, b) > 0\", peak(shaking_force) > 0]\n")
+                           "baseline: a\nrequire: [\"peak(torque, b) > 0\", peak(torque) > 0]\n")
         self.assert_quiet_success(self.batch(suite, "--metrics-only", out="few"))
         self.assertEqual(sorted(os.listdir(self.path("few"))), [".batch.lock", "a.case.json", "b.case.json", "b.yaml",
                                                                 "junit.xml", "summary.csv", "summary.json",

@@ -38,7 +38,7 @@ class Usage(Case):
 
     def test_wrong_usage_ends_with_2_and_says_what_is_wrong(self):
         for arguments, part in (
-            ([], "a command is needed: batch, check, "),
+            ([], "a command is needed: new, check, "),
             (["simulat", SPEC], "nearest is 'simulate'"),
             (["--quiet"], "'--quiet' must stand behind a command"),
             (["--force", "check", SPEC], "'--force' must stand behind a command"),

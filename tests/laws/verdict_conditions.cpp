@@ -66,7 +66,7 @@ void judge_goal(const Run& run, GoalKind kind, int instants, Findings& findings)
     return findings.say("no " + goal + " conditions: " + conditions.reason);
   std::vector<Parameter> inertial;
   std::vector<Eigen::Index> columns;
-  for (std::size_t p = 0; p < conditions.parameters.size(); ++p)
+  for (std::size_t p = 0; p < static_cast<std::size_t>(conditions.own_columns()); ++p)
     if (conditions.parameters[p].bearer != Bearer::spring)
       inertial.push_back(conditions.parameters[p]), columns.push_back(static_cast<Eigen::Index>(p));
   const MatrixX R = conditions.matrix(Eigen::all, columns);

@@ -8,6 +8,7 @@ import numpy as np
 
 from mechanism import skew
 from solve import Unsolved, assemble, complex_step, gear_rows, newton
+from spec import carrier
 
 SYMBOLS = ["m", "mx", "my", "mz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]   # about the frame's origin
 PLANAR = {"m": 0, "mx": 1, "my": 2, "J": 6}
@@ -67,7 +68,7 @@ class Bearers:
         raw, names = mechanism.spec.raw, mechanism.spec.body_names
         found = [("bodies", name, b) for b, name in enumerate(names) if b]
         for section in ("counterweights", "payloads"):
-            found += [(section, name, names.index(item["on"])) for name, item in (raw.get(section) or {}).items()]
+            found += [(section, name, names.index(carrier(item))) for name, item in (raw.get(section) or {}).items()]
         first = len(names)
         found += [("discs", name, first + k) for k, name in enumerate(raw.get("discs") or {})]
         springs = [("springs", name, k) for k, name in enumerate(raw.get("springs") or {})]
@@ -107,7 +108,7 @@ def values(mechanism, names):
             put(owner, *mechanism.lumps[body][0])
             continue
         mass, at_origin = spec.number(item["mass"]), np.zeros(3)
-        place = spec.vector(item["com"]) if section == "bodies" else spec.point(item["on"], item["at"])
+        place = spec.vector(item["com"]) if section == "bodies" else spec.point(carrier(item), item["at"])
         put(owner, mass, place, spec.inertia(item.get("inertia"), mass, place if section == "bodies" else at_origin))
     for owner, k in bearers.springs.items():
         spring = mechanism.springs[k]

@@ -27,6 +27,11 @@ JOINT_COORDINATES = {
 }
 
 
+def carrier(item):
+    """The body that something is on: `on` is the older key."""
+    return item["body"] if "body" in item else item["on"]
+
+
 def roll_pitch_yaw(angles):
     """Rotation about the fixed x, then y, then z axis."""
     (sr, cr), (sp, cp), (sy, cy) = ((math.sin(a), math.cos(a)) for a in angles)
@@ -114,7 +119,7 @@ class Spec:
         found = [(mass, com, self.inertia(raw["inertia"], mass, com))]
         for kind in ("counterweights", "payloads"):
             for item in (self.raw.get(kind) or {}).values():
-                if item["on"] == body:
+                if carrier(item) == body:
                     mass, place = self.number(item["mass"]), self.point(body, item["at"])
                     found.append((mass, place, self.inertia(item.get("inertia"), mass, np.zeros(3))))
         return found
@@ -148,14 +153,14 @@ class Spec:
             if "axis" in raw:
                 axis = self.vector(raw["axis"])
             elif not self.planar:
-                axis = self._followed_axis(raw["on"], raw["follows"])
+                axis = self._followed_axis(carrier(raw), raw["follows"])
             axis = axis / np.linalg.norm(axis)
             if isinstance(value, dict) and "axial" in value:
                 along, across = self.number(value["axial"]), self.number(value["transverse"])
                 inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
             else:
                 inertia = self.inertia(value, mass, np.zeros(3))
-            yield dict(name=name, carrier=self.body_names.index(raw["on"]), at=self.point(raw["on"], raw["at"]),
+            yield dict(name=name, carrier=self.body_names.index(carrier(raw)), at=self.point(carrier(raw), raw["at"]),
                        axis=axis, follows=self.coordinate_names().index(raw["follows"]),
                        ratio=self.number(raw.get("ratio", 1)), mass=mass, inertia=inertia)
 
@@ -173,7 +178,7 @@ class Spec:
             times = [self.number(t) for t in table.get("time", [0])]
             force = self._rows(table.get("force"), raw.get("force"), len(times), False)
             moment = self._rows(table.get("moment"), raw.get("moment"), len(times), True)
-            yield dict(body=self.body_names.index(raw["on"]), at=self.point(raw["on"], raw.get("at", [0, 0, 0])),
+            yield dict(body=self.body_names.index(carrier(raw)), at=self.point(carrier(raw), raw.get("at", [0, 0, 0])),
                        in_body=raw.get("frame", "world") == "body", time=times, force=force, moment=moment)
 
     def _rows(self, rows, constant, count, about_z):

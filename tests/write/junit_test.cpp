@@ -43,11 +43,11 @@ TEST_CASE("texts become what XML can hold") {
   const std::string replaced = "\xEF\xBF\xBD";
   CHECK(xml_text(std::string("a\0b\x1f", 4)) == "a" + replaced + "b" + replaced);
   CHECK(xml_text("\xff") == replaced);
-  CHECK(xml_text("\xc3") == replaced);                 // cut off
-  CHECK(xml_text("\xc0\xaf") == replaced + replaced);  // a slash in two bytes
-  CHECK(xml_text("\xed\xa0\x80") == replaced);         // half of a pair
-  CHECK(xml_text("\xef\xbf\xbf") == replaced);         // no character
-  CHECK(xml_text("\xf4\x90\x80\x80") == replaced);     // beyond the last
+  CHECK(xml_text("\xc3") == replaced);                                // cut off
+  CHECK(xml_text("\xc0\xaf") == replaced + replaced);                 // a slash in two bytes
+  CHECK(xml_text("\xed\xa0\x80") == replaced + replaced + replaced);  // half of a pair is no UTF-8: byte by byte
+  CHECK(xml_text("\xef\xbf\xbf") == replaced);                        // no character
+  CHECK(xml_text("\xf4\x90\x80\x80") == replaced + replaced + replaced + replaced);  // beyond the last
   CHECK(xml_text("\xe2\x82(") == replaced + replaced + "(");
 }
 

@@ -28,9 +28,6 @@ void check_sign(const Cursor& at, double value, Sign sign) {
 
 double checked(const Cursor& at, double value) {
   if (!std::isfinite(value)) at.fail({.expected = "a number that is finite in SI units", .found = "one that is not"});
-  if (std::abs(value) > largest_number)
-    at.fail({.expected = fmt::format("a number of at most {} in SI units", largest_number),
-             .found = fmt::format("{:.6g}", value)});
   return value;
 }
 

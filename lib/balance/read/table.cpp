@@ -86,9 +86,6 @@ TimeTable in_si(const RawTable& raw, const Draft& draft, const std::vector<Colum
       const double value = numbers[i] * units[i];
       if (!std::isfinite(value))
         throw TableError(fmt::format("row {}: expected finite numbers, found {}", table.time.size() + 1, value));
-      if (std::abs(value) > largest_number)
-        throw TableError(fmt::format("row {}: expected numbers of at most {} in SI units, found {:.6g}",
-                                     table.time.size() + 1, largest_number, value));
       if (places[i] < 0)
         table.time.push_back(value);
       else
