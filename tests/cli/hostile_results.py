@@ -131,8 +131,8 @@ class HostileResults(Case):
             for name in ("quantity", "unit"):
                 labels = [f"torque[{i}]" if name == "quantity" else "N" for i in range(count)]
                 _hostile.replace(file, "metrics/" + name, data=numpy.array(labels, dtype=object), dtype=_hostile.TEXT)
-            for name in ("peak", "peak_time", "rms", "mean", "range"):
-                _hostile.replace(file, "metrics/" + name, data=numpy.ones(count))
+            for name in ("peak", "peak_time", "rms", "mean", "range", "round_off"):
+                _hostile.replace(file, "metrics/" + name, data=numpy.ones(count) * (name != "round_off"))
 
         self.changed(grow)
         self.assertEqual(self.assert_harmless("metrics", [["compare", self.bad, self.bad], ["compare", self.good, self.bad],

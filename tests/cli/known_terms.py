@@ -227,7 +227,7 @@ class KnownTerms(Case):
         rubbing = json.loads(done.stdout)
         self.assertEqual(rubbing["status"], "impossible")
         self.assertIn("R1.viscous", rubbing["reason"])
-        self.assertLess(max(abs(c["residual"]) for c in rubbing["conditions"]), 1e-10)
+        self.assertLess(max(abs(c["residual"]) for c in rubbing["conditions"] if "residual" in c), 1e-10)
         self.assertEqual([s["name"] for s in rubbing["staying"]], ["R1"])
         done = run("design", spec, "--json", "--without", "friction")
         self.assertEqual((done.returncode, done.stderr), (0, ""))

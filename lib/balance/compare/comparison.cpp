@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 
 namespace balance {
 namespace {
@@ -23,8 +24,9 @@ using MetricIndex = std::unordered_map<std::string_view, const Metric*>;
 std::vector<MetricIndex> index_metrics(const std::vector<MetricTable>& tables) {
   std::vector<MetricIndex> all;
   for (const MetricTable& table : tables) {
-    MetricIndex& index = all.emplace_back();
+    MetricIndex index;
     for (const Metric& metric : table.metrics) index.emplace(metric.quantity, &metric);
+    all.push_back(std::move(index));
   }
   return all;
 }

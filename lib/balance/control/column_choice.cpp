@@ -61,7 +61,7 @@ std::vector<int> pivots_that_move(const MatrixX& matrix, int count, const std::v
       out.push_back(moving[static_cast<std::size_t>(qr.colsPermutation().indices()[found])]);
     rest.applyOnTheLeft(qr.householderQ().adjoint());
   }
-  if (found < count) {
+  if (found < count && !standing.empty()) {
     const MatrixX left = rest.bottomRows(rest.rows() - found);
     double last;
     for (const int c : pivots(left, count - found, last)) out.push_back(standing[static_cast<std::size_t>(c)]);

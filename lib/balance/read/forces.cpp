@@ -96,7 +96,7 @@ struct LoadText {
 
 void check_ways(const Cursor& at, const LoadText& text) {
   const bool constant = text.force || text.moment;
-  const int ways = int{constant} + int{text.table.has_value()} + int{text.file.has_value()};
+  const int ways = (constant ? 1 : 0) + (text.table ? 1 : 0) + (text.file ? 1 : 0);
   if (ways == 1) return;
   const std::string wanted = "one of: 'force' and 'moment' (constant), 'table', 'file'";
   const std::string found = ways > 1 ? "several" : "none";

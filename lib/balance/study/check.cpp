@@ -4,6 +4,7 @@
 #include "balance/dynamics/actuation.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
 #include "balance/motion/missing_start.hpp"
+#include "balance/motion/wording.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -216,7 +217,11 @@ class Checker {
 }  // namespace
 
 CheckReport check(const Study& study) {
-  return study.mechanism.space == SpaceKind::planar ? Checker<Planar>(study).run() : Checker<Spatial>(study).run();
+  CheckReport report =
+      study.mechanism.space == SpaceKind::planar ? Checker<Planar>(study).run() : Checker<Spatial>(study).run();
+  if (report.outcome.status == MotionStatus::done && !(report.com.allFinite() && std::isfinite(report.total_mass)))
+    report.outcome = numbers_overflow(0, "the centre of mass");
+  return report;
 }
 
 }  // namespace balance
