@@ -30,7 +30,8 @@ class Seeker {
     if (known.empty() || task_.starts.front().size() == 0) return best_;
     std::stable_sort(known.begin(), known.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<VectorX> used;
-    for (const auto& [value, start] : known) {
+    for (const auto& one : known) {
+      const VectorX& start = one.second;
       if (static_cast<int>(used.size()) >= task_.descents || budget_.spent()) break;
       if (std::any_of(used.begin(), used.end(), [&](const VectorX& u) { return (u - start).norm() < same_start; }))
         continue;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace balance::read {
 
@@ -38,7 +39,7 @@ void Cursor::missing(const std::vector<std::string>& keys) const {
                    .expected = one_of(wanted),
                    .found = given.empty() ? found() : "only " + listed(given, "and")});
   problem.about = path_.empty() ? keys.front() : path_ + "." + keys.front();
-  throw problem;
+  throw Problem(std::move(problem));
 }
 
 std::vector<Cursor> Cursor::items(const std::string& what) const {
@@ -108,7 +109,7 @@ std::vector<Member> named_members(const Cursor& map, const std::string& what) {
                        .found = in_quotes(member.name),
                        .hint = otherwise_right ? "it must begin with a letter" : ""});
       problem.odd_in = map.path();
-      throw problem;
+      throw Problem(std::move(problem));
     });
   return all;
 }
@@ -165,7 +166,7 @@ class FieldsReader {
                      .found = in_quotes(member.name),
                      .hint = hint_for(member.name, names_)});
     problem.odd_in = map_.path();
-    throw problem;
+    throw Problem(std::move(problem));
   }
 
   const Cursor& map_;

@@ -103,8 +103,10 @@ void check_ways(const Cursor& at, const LoadText& text) {
   Complaint complaint{
       .message = fmt::format("expected {}; found {}", wanted, found), .expected = wanted, .found = found};
   // A misspelt key may be one of them.
-  if (ways == 0) at.fail_unless_doubtful(at.path() + ".force", std::move(complaint));
-  at.fail(std::move(complaint));
+  if (ways == 0)
+    at.fail_unless_doubtful(at.path() + ".force", std::move(complaint));
+  else
+    at.fail(std::move(complaint));
 }
 
 void read_push(const LoadText& text, Draft& draft, Load& load) {

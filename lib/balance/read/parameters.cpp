@@ -12,6 +12,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <utility>
 
 namespace balance::read {
 
@@ -154,7 +155,7 @@ Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& ov
       const auto fail = [&](const char* expected, const std::string& found) {
         Problem problem(member.key.node().place, member.key.path(), {.expected = expected, .found = found});
         problem.odd_in = "parameters";
-        throw problem;
+        throw Problem(std::move(problem));
       };
       if (!is_identifier(member.name)) fail("a name of letters, digits and '_'", in_quotes(member.name));
       if (taken) fail("a name of its own", in_quotes(member.name) + ", which has a meaning in expressions");

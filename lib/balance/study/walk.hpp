@@ -49,9 +49,10 @@ bool walk(Stepper& stepper, const Schedule& schedule, long samples, See&& see) {
   const long pieces = steps_per_sample(samples), steps = (samples - 1) * pieces;
   const auto time_of = [&](long step) {
     if (step == steps) return duration;
+    const long sample = step / pieces;
     // samples where they are without steps between them, to the last digit
-    return step % pieces == 0 ? duration * static_cast<double>(step / pieces) / static_cast<double>(samples - 1)
-                              : duration * static_cast<double>(step) / static_cast<double>(steps);
+    return step == sample * pieces ? duration * static_cast<double>(sample) / static_cast<double>(samples - 1)
+                                   : duration * static_cast<double>(step) / static_cast<double>(steps);
   };
   std::size_t j = 0;
   for (long step = 0; step <= steps; ++step) {
