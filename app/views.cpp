@@ -37,7 +37,8 @@ ConditionsView derive_view(const GoalOptions& goal, const SpecOptions& spec, con
   view.occurring = list_occurring(space, view.conditions, derive);
   judge(view, assembled_at(study.mechanism, start_coordinates(study)), study.trajectories, condition_options);
   if (!view.residuals.allFinite())
-    throw MechanismFailure("overflow", "numbers overflow: what the conditions leave is larger than can be computed with");
+    throw MechanismFailure("overflow",
+                           "numbers overflow: what the conditions leave is larger than can be computed with");
   return view;
 }
 
