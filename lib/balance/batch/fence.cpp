@@ -194,7 +194,7 @@ void FencedWorker::drain() {
       continue;
     }
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
+    if (count < 0 && errno == EAGAIN) return;
     ::close(socket_);
     socket_ = -1;
   }
