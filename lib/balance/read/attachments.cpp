@@ -108,7 +108,13 @@ void put_disc_together(const Cursor& at, const DiscText& text, Draft& draft, Dis
   disc.body = carried.body.value_or(ground);
   disc.follows = text.follows.value_or(0);
   if (carried.at) guard([&] { disc.position = read_place(*carried.at, draft, carried.body); });
-  if (text.ratio && text.follows) guard([&] { disc.ratio = read_disc_ratio(*text.ratio, draft, disc); });
+  if (text.ratio)
+    guard([&] {
+      if (text.follows)
+        disc.ratio = read_disc_ratio(*text.ratio, draft, disc);
+      else
+        read_number(*text.ratio, draft, dimension::none);
+    });
   const bool axis_read = guard([&] {
     if (text.axis && draft.planar()) text.axis->fail({.expected = "no axis: a disc in the plane turns about z"});
     if (text.axis)

@@ -43,6 +43,15 @@ std::string names_of(const std::vector<int>& actuators, const Draft& draft) {
   return listed(names, "and");
 }
 
+/// Numbers of whatever actuators: only that they are numbers can be told.
+void read_all_fixed(const Cursor& at, Draft& draft, Sign sign) {
+  const auto one = [&](const Cursor& c) { read_fixed(c, draft, dimension::none, sign); };
+  if (at.is_scalar()) return one(at);
+  if (at.is_list()) return read_each(at.items("a list of numbers"), one);
+  for (const Member& member : members(at, "a number, or one for each actuator"))
+    draft.problems.guard([&] { one(member.value); });
+}
+
 /// One number for all actuators, a list in their order, or a mapping with one for each.
 VectorX read_per_actuator(const Cursor& at, Draft& draft, const DimensionOf& dimension, Sign sign) {
   const std::vector<int>& actuators = draft.mechanism().actuators;
@@ -51,20 +60,21 @@ VectorX read_per_actuator(const Cursor& at, Draft& draft, const DimensionOf& dim
   const auto read = [&](const Cursor& c, Eigen::Index a) {
     values[a] = read_fixed(c, draft, dimension(kind_of(actuators[static_cast<std::size_t>(a)], draft)), sign);
   };
-  const bool several = at.is_map() || at.is_list();
-  if (several && (actuators.empty() ? draft.problems.doubtful("actuators") : draft.problems.spoilt("actuators")))
+  if (actuators.empty() ? draft.problems.doubtful("actuators") : draft.problems.spoilt("actuators")) {
+    read_all_fixed(at, draft, sign);
     throw Consequence();
-  if (!several) {
+  }
+  if (!at.is_map() && !at.is_list()) {
     for (Eigen::Index a = 0; a < count; ++a) read(at, a);
     return values;
   }
   if (at.is_list()) {
-    const std::string wanted = actuators.empty()
-                                   ? "a number: the spec names no 'actuators'"
-                                   : fmt::format("a number, or {} numbers, one for each of the actuators {}", count,
-                                                 names_of(actuators, draft));
-    const auto items = at.items(wanted, static_cast<std::size_t>(count));
-    for (Eigen::Index a = 0; a < count; ++a) read(items[static_cast<std::size_t>(a)], a);
+    std::string wanted = "a number: the spec names no 'actuators'";
+    if (count > 0)
+      wanted =
+          fmt::format("a number, or {} numbers, one for each of the actuators {}", count, names_of(actuators, draft));
+    Eigen::Index a = 0;
+    read_each(at.items(wanted, static_cast<std::size_t>(count)), [&](const Cursor& item) { read(item, a++); });
     return values;
   }
   std::vector<Field> fields;
@@ -169,6 +179,8 @@ class ControllerReader {
     if (typed) check_keys();
     common();
     if (typed) gains();
+    for (const char* key : {"kp", "kd", "lambda", "k"})
+      if (!typed) on(key, [&](const Cursor& c) { read_all_fixed(c, draft_, Sign::any); });
     read_open_loop(member.value);
     return controller_;
   }
@@ -181,8 +193,8 @@ class ControllerReader {
     };
     if (found_.count("torque") + found_.count("table") + found_.count("file") > 1)
       at.fail({.expected = "one of 'torque' (constant), 'table' and 'file'", .found = "several"});
-    const bool known = !draft_.problems.spoilt("actuators");
-    if (known) read_efforts(given("torque"), given("table"), given("file"), draft_, controller_.efforts);
+    if (!draft_.problems.spoilt("actuators"))
+      read_efforts(given("torque"), given("table"), given("file"), draft_, controller_.efforts);
   }
 
   void check_keys() const {
@@ -240,17 +252,12 @@ class ControllerReader {
       target = extended ? read_single(c, draft_, dimension(CoordinateKind::angle))
                         : read_per_actuator(c, draft_, dimension, Sign::positive);
     };
-    on("lambda", [&](const Cursor& c) {
-      sliding(
-          c, [](CoordinateKind) { return per_second; }, controller_.lambda);
-    });
+    const auto inverse = [](CoordinateKind) { return per_second; };
+    on("lambda", [&](const Cursor& c) { sliding(c, inverse, controller_.lambda); });
     on("k", [&](const Cursor& c) { sliding(c, acceleration, controller_.k); });
     on("switching", [&](const Cursor& c) {
       const std::string what = "how to switch, 'sign' or {boundary_layer: …}";
-      if (!c.is_map()) {
-        if (c.word(what) != "sign") c.expected(what);
-        return;
-      }
+      if (!c.is_map() && c.word(what) == "sign") return;
       read_fields(c, what, {{"boundary_layer", Need::required, [&](const Cursor& layer) {
                                sliding(layer, rate, controller_.boundary_layer);
                              }}});

@@ -50,6 +50,14 @@ class Cursor {
   Problems* problems_;
 };
 
+/// Reads every item of a list, so that each mistake in it is told. @throws Consequence if there is any
+template <class Read>
+void read_each(const std::vector<Cursor>& items, Read&& read) {
+  bool right = true;
+  for (const Cursor& item : items) right = item.problems().guard([&] { read(item); }) && right;
+  if (!right) throw Consequence();
+}
+
 /// Fails with "expected <what> (a, b or c), found …; nearest is …".
 [[noreturn]] void expected_one_of(const Cursor& found, const std::string& what, const std::vector<std::string>& names);
 

@@ -73,19 +73,25 @@ void read_lists(const Cursor& at, Draft& draft, Load& load) {
                                   }},
                                  {"force", Need::optional, [&](const Cursor& c) { force = c; }},
                                  {"moment", Need::optional, [&](const Cursor& c) { moment = c; }}});
-  if (!read) return;
-  if (!force && !moment) at.fail({.kind = "missing key", .expected = "'force' or 'moment'", .found = "neither"});
+  if (read && !force && !moment)
+    at.fail({.kind = "missing key", .expected = "'force' or 'moment'", .found = "neither"});
   load.force.assign(load.time.size(), Vector3::Zero());
   load.moment = load.force;
   const std::string what = fmt::format("{} entries, one for each time", load.time.size());
-  if (force) {
-    const auto items = force->items(what, load.time.size());
-    for (std::size_t i = 0; i < items.size(); ++i) load.force[i] = read_vector(items[i], draft, dimension::force);
-  }
-  if (moment) {
-    const auto items = moment->items(what, load.time.size());
-    for (std::size_t i = 0; i < items.size(); ++i) load.moment[i] = read_moment(items[i], draft);
-  }
+  const auto read_entries = [&](const Cursor& entries, std::vector<Vector3>& values, const auto& read_one) {
+    std::vector<Vector3> all;
+    // How many there must be, only the times can tell.
+    read_each(read ? entries.items(what, load.time.size()) : entries.items("a list of entries, one for each time"),
+              [&](const Cursor& item) { all.push_back(read_one(item)); });
+    if (read) values = std::move(all);
+  };
+  if (force)
+    draft.problems.guard([&] {
+      read_entries(*force, load.force, [&](const Cursor& c) { return read_vector(c, draft, dimension::force); });
+    });
+  if (moment)
+    draft.problems.guard(
+        [&] { read_entries(*moment, load.moment, [&](const Cursor& c) { return read_moment(c, draft); }); });
 }
 
 /// What a load's mapping says, before its parts are put together.

@@ -113,7 +113,7 @@ Vector3 perpendicular(const Vector3& axis) {
   return (away - axis.dot(away) * axis).normalized();
 }
 
-void read_second_axis(const JointText& text, Draft& draft, Joint& joint) {
+void read_second_axis(const JointText& text, Draft& draft, Joint& joint, bool first_read) {
   if (joint.type == JointType::universal && text.axis.has_value() != text.axis2.has_value())
     (text.axis ? *text.axis : *text.axis2)
         .fail({.expected = "'axis' and 'axis2' of a universal joint together", .found = "only one of them"});
@@ -123,6 +123,7 @@ void read_second_axis(const JointText& text, Draft& draft, Joint& joint) {
     return;
   }
   joint.axis2 = read_direction(*text.axis2, draft);
+  if (!first_read) throw Consequence();
   const double cosine = joint.axis.dot(joint.axis2);
   // Directions typed with ten digits pass; anything less square is a different joint.
   if (draft.judging() && std::abs(cosine) > 1e-9)
@@ -139,13 +140,14 @@ void read_axes(const JointText& text, Draft& draft, Joint& joint) {
   const bool default_x = (planar && has_axis(joint.type, planar)) || joint.type == JointType::universal;
   joint.axis = default_x ? Vector3::UnitX() : Vector3::UnitZ();
   joint.axis2 = Vector3::UnitX();
-  if (text.axis) {
+  const bool first_read = draft.problems.guard([&] {
+    if (!text.axis) return;
     if (!has_axis(joint.type, planar))
       text.axis->fail({.expected = fmt::format("no axis: this type of joint has none in a {} mechanism",
                                                planar ? "planar" : "spatial")});
     joint.axis = read_direction(*text.axis, draft);
-  }
-  if (has_second_axis(joint.type)) return read_second_axis(text, draft, joint);
+  });
+  if (has_second_axis(joint.type)) return read_second_axis(text, draft, joint, first_read);
   if (text.axis2) text.axis2->fail({.expected = "no 'axis2': only universal and planar joints have one"});
 }
 
@@ -191,8 +193,12 @@ void read_joint(const Cursor& at, Draft& draft, Joint& joint) {
                {"rpy", Need::optional, keep(text.rpy)},
                {"quaternion", Need::optional, keep(text.quaternion)},
                {"angle", Need::optional, keep(text.angle)}});
-  // Which axes there are is the type's to say.
-  if (!draft.problems.doubtful(at.path() + ".type")) draft.problems.guard([&] { read_axes(text, draft, joint); });
+  // Which axes there are is the type's to say; that they are directions, not.
+  if (!draft.problems.doubtful(at.path() + ".type"))
+    draft.problems.guard([&] { read_axes(text, draft, joint); });
+  else
+    for (const auto& axis : {text.axis, text.axis2})
+      if (axis) draft.problems.guard([&] { read_direction(*axis, draft); });
   draft.problems.guard([&] { read_rotation(text, draft, joint); });
 }
 

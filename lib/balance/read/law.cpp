@@ -40,9 +40,10 @@ void read_ramps(const Cursor& at, Draft& draft, Law& law) {
   if (law.kind != LawKind::trapezoidal_velocity)
     at.fail({.expected = "no ramps: only the law 'trapezoidal-velocity' has them"});
   if (at.is_list()) {
-    const auto both = at.items("[ramp up, ramp down]", 2);
-    law.ramp_up = read_number(both[0], draft, dimension::none);
-    law.ramp_down = read_number(both[1], draft, dimension::none);
+    at.items("[ramp up, ramp down]", 2);
+    const auto both = read_numbers(at, draft, dimension::none, "[ramp up, ramp down]");
+    law.ramp_up = both[0];
+    law.ramp_down = both[1];
   } else {
     law.ramp_up = law.ramp_down = read_number(at, draft, dimension::none);
   }

@@ -79,16 +79,16 @@ void check_duration(const Cursor& at, double duration, const Draft& draft) {
 
 std::vector<double> read_numbers(const Cursor& at, Draft& draft, Dimension dimension, const std::string& what) {
   std::vector<double> values;
-  for (const Cursor& item : at.items(what)) values.push_back(read_number(item, draft, dimension));
+  read_each(at.items(what), [&](const Cursor& item) { values.push_back(read_number(item, draft, dimension)); });
   return values;
 }
 
 Vector3 read_vector(const Cursor& at, Draft& draft, Dimension dimension) {
   const std::size_t count = draft.planar() ? 2 : 3;
-  const auto items = at.items(several_numbers(count), count);
   Vector3 vector = Vector3::Zero();
-  for (std::size_t i = 0; i < count; ++i)
-    vector[static_cast<Eigen::Index>(i)] = read_number(items[i], draft, dimension);
+  Eigen::Index i = 0;
+  read_each(at.items(several_numbers(count), count),
+            [&](const Cursor& item) { vector[i++] = read_number(item, draft, dimension); });
   return vector;
 }
 
@@ -113,9 +113,10 @@ long read_whole(const Cursor& at, Draft& draft, long least, long most) {
 }
 
 Matrix3 read_rpy(const Cursor& at, Draft& draft) {
-  const auto items = at.items("[roll, pitch, yaw]", 3);
-  Vector3 rpy;
-  for (int i = 0; i < 3; ++i) rpy[i] = read_number(items[static_cast<std::size_t>(i)], draft, dimension::angle);
+  Vector3 rpy = Vector3::Zero();
+  Eigen::Index i = 0;
+  read_each(at.items("[roll, pitch, yaw]", 3),
+            [&](const Cursor& item) { rpy[i++] = read_number(item, draft, dimension::angle); });
   return rotation_from_rpy(rpy);
 }
 

@@ -170,8 +170,7 @@ Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& ov
 void Parameters::override_values(const Overrides& overrides, std::vector<Member>& members, Problems& problems) {
   for (const auto& [name, text] : overrides) {
     const bool known = std::find(names_.begin(), names_.end(), name) != names_.end();
-    const bool unread = names_.empty() && problems.lost("parameters");
-    if (!known && !unread)
+    if (!known && !(names_.empty() && problems.lost("parameters")))
       problems.add({{},
                     "--set " + name,
                     {.expected = fmt::format("a parameter ({})", names_.empty() ? "there are none" : one_of(names_)),
@@ -278,18 +277,18 @@ double Parameters::calculate_anew(const std::string& expression) {
 FreeValue Parameters::evaluate_free(const Cursor& map) {
   FreeValue free;
   std::optional<double> start;
-  const bool read =
-      read_fields(map, "a number, an expression or {free: [lower, upper]}",
-                  {{"free", Need::required,
-                    [&](const Cursor& c) {
-                      const auto bounds = c.items("[lower, upper]", 2);
-                      free.lower = evaluate(bounds[0]);
-                      free.upper = evaluate(bounds[1]);
-                      if (!(free.lower < free.upper))
-                        c.fail({.expected = "lower < upper", .found = fmt::format("[{}, {}]", free.lower, free.upper)});
-                    }},
-                   {"start", Need::optional, [&](const Cursor& c) { start = evaluate(c); }}});
-  if (!read) return {0, 1, 0.5};  // already reported
+  if (!read_fields(map, "a number, an expression or {free: [lower, upper]}",
+                   {{"free", Need::required,
+                     [&](const Cursor& c) {
+                       double* bound = &free.lower;
+                       read_each(c.items("[lower, upper]", 2),
+                                 [&](const Cursor& item) { *std::exchange(bound, &free.upper) = evaluate(item); });
+                       if (!(free.lower < free.upper))
+                         c.fail(
+                             {.expected = "lower < upper", .found = fmt::format("[{}, {}]", free.lower, free.upper)});
+                     }},
+                    {"start", Need::optional, [&](const Cursor& c) { start = evaluate(c); }}}))
+    throw Consequence();
   free.start_given = start.has_value();
   free.start = start.value_or(free.lower + (free.upper - free.lower) / 2);
   if (free.start < free.lower || free.start > free.upper)

@@ -89,14 +89,14 @@ void read_times(const Cursor& at, Draft& draft, const Trajectory& trajectory, Wa
     at.fail({.expected = fmt::format("a list of {}, one time for each waypoint", path.points.size()),
              .found = fmt::format("{}", times.size())});
   double before = 0;
-  for (const Cursor& item : times) {
+  read_each(times, [&](const Cursor& item) {
     const double time = read_number(item, draft, dimension::time);
     if (draft.judging() && !(time > before && time < trajectory.duration))
       item.fail({.expected = fmt::format("increasing times between 0 and the duration ({:.9g} s)", trajectory.duration),
                  .found = fmt::format("{:.9g} s", time)});
     before = time;
     path.fractions.push_back(time / trajectory.duration);
-  }
+  });
 }
 
 WaypointPath read_waypoints(const Cursor& at, Draft& draft, const Trajectory& trajectory) {
@@ -106,13 +106,14 @@ WaypointPath read_waypoints(const Cursor& at, Draft& draft, const Trajectory& tr
   const bool read = read_fields(at, "waypoints",
                                 {{"waypoints", Need::required,
                                   [&](const Cursor& c) {
-                                    for (const Cursor& item : c.items("a list of poses")) {
+                                    read_each(c.items("a list of poses"), [&](const Cursor& item) {
                                       PoseTarget pose;
-                                      if (!draft.problems.guard([&] { pose = read_pose(item, draft); })) continue;
+                                      if (!draft.problems.guard([&] { pose = read_pose(item, draft); }))
+                                        throw Consequence();
                                       check_pose(item, pose, needs, draft);
                                       match_pose(item, pose, trajectory.from, trajectory.drive, draft);
                                       path.points.push_back(pose);
-                                    }
+                                    });
                                     if (c.node().items.empty()) c.expected("at least one pose");
                                   }},
                                  {"blend", Need::optional,
@@ -127,6 +128,8 @@ WaypointPath read_waypoints(const Cursor& at, Draft& draft, const Trajectory& tr
 }  // namespace
 
 bool is_table(const Cursor& path) { return has_key(path, "table") || has_key(path, "file"); }
+
+bool is_circle(const Cursor& path) { return has_key(path, "circle"); }
 
 bool needs_end(const Cursor* path) { return path == nullptr || !has_key(*path, "circle"); }
 

@@ -11,6 +11,8 @@ void read_path(const Cursor& at, Draft& draft, Trajectory& trajectory);
 
 /// Whether the path brings its own poses and times.
 bool is_table(const Cursor& path);
+/// Whether the path is a circle, which can be read without knowing where it starts.
+bool is_circle(const Cursor& path);
 /// Whether the path needs an end pose.
 bool needs_end(const Cursor* path);
 

@@ -24,8 +24,8 @@ PoseTarget read_pose(const Cursor& at, Draft& draft) {
   std::vector<Field> fields{
       {"tool", Need::optional,
        [&](const Cursor& c) {
-         need_tool(c, draft);
          pose.tool = read_vector(c, draft, dimension::length);
+         need_tool(c, draft);
        }},
       {"joints", Need::optional,
        [&](const Cursor& c) {
@@ -35,15 +35,15 @@ PoseTarget read_pose(const Cursor& at, Draft& draft) {
       {"com", Need::optional, [&](const Cursor& c) { pose.com = read_vector(c, draft, dimension::length); }}};
   const auto orientation = [&](Matrix3 (*read)(const Cursor&, Draft&)) {
     return [&pose, &draft, read](const Cursor& c) {
-      need_tool(c, draft);
       if (pose.orientation) c.fail({.expected = "'rpy' or 'quaternion'", .found = "both"});
       pose.orientation = read(c, draft);
+      need_tool(c, draft);
     };
   };
   if (draft.planar()) {
     fields.push_back({"angle", Need::optional, [&](const Cursor& c) {
-                        need_tool(c, draft);
                         pose.angle = read_number(c, draft, dimension::angle);
+                        need_tool(c, draft);
                       }});
   } else {
     fields.push_back({"rpy", Need::optional, orientation(read_rpy)});

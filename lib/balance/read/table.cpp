@@ -113,14 +113,15 @@ TimeTable read_inline_table(const Cursor& at, Draft& draft, const std::vector<Co
     what += ", " + columns[i].name;
     table.columns.push_back(static_cast<int>(i));
   }
-  for (const Cursor& row : at.items("a list of rows")) {
-    const auto items = row.items(what + "]", columns.size() + 1);
-    table.time.push_back(read_number(items[0], draft, dimension::time));
-    std::vector<double> values;
-    for (std::size_t i = 0; i < columns.size(); ++i)
-      values.push_back(read_number(items[i + 1], draft, columns[i].dimension));
-    table.values.push_back(std::move(values));
-  }
+  read_each(at.items("a list of rows"), [&](const Cursor& row) {
+    std::vector<double> numbers;
+    read_each(row.items(what + "]", columns.size() + 1), [&](const Cursor& item) {
+      const std::size_t i = numbers.size();
+      numbers.push_back(read_number(item, draft, i == 0 ? dimension::time : columns[i - 1].dimension));
+    });
+    table.time.push_back(numbers[0]);
+    table.values.emplace_back(numbers.begin() + 1, numbers.end());
+  });
   if (table.time.empty()) at.expected("at least one row");
   check_times(at, table.time, draft);
   return table;

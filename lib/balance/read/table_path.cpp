@@ -125,12 +125,12 @@ std::vector<int> read_columns(const Cursor& at, const std::vector<Column>& possi
   std::vector<std::string> names;
   for (const Column& column : possible) names.push_back(column.name);
   std::vector<int> columns;
-  for (const Cursor& item : at.items("a list of the columns after the time")) {
+  read_each(at.items("a list of the columns after the time"), [&](const Cursor& item) {
     const int column = static_cast<int>(item.choice("a column", names));
     if (std::find(columns.begin(), columns.end(), column) != columns.end())
       item.fail({.expected = "every column once", .found = fmt::format("{} again", item.found())});
     columns.push_back(column);
-  }
+  });
   if (columns.empty()) at.expected("at least one column");
   return columns;
 }

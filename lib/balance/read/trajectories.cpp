@@ -55,12 +55,12 @@ std::vector<Component> read_components(const Cursor& at, const Draft& draft, Dri
   const std::vector<Component> values =
       planar ? std::vector<Component>{x, y, rz} : std::vector<Component>{x, y, z, rx, ry, rz};
   std::vector<Component> components;
-  for (const Cursor& item : at.items("a list of components")) {
+  read_each(at.items("a list of components"), [&](const Cursor& item) {
     const Component component = values[item.choice("a component", names)];
     if (std::find(components.begin(), components.end(), component) != components.end())
       item.fail({.expected = "every component once", .found = fmt::format("{} again", item.found())});
     components.push_back(component);
-  }
+  });
   if (components.empty()) at.expected("at least one component");
   return components;
 }
@@ -73,12 +73,12 @@ struct TrajectoryText {
 void read_remaining(const Cursor& at, Draft& draft, Trajectory& trajectory) {
   if (trajectory.drive == DriveKind::joints)
     at.fail({.expected = "no 'remaining' with 'drive: joints', which names its coordinates itself"});
-  for (const Cursor& item : at.items("a list of joint coordinates")) {
+  read_each(at.items("a list of joint coordinates"), [&](const Cursor& item) {
     const int coordinate = read_coordinate(item, draft);
     if (std::find(trajectory.remaining.begin(), trajectory.remaining.end(), coordinate) != trajectory.remaining.end())
       item.fail({.expected = "every coordinate once", .found = fmt::format("{} again", item.found())});
     trajectory.remaining.push_back(coordinate);
-  }
+  });
 }
 
 /// Where to complain about a pose that a trajectory has from itself, from `motion` or not at all.
@@ -187,7 +187,8 @@ void put_together(const Assembly& a) {
     if (a.text.remaining) read_remaining(*a.text.remaining, a.draft, a.trajectory);
   });
   const bool posed = chosen && problems.guard([&] { read_poses(a); });
-  if (posed && a.text.path) problems.guard([&] { read_path(*a.text.path, a.draft, a.trajectory); });
+  if (chosen && a.text.path && (posed || (is_circle(*a.text.path) && a.trajectory.drive != DriveKind::joints)))
+    problems.guard([&] { read_path(*a.text.path, a.draft, a.trajectory); });
 }
 
 void read_trajectory(const Member& member, const Timing& shared, Draft& draft) {

@@ -4,6 +4,7 @@
 #include "balance/base/plain_text.hpp"
 #include "balance/read/nearest.hpp"
 #include "balance/read/node.hpp"
+#include "balance/read/syntax.hpp"
 
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
@@ -39,8 +40,8 @@ int depth_of(const Node& node) {
 class Builder : public YAML::EventHandler {
  public:
   /// @param skipped bytes of the text before yaml-cpp's first: it does not count a byte order mark
-  Builder(Problems& problems, const DocumentLimits& limits, std::size_t skipped)
-      : problems_(problems), limits_(limits), skipped_(skipped) {}
+  Builder(Problems& problems, const DocumentLimits& limits, const std::string& text, std::size_t skipped)
+      : problems_(problems), limits_(limits), text_(text), skipped_(skipped) {}
 
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
@@ -55,6 +56,9 @@ class Builder : public YAML::EventHandler {
     Node node = opened(mark, Node::Kind::scalar);
     node.text = value;
     node.quoted = tag != "?";
+    // yaml-cpp lets a text in single quotes end with the file.
+    if (tag == "!" && !is_quote_closed(text_, node.begin))
+      throw explain_syntax(text_, node.place, "a quote is not closed");
     finish(std::move(node), anchor);
   }
 
@@ -77,6 +81,7 @@ class Builder : public YAML::EventHandler {
     check_depth(mark, depth_of(known->second));
     Node copy = known->second;
     copy.begin = byte_of(mark);
+    copy.place = place_of(mark);  // of the whole: what is wrong inside stands where it is written
     copy.anchor = 0;
     copy.alias = static_cast<int>(anchor);
     finish(std::move(copy), YAML::NullAnchor);
@@ -196,6 +201,7 @@ class Builder : public YAML::EventHandler {
 
   Problems& problems_;
   DocumentLimits limits_;
+  const std::string& text_;
   std::size_t skipped_;
   std::vector<Open> open_;
   std::map<YAML::anchor_t, Node> anchors_;
@@ -247,6 +253,9 @@ void check_text(const std::string& text, const DocumentLimits& limits) {
   }
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
     throw Problem({1, 1}, "", {.expected = "a spec", .found = "an empty file"});
+  if (const std::size_t odd = text.find('\r'); odd != std::string::npos && text.find('\n') == std::string::npos)
+    throw Problem({1, static_cast<int>(odd) + 1}, "",
+                  {.expected = "lines that end with a line feed", .found = "carriage returns alone"});
   // yaml-cpp takes all of a bracket's tokens into its memory before it tells of the first.
   const auto marks = std::count_if(text.begin(), text.end(), [](char c) { return std::strchr("[]{},", c) != nullptr; });
   if (marks > 3 * limits.nodes)
@@ -261,13 +270,13 @@ Node parse_yaml(const std::string& text, Problems& problems, const DocumentLimit
   check_text(text, limits);
   std::istringstream stream(text);
   const std::size_t skipped = text.rfind("\xEF\xBB\xBF", 0) == 0 ? 3 : 0;
-  Builder builder(problems, limits, skipped);
+  Builder builder(problems, limits, text, skipped);
   try {
     YAML::Parser parser(stream);
     if (!parser.HandleNextDocument(builder))
       throw Problem({1, 1}, "", {.expected = "a spec", .found = "nothing but comments"});
     Node root = builder.take();
-    Builder rest(problems, limits, skipped);
+    Builder rest(problems, limits, text, skipped);
     if (parser.HandleNextDocument(rest))
       throw Problem(rest.take().place, "", {.expected = "one document", .found = "a second one"});
     return root;
@@ -275,7 +284,7 @@ Node parse_yaml(const std::string& text, Problems& problems, const DocumentLimit
     if (const auto tab = tab_before(text, place_of(wrong.mark)))
       throw Problem(*tab, "",
                     {.expected = "YAML", .found = "a tab where it wants blanks", .hint = "indent with blanks"});
-    throw Problem(place_of(wrong.mark), "", {.expected = "YAML", .found = "an error of syntax: " + wrong.msg});
+    throw explain_syntax(text, place_of(wrong.mark), wrong.msg);
   }
 }
 
