@@ -66,7 +66,8 @@ CircularCurve circle(const StraightCurve& rest, int dimensions, const CirclePath
     throw std::invalid_argument("the normal of a circular path must not be zero");
   const Vector3 normal = path.normal / length;
   if (dimensions == 2 && normal.head<2>().norm() > relative_zero) {
-    throw std::invalid_argument("a circular path of a planar mechanism must lie in the plane: its normal is +z or -z");
+    throw std::invalid_argument(
+        "a circular path of two coordinates must lie in their plane: its normal is at right angles to both");
   }
   const Vector3 start = leading_point(rest.start, dimensions), centre = leading_point(path.centre, dimensions);
   const Vector3 axial = (start - centre).dot(normal) * normal;

@@ -19,6 +19,19 @@ std::string short_number(double value) {
   return text;
 }
 
+/// A circle or arc in the coordinate plane of two components.
+Path in_components(Path path, int a, int b) {
+  const auto flat = [&](const Vector3& v) { return Vector3(v[a], v[b], 0); };
+  if (auto* circle = std::get_if<CirclePath>(&path)) {
+    const Vector3 across = Vector3::Unit(a).cross(Vector3::Unit(b));
+    circle->normal = flat(circle->normal) + circle->normal.dot(across) * Vector3::UnitZ();
+    circle->centre = flat(circle->centre);
+  } else if (auto* arc = std::get_if<ArcPath>(&path)) {
+    arc->via = flat(arc->via);
+  }
+  return path;
+}
+
 MotionOutcome failed(MotionStatus status, std::string reason) { return {status, 0, std::move(reason), {}}; }
 
 }  // namespace
@@ -70,7 +83,7 @@ class Planner {
     const Solution assembled = find_pose(mechanism_, tree_, closures, {});
     if (!assembled.found) return true;
     const int freedoms = tree_.columns - generic_closure_rank(tree_, assembled.y).rank;
-    const DriveQuantities quantities = choose_quantities(mechanism_, trajectory_, freedoms);
+    const DriveQuantities quantities = choose_drive(mechanism_, tree_, trajectory_, assembled.y, freedoms).quantities;
     if (!quantities.mismatch.empty()) return true;
     const std::string reason = com_stands_still(tree_, assembled.y, quantities.com);
     return reason.empty() || fail(failed(MotionStatus::mismatch, reason));
@@ -93,7 +106,7 @@ class Planner {
   }
 
   bool pick_drive() {
-    choice_ = choose_drive(mechanism_, tree_, trajectory_, plan_.freedoms);
+    choice_ = choose_drive(mechanism_, tree_, trajectory_, plan_.start, plan_.freedoms);
     const std::string& mismatch = choice_.quantities.mismatch;
     if (!mismatch.empty()) return fail(failed(MotionStatus::mismatch, mismatch));
     plan_.drive = choice_.drive;
@@ -136,10 +149,10 @@ class Planner {
 
   bool make_schedule() {
     request_.law = trajectory_.law;
-    request_.path = trajectory_.path;
     request_.duration = trajectory_.duration;
     const std::vector<int>& place = choice_.drive.point.empty() ? choice_.drive.com : choice_.drive.point;
-    request_.position_components = static_cast<int>(place.size()) == S::dimension ? S::dimension : 0;
+    request_.position_components = place.size() < 2 ? 0 : static_cast<int>(place.size());
+    request_.path = place.size() == 2 ? in_components(trajectory_.path, place[0], place[1]) : trajectory_.path;
     request_.turns = !choice_.drive.rotation.empty();
     if (const auto* way = std::get_if<WaypointPath>(&trajectory_.path))
       for (const PoseTarget& point : way->points)
