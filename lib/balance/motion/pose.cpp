@@ -112,12 +112,14 @@ double distance_from_assembly(const Mechanism& mechanism, const Tree<S>& tree, c
 
 template <class S>
 Solution find_pose(const Mechanism& mechanism, const Tree<S>& tree, System<S>& system, const DriveSample& target) {
-  // near the assembly values the first solution is good enough; else the nearest of many
-  constexpr double near = 0.4;
+  // At the assembly values the first solution is the one; near them a few tries tell whether there is a nearer one, since one joint's
+  // other mode need not be far on the mean of many; elsewhere the nearest of many is taken.
+  constexpr double at = 0.1, near = 0.4;
+  constexpr std::uint64_t few = 20, many = 200;
   const VectorX guess = assembly_guess(mechanism, tree);
   Solution best = solve(system, guess, target);
   double distance = best.found ? distance_from_assembly(mechanism, tree, best.y) : INFINITY;
-  for (std::uint64_t seed = 1; seed <= 200 && distance > near; ++seed) {
+  for (std::uint64_t seed = 1; seed <= (distance > near ? many : few) && distance > at; ++seed) {
     const VectorX random = random_coordinates(tree, seed);
     // the first restarts stay near the guess, later ones go anywhere
     const double spread = seed <= 60 ? 0.1 + 0.01 * static_cast<double>(seed) : 1;
