@@ -162,6 +162,31 @@ TEST_CASE("two dead centres shortly after each other are refused at the first (A
     }
 }
 
+TEST_CASE("of two change points shortly after each other the first is told, whichever comes to its own faster (A1)") {
+  for (const bool space : {false, true})
+    for (const double faster : {0.3, 1.07, 3.0}) {
+      std::vector<Part> parts(2);
+      for (Part& part : parts) part.rocker = part.r, part.base = part.l;
+      parts[0].from = 0.25 * faster, parts[0].to = -0.75 * faster;
+      parts[1].from = 0.251 * 0.3, parts[1].to = -0.749 * 0.3;
+      check_refused(balance::read_spec(spec(parts, space, "law: uniform", "A"), "parts.yaml"), 0.25, 2e-5,
+                    MotionStatus::constraint_singularity);
+    }
+}
+
+TEST_CASE("closures that lose rank at a dead centre of another part are called so (A1, A2)") {
+  for (const bool space : {false, true})
+    for (const bool first : {false, true}) {
+      std::vector<Part> parts(2);
+      Part& flat = parts[first ? 0 : 1];
+      flat.rocker = flat.r, flat.base = flat.l;
+      std::string text = spec(parts, space);
+      const std::string motors = "actuators: [X0, X1]";
+      text.replace(text.find(motors), motors.size(), first ? "actuators: [A0, X1]" : "actuators: [X0, A1]");
+      check_refused(balance::read_spec(text, "parts.yaml"), 0.5, 2e-5, MotionStatus::constraint_singularity);
+    }
+}
+
 TEST_CASE("a dead centre at the start, at the end, and a touch of it are refused whatever the samples (A1)") {
   for (const bool space : {false, true}) {
     Part part;

@@ -1,5 +1,6 @@
 #include "balance/motion/approach.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace balance {
@@ -15,6 +16,9 @@ double Approach::vanishes(double found) const {
     const double time = extrapolated(second, third);
     const double doubt = std::abs(time - extrapolated(first, second));
     if (!(doubt < least)) continue;
+    // The trail may be that of another part, which comes to its own singularity a little later.
+    const double left = third.pivot * std::pow(std::max(0.0, (time - nearest_time_) / (time - third.time)), power);
+    if (!(left <= nearest_ + 0.02 * third.pivot)) continue;
     least = doubt;
     best = time;
   }

@@ -54,12 +54,12 @@ void Stepper<S>::stop(Attempt attempt, double smallest) {
   const Approach& approach = attempt == Attempt::not_held ? hold_approach_ : approach_;
   const double time = std::min(approach.vanishes(now_.time), plan_.schedule->duration());
   const std::string where = configuration_text(mechanism_, tree_, now_.y.data());
-  if (attempt == Attempt::not_held) {
+  const auto [status, what] = diagnose(attempt);
+  if (status == MotionStatus::actuation_singularity) {
     outcome_ = no_longer_held(time, where);
     return;
   }
   outcome_.time = time;
-  const auto [status, what] = diagnose(attempt);
   outcome_.status = status;
   outcome_.reason = at_time(time) + what + "; configuration: " + where;
 }
@@ -79,10 +79,12 @@ std::pair<MotionStatus, const char*> Stepper<S>::diagnose(Attempt attempt) {
   };
   const double loops = relative(jacobian.topRows(tree_.closure_rows), rank);
   const double all = relative(jacobian, std::min<int>(tree_.columns, static_cast<int>(jacobian.rows())));
-  constexpr double lost = 0.02;  // at distance ε from a singularity the values are of the order √ε
+  // At distance ε from a singularity the values are of the order √ε; closures without rank do not hold either.
+  const double lost = attempt == Attempt::not_held ? 1e-5 : 0.02;
   if (loops < lost && loops < 10 * all)
     return {MotionStatus::constraint_singularity,
             "constraint singularity: the loop closures lose rank, the mechanism gains a freedom"};
+  if (attempt == Attempt::not_held) return {MotionStatus::actuation_singularity, ""};
   if (all < lost)
     return {MotionStatus::drive_singularity,
             "drive singularity: the prescribed quantities no longer determine the motion (the path may leave the "
