@@ -97,6 +97,7 @@ std::optional<Shard> parse_shard(const std::string& text) {
 
 std::string folder_of(const BatchCommandOptions& options) {
   if (!options.output.empty()) return options.output;
+  if (options.suite == "-") throw UsageError("--output is needed for a suite from standard input");
   return std::filesystem::path(options.suite).stem().string() + "-results";
 }
 

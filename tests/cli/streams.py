@@ -95,6 +95,13 @@ class Streams(Case):
         words = run("simulate", "--help").stdout.split()
         self.assertEqual(on_terminal("simulate", "--help", columns=60)[1].split(), words)
 
+    def test_a_suite_from_standard_input_says_where_its_results_go(self):
+        """(D6)"""
+        suite = f"cases: {{a: {{spec: {CONFIGS}/four-bar.yaml, samples: 11}}}}"
+        self.assert_failure(run("batch", "-", input=suite), 2, "--output is needed for a suite from standard input")
+        self.assertEqual(run("batch", "-", "--list", input=suite).stdout, "a\n")
+        self.assert_quiet_success(run("batch", "-", "-o", self.path("out"), input=suite))
+
     def test_the_list_of_commands_fits_one_screen(self):
         self.assertLessEqual(len(run("--help").stdout.splitlines()), 45)
 

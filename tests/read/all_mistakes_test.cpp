@@ -153,6 +153,25 @@ TEST_CASE("all mistakes of a suite are told, and none about names that mistakes 
   }
 }
 
+TEST_CASE("requirements are read although no case and no baseline is right, and have their parts (D7)") {
+  const std::string text =
+      "cases: {a: {spec: a.yaml, samples: x}, b c: {spec: a.yaml}}\n"
+      "baseline: z\n"
+      "require: ['peak(torque) < base', 'peak(torque) <']\n";
+  try {
+    read_suite(text, "suite.yaml");
+    FAIL("it was read");
+  } catch (const SpecError& error) {
+    Keys keys;
+    for (const balance::Mistake& mistake : error.mistakes()) keys.push_back(mistake.place.key);
+    CHECK(keys == Keys{"cases.a.samples", "cases.b c", "baseline", "require[1]"});
+    const balance::Mistake& last = error.mistakes().back();
+    CHECK(last.expected == "a requirement such as 'peak(shaking_force) <= 0.9 * base'");
+    CHECK(last.found == "'peak(torque) <'");
+    CHECK(last.hint.find("column 15: ") == 0);
+  }
+}
+
 TEST_CASE("'body' and 'on' are the same, but not both at once (D8)") {
   const std::string by_body = replaced(specs::planar, {{"{on: upper, at: [", "{body: upper, at: ["},
                                                        {"{on: lower, at: H, mass", "{body: lower, at: H, mass"},

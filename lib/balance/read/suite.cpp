@@ -50,11 +50,12 @@ void read_cases(const Cursor& section, SuiteDraft& draft) {
 std::vector<SuiteRequirement> read_requirements(const Cursor& at, const RunNames& names, SuiteDraft& draft) {
   std::vector<SuiteRequirement> all;
   const auto one = [&](const Cursor& c) {
-    const std::string& text = c.word("a requirement such as 'peak(shaking_force) <= 0.9 * base'");
+    const std::string what = "a requirement such as 'peak(shaking_force) <= 0.9 * base'";
+    const std::string& text = c.word(what);
     try {
       all.push_back({read_requirement(text, names), draft.place(c)});
     } catch (const RequirementError& wrong) {
-      c.fail({.message = wrong.what()});
+      c.fail({.message = wrong.what(), .expected = what, .found = in_quotes(text), .hint = wrong.what()});
     }
   };
   if (!at.is_list()) {
@@ -95,7 +96,7 @@ void read_references(const Later& later, Suite& suite, SuiteDraft& draft) {
   if (later.baseline && !draft.problems.guard([&] {
         suite.baseline = names.all[later.baseline->choice("the name of a case", names.all)];
       }))
-    return;  // else requirements would complain about a base that is there
+    suite.baseline = names.all.front();  // else requirements would complain about a base that is there
   names.base = suite.baseline;
   if (later.require) draft.problems.guard([&] { suite.require = read_requirements(*later.require, names, draft); });
   for (const auto& [index, at] : draft.requirements)
@@ -130,8 +131,9 @@ Suite read_suite(const std::string& text, const std::string& file_name) {
     read_sections(Cursor(root, "", draft.problems), suite, draft, later);
     if (later.cases) draft.problems.guard([&] { read_cases(*later.cases, draft); });
     if (later.matrix && !draft.problems.guard([&] { read_matrices(*later.matrix, draft); })) draft.lacks_names = true;
-    if (draft.cases.empty()) draft.problems.throw_all();
-    if (draft.cases.empty())
+    const bool named = !draft.cases.empty() || !draft.spoilt_names.empty();
+    if (!named) draft.problems.throw_all();
+    if (!named)
       Cursor(root, "", draft.problems).fail({.expected = "at least one case in 'cases' or 'matrix'", .found = "none"});
     read_references(later, suite, draft);
   } catch (const Problem& problem) {

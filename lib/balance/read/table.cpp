@@ -136,7 +136,10 @@ TimeTable read_table_file(const Cursor& at, Draft& draft, const std::vector<Colu
     check_times(at, table.time, draft);
     return draft.tables[at.path()] = std::move(table);
   } catch (const TableError& wrong) {
-    at.fail({.message = visible(path.string()) + ": " + wrong.what()});
+    at.fail({.message = visible(path.string()) + ": " + wrong.what(),
+             .expected = fmt::format("a table with 'time' and some of {}", listed(names_of(possible), "and")),
+             .found = in_quotes(path.string()),
+             .hint = wrong.what()});
   }
 }
 
