@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace balance {
 
@@ -15,6 +16,9 @@ namespace {
 constexpr int poses_looked_at = 60;
 /// Smallest singular value of what holds the actuators: nearer to singular configurations efforts grow beyond all bounds.
 constexpr double firmly_held = 0.05;
+/// The same on the way from a pose to the largest effort around it, so that none is followed towards a singular one.
+constexpr double held_on_the_way = 0.2;
+constexpr int sweeps = 12;
 /// Efforts below this part of the element's own are round-off.
 constexpr double rounded_away = 1e-9;
 
@@ -41,6 +45,21 @@ std::string element_name(const Mechanism& mechanism, Bearer bearer, int index) {
 }
 
 /// Efforts of the actuators per unit of every term: rows = efforts of one configuration after the other.
+struct EffortRows {
+  MatrixX constant, changing;
+};
+
+/// How much there is of every term.
+struct Amounts {
+  VectorX own;        ///< of the element itself
+  VectorX asked;      ///< and of what the masses take for it
+  MatrixX histories;  ///< what changes: a column of zeros, then one for every time
+
+  VectorX largest(const EffortRows& rows, const VectorX& constant) const {
+    return ((rows.changing * histories).colwise() + rows.constant * constant).cwiseAbs().rowwise().maxCoeff();
+  }
+};
+
 template <class S>
 class RestingEfforts {
  public:
@@ -52,57 +71,103 @@ class RestingEfforts {
     Sampler<S> sampler(mechanism, tree_, options.seed);
     Configuration here;
     if (!sampler.next(here)) return;
-    GoalRows<S> rows(mechanism, tree_, units_, {{GoalKind::statics}}, options, sampler.freedoms());
+    freedoms_ = sampler.freedoms();
+    rows_.emplace(mechanism, tree_, units_, std::vector<Goal>{{GoalKind::statics}}, options, freedoms_);
     select(mechanism);
-    MatrixX found;
+    EffortRows there;
     for (int k = 0; k < poses_looked_at; ++k) {
-      MatrixX directions;
-      if (hold(here.null_space, directions) && rows.at(here, {directions, VectorX::Zero(tree_.columns)}, found)) {
-        // behind what is constant, what changes
-        const auto n = static_cast<Eigen::Index>(actuators_.size());
-        append(found.rows() >= n ? MatrixX(found.topRows(n)) : MatrixX::Zero(n, found.cols()), constant_);
-        append(found.rows() >= 2 * n ? MatrixX(found.middleRows(n, n)) : MatrixX::Zero(n, found.cols()), changing_);
+      if (look(here, firmly_held, there)) {
+        append(there.constant, all_.constant);
+        append(there.changing, all_.changing);
+        poses_.push_back(here.y);
       }
       if (!sampler.next(here)) break;
     }
   }
 
-  std::vector<LargestEffort> of(const Conditions& conditions, const Remainder& remainder, const VectorX& values) const {
+  std::vector<LargestEffort> of(const Conditions& conditions, const Remainder& remainder, const VectorX& values) {
     const auto n = static_cast<Eigen::Index>(actuators_.size());
-    if (n == 0 || constant_.rows() == 0) return {};
-    VectorX effort = VectorX::Zero(constant_.rows());
-    MatrixX changes = MatrixX::Zero(constant_.rows(), 1 + histories_.rows());  // none, then every time's
-    for (const int t : remainder.terms) {
-      const Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
-      if (is_change(term))
-        changes.rightCols(histories_.rows()) += changing_.col(t) *
-                                                histories_.col(load_component(term, S::dimension == 2)).transpose() /
-                                                units_.parameter[t];
-      else
-        effort += constant_.col(t) * (values[t] / units_.parameter[t]);
-    }
-    const double size = (changes.colwise() + effort).cwiseAbs().maxCoeff();
-    // masses take what the conditions ask of them; what these leave open does not reach the actuators
-    for (Eigen::Index row = 0; row < conditions.own_rows(); ++row) {
-      const int pivot = conditions.pivots[static_cast<std::size_t>(row)];
-      double asked = 0;
-      for (const int t : remainder.terms)
-        if (t >= conditions.own_columns()) asked -= conditions.matrix(row, t) * values[t];
-      effort += constant_.col(pivot) * (asked / units_.parameter[pivot]);
-    }
+    if (n == 0 || poses_.empty()) return {};
+    const Amounts amounts = amounts_of(conditions, remainder, values);
+    const double size = amounts.largest(all_, amounts.own).maxCoeff();
+    const VectorX efforts = amounts.largest(all_, amounts.asked);
     std::vector<LargestEffort> largest;
     for (Eigen::Index a = 0; a < n; ++a) {
-      double most = 0;
-      for (Eigen::Index r = a; r < effort.size(); r += n)
-        most = std::max(most, (changes.row(r).array() + effort[r]).abs().maxCoeff());
-      if (most > rounded_away * size)
-        largest.push_back({actuators_[static_cast<std::size_t>(a)],
-                           most * units_.acceleration * (lengths_[static_cast<std::size_t>(a)] ? 1 : units_.length)});
+      Eigen::Index best = a;
+      for (Eigen::Index r = a; r < efforts.size(); r += n)
+        if (efforts[r] > efforts[best]) best = r;
+      if (!(efforts[best] > rounded_away * size)) continue;
+      const double most = climb(amounts, a, poses_[static_cast<std::size_t>(best / n)], efforts[best]);
+      largest.push_back({actuators_[static_cast<std::size_t>(a)],
+                         most * units_.acceleration * (lengths_[static_cast<std::size_t>(a)] ? 1 : units_.length)});
     }
     return largest;
   }
 
  private:
+  Amounts amounts_of(const Conditions& conditions, const Remainder& remainder, const VectorX& values) const {
+    const Eigen::Index terms = all_.constant.cols();
+    Amounts amounts{VectorX::Zero(terms), {}, MatrixX::Zero(terms, 1 + histories_.rows())};
+    for (const int t : remainder.terms) {
+      const Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
+      if (is_change(term))
+        amounts.histories.row(t).tail(histories_.rows()) =
+            histories_.col(load_component(term, S::dimension == 2)).transpose() / units_.parameter[t];
+      else
+        amounts.own[t] = values[t] / units_.parameter[t];
+    }
+    // masses take what the conditions ask of them; what these leave open does not reach the actuators
+    amounts.asked = amounts.own;
+    for (Eigen::Index row = 0; row < conditions.own_rows(); ++row) {
+      const int pivot = conditions.pivots[static_cast<std::size_t>(row)];
+      for (const int t : remainder.terms)
+        if (t >= conditions.own_columns())
+          amounts.asked[pivot] -= conditions.matrix(row, t) * values[t] / units_.parameter[pivot];
+    }
+    return amounts;
+  }
+
+  /// The efforts at one configuration; false if the actuators do not hold it that firmly.
+  bool look(const Configuration& here, double firmness, EffortRows& efforts) {
+    MatrixX directions, found;
+    if (!hold(here.null_space, firmness, directions) ||
+        !rows_->at(here, {directions, VectorX::Zero(tree_.columns)}, found))
+      return false;
+    // behind what is constant, what changes
+    const auto n = static_cast<Eigen::Index>(actuators_.size());
+    const auto part = [&](Eigen::Index first) {
+      return found.rows() >= first + n ? MatrixX(found.middleRows(first, n)) : MatrixX(MatrixX::Zero(n, found.cols()));
+    };
+    efforts = {part(0), part(n)};
+    return true;
+  }
+
+  /// From a pose up to where the effort is largest around it, by parabolas along the freedoms in turn.
+  double climb(const Amounts& amounts, Eigen::Index actuator, VectorX y, double most) {
+    if (!tree_.balls.empty()) return most;  // their coordinates may have changed their meaning since
+    System<S> closures(tree_, Drive<S>{});
+    Configuration here;
+    EffortRows rows;
+    const auto at = [&](const VectorX& pose) {  // below what was found where it cannot be
+      if (!settle(closures, pose, freedoms_, here) || !look(here, held_on_the_way, rows)) return -1.0;
+      return amounts.largest(rows, amounts.asked)[actuator];
+    };
+    double reach = 0.2;  // [rad, characteristic lengths]
+    for (int sweep = 0; sweep < sweeps && at(y) >= 0; ++sweep, reach = std::max(0.7 * reach, 0.01)) {
+      const MatrixX ways = here.null_space;
+      for (Eigen::Index f = 0; f < ways.cols(); ++f) {
+        const VectorX way = scale_.cwiseProduct(ways.col(f));
+        const double ahead = at(y + reach * way), behind = at(y - reach * way);
+        if (ahead < 0 || behind < 0) return most;
+        const double bend = ahead + behind - 2 * most;
+        const double step = bend < 0 ? std::clamp((behind - ahead) / (2 * bend), -2.0, 2.0) : ahead > behind ? 1 : -1;
+        const double reached = at(y + step * reach * way);
+        if (reached > most) most = reached, y = here.y;
+      }
+    }
+    return most;
+  }
+
   void select(const Mechanism& mechanism) {
     actuators_ = mechanism.actuators;
     if (actuators_.empty() && tree_.closure_rows == 0)
@@ -117,11 +182,11 @@ class RestingEfforts {
   }
 
   /// Velocities by which virtual power gives the actuators' efforts, of least norm where there are more than are needed.
-  bool hold(const MatrixX& null_space, MatrixX& directions) const {
+  bool hold(const MatrixX& null_space, double firmness, MatrixX& directions) const {
     const MatrixX held = selection_ * null_space;
     if (held.rows() < held.cols() || held.rows() == 0) return false;
     const Eigen::JacobiSVD<MatrixX> svd(held, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    if (svd.singularValues().tail(1)[0] < firmly_held) return false;
+    if (svd.singularValues().tail(1)[0] < firmness) return false;
     directions =
         null_space * svd.matrixV() * svd.singularValues().cwiseInverse().asDiagonal() * svd.matrixU().transpose();
     return true;
@@ -139,7 +204,11 @@ class RestingEfforts {
   MatrixX histories_;  ///< changes of all loads' components at all times
   std::vector<int> actuators_;
   std::vector<bool> lengths_;
-  MatrixX selection_, constant_, changing_;
+  MatrixX selection_;
+  EffortRows all_;
+  std::vector<VectorX> poses_;  ///< that the rows are of
+  int freedoms_ = 0;
+  std::optional<GoalRows<S>> rows_;
 };
 
 template <class S>
