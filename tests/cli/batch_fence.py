@@ -237,6 +237,28 @@ trajectories: {recorded: {drive: joints, path: {file: joints.csv}}}
             self.assertEqual((done.returncode, done.stderr), (0, "note: 1 of 2 cases were finished already\n"))
             self.assertEqual({name: content(self.path("out/" + name)) for name in whole}, whole)
 
+    def test_a_record_that_no_batch_writes_is_computed_again(self):
+        """(C5)"""
+        suite = self.suite(f"cases: {{a: {SHORT}}}\n")
+        self.assert_quiet_success(self.batch(suite, "--metrics-only"))
+        path = self.path("out/a.case.json")
+        honest = content(path).decode()
+        os.truncate(path, 1 << 32)  # of nothing: it takes no room on the disk
+        limited = ["sh", "-c", 'ulimit -v 2000000; exec "$0" "$@"'] if not sanitized() else []
+        done = subprocess.run([*limited, PROGRAM, "batch", suite, "-o", self.path("out"), "--metrics-only"],
+                              capture_output=True, text=True, check=False, timeout=60)
+        self.assert_quiet_success(done)
+        self.assertEqual(content(path).decode(), honest)
+        for old, new in (('"status": "done"', '"status": "splendid"'),
+                         ('"files": []', '"files": [\n    {\n      "name": "../suite.yaml",\n      "sha256": "SUM"\n    }\n  ]')):
+            with open(suite, "rb") as file:
+                new = new.replace("SUM", hashlib.sha256(file.read()).hexdigest())
+            changed = honest[:honest.rindex(",\n  \"seal\"")].replace(old, new)
+            seal = hashlib.sha256((changed + "\n}\n").encode()).hexdigest()
+            self.write("out/a.case.json", f'{changed},\n  "seal": "{seal}"\n}}\n')
+            self.assert_quiet_success(self.batch(suite, "--metrics-only"))
+            self.assertEqual(content(path).decode(), honest)
+
     def test_links_in_the_folder_are_replaced_and_not_followed(self):
         """(C6)"""
         suite = self.suite(f"cases: {{a: {{spec: {CONFIGS}/5r-design.yaml, samples: 21, design: true}}, b: {SHORT}}}\n")

@@ -5,6 +5,8 @@
 #include "balance/write/sha256.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -15,6 +17,9 @@ namespace {
 std::string path_in(const std::string& folder, const std::string& file) {
   return (std::filesystem::path(folder) / file).string();
 }
+
+/// Far more than the thousands of metrics of the largest mechanism need.
+constexpr std::uintmax_t largest_record = std::uintmax_t{64} << 20;
 
 /// No link, no device.
 bool is_plain_file(const std::string& path) {
@@ -39,6 +44,12 @@ Metric metric_of(const Json& json) {
 }
 
 constexpr const char* seal_key = "seal";
+
+/// Of what is worth remembering.
+bool is_status(const std::string& word) {
+  constexpr std::array words{"done", "compromise", "spec", "mechanism", "failed"};
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
 
 CaseRecord record_of(const Json& json) {
   CaseRecord record;
@@ -122,14 +133,16 @@ void store_record(const std::string& folder, const CaseRecord& record) {
 
 std::optional<CaseRecord> find_record(const std::string& folder, const std::string& case_name, const std::string& key) {
   const std::string path = path_in(folder, record_file(case_name));
-  if (!is_plain_file(path)) return std::nullopt;
+  std::error_code error;
+  if (!is_plain_file(path) || std::filesystem::file_size(path, error) > largest_record) return std::nullopt;
   std::ifstream file(path, std::ios::binary);
   if (!file) return std::nullopt;
   std::ostringstream text;
   text << file.rdbuf();
   std::optional<CaseRecord> record = decode(text.str());
-  if (!record || record->name != case_name || record->key != key) return std::nullopt;
+  if (!record || record->name != case_name || record->key != key || !is_status(record->status)) return std::nullopt;
   const bool intact = std::all_of(record->files.begin(), record->files.end(), [&](const RecordedFile& one) {
+    if (one.name != result_file(case_name) && one.name != balanced_file(case_name)) return false;
     const std::string name = path_in(folder, one.name);
     return is_plain_file(name) && sha256_of_file(name) == one.sha256;
   });
