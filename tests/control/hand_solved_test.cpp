@@ -11,32 +11,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-Mechanism spec(const std::string& text) { return read_spec(text, "spec.yaml").mechanism; }
-
-VectorX values(std::initializer_list<double> list) {
-  VectorX out(static_cast<Eigen::Index>(list.size()));
-  std::copy(list.begin(), list.end(), out.data());
-  return out;
-}
-
-PlantOptions tight() {
-  PlantOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  return options;
-}
-
-Plant started(const Mechanism& mechanism, const VectorX& q, const VectorX& dq) {
-  Plant plant(mechanism, tight());
-  const MotionOutcome outcome = plant.start(0, q, dq);
-  REQUIRE_MESSAGE(outcome.status == MotionStatus::done, outcome.reason);
-  return plant;
-}
-
-void move(Plant& plant, double time, const VectorX& efforts) {
-  const MotionOutcome outcome = plant.advance(time, efforts);
-  REQUIRE_MESSAGE(outcome.status == MotionStatus::done, outcome.reason);
-}
-
 }  // namespace
 
 TEST_CASE("a pendulum released at 2.5 rad is back after the period of the elliptic integral") {

@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -61,6 +62,64 @@ inline Mechanism conservative(Mechanism mechanism) {
 
 inline VectorX nothing(const Mechanism& mechanism) {
   return VectorX::Zero(static_cast<Eigen::Index>(mechanism.actuators.size()));
+}
+
+inline Mechanism spec(const std::string& text) { return read_spec(text, "spec.yaml").mechanism; }
+
+inline VectorX values(std::initializer_list<double> list) {
+  VectorX out(static_cast<Eigen::Index>(list.size()));
+  std::copy(list.begin(), list.end(), out.data());
+  return out;
+}
+
+inline std::string exact(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.17g", value);
+  return text;
+}
+
+inline PlantOptions tight() {
+  PlantOptions options;
+  options.relative_tolerance = options.absolute_tolerance = 1e-12;
+  return options;
+}
+
+inline Plant started(const Mechanism& mechanism, const VectorX& q, const VectorX& dq,
+                     const PlantOptions& options = tight()) {
+  Plant plant(mechanism, options);
+  const MotionOutcome outcome = plant.start(0, q, dq);
+  REQUIRE_MESSAGE(outcome.status == MotionStatus::done, outcome.reason);
+  return plant;
+}
+
+inline void move(Plant& plant, double time, const VectorX& efforts) {
+  const MotionOutcome outcome = plant.advance(time, efforts);
+  REQUIRE_MESSAGE(outcome.status == MotionStatus::done, outcome.reason);
+}
+
+/// Of 2 kg on a rail, tied to the origin by a spring of no length.
+inline Mechanism block(double coulomb, double at_rest, double stiffness, double viscous = 0) {
+  return spec(R"(
+space: planar
+bodies: {block: {mass: 2, com: [0, 0], inertia: 0.1, points: {A: [0, 0]}}}
+ground: {points: {O: [0, 0]}}
+joints: {S: {type: prismatic, connects: [ground.O, block.A], axis: [1, 0]}}
+springs: {k: {between: [ground.O, block.A], stiffness: )" +
+              exact(stiffness) + R"(, free_length: 0}}
+friction: {S: {viscous: )" +
+              exact(viscous) + ", coulomb: " + exact(coulomb) + ", static: " + exact(at_rest) + R"(}}
+actuators: [S]
+)");
+}
+
+/// A force along x on the first body that grows from one of these moments to the next in proportion.
+inline void push(Mechanism& mechanism, const std::vector<double>& time, const std::vector<double>& force) {
+  Load load;
+  load.name = "push";
+  load.body = 1;
+  load.time = time;
+  for (const double x : force) load.force.emplace_back(x, 0, 0), load.moment.push_back(Vector3::Zero());
+  mechanism.loads.push_back(load);
 }
 
 }  // namespace plants

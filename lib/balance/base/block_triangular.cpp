@@ -135,7 +135,6 @@ bool BlockTriangular::analyse(const Eigen::MatrixXi& pattern) {
 double BlockTriangular::factorise() {
   const int n = size();
   double quality = 1;
-  sign_ = 1;
   for (Block& block : blocks_) {
     double* factors = factors_.data() + block.offset;
     for (int i = 0; i < block.size; ++i) {
@@ -144,9 +143,9 @@ double BlockTriangular::factorise() {
     }
     block.quality = by_size(block.size, [&](auto block_size) {
       if constexpr (block_size > 0 && block_size <= inverted)
-        return invert(block_size, factors, sign_);
+        return invert(block_size, factors);
       else
-        return factorise_block<block_size>(factors, &pivots_[block.begin], block.size, sign_);
+        return factorise_block<block_size>(factors, &pivots_[block.begin], block.size);
     });
     quality = std::min(quality, block.quality);
     if (quality == 0) return 0;

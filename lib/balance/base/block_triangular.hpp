@@ -36,9 +36,6 @@ class BlockTriangular {
   /// diagonal block ‖A⁻¹ (A − K)‖ ≤ limit < 1 (largest sum along a row). Allocates nothing.
   bool near_kept(double limit);
 
-  /// Sign of the determinant of the matrix last factorised, up to a factor that never changes.
-  int determinant_sign() const { return sign_; }
-
   /// x := A⁻¹ x, both in the original order. Allocates nothing.
   void solve(double* x);
   /// Both x := A⁻¹ x and z := A⁻¹ z, in one go.
@@ -73,7 +70,6 @@ class BlockTriangular {
 
   std::vector<double> work_, sums_;
   std::vector<Pair> pairs_;
-  int sign_ = 0;
 };
 
 }  // namespace balance

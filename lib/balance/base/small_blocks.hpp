@@ -11,9 +11,9 @@ namespace balance::small_blocks {
 
 /// In place, with row exchanges; the diagonal holds the pivots' reciprocals. N is the size where it is known when compiling:
 /// the blocks of most mechanisms are so small that loops would cost more than the arithmetic.
-/// Returns the smallest pivot and flips `sign` with every exchange and every negative pivot.
+/// Returns the smallest pivot.
 template <int N>
-double factorise_block(double* a, int* pivots, int size, int& sign) {
+double factorise_block(double* a, int* pivots, int size) {
   const int n = N > 0 ? N : size;
   double smallest = INFINITY;
   for (int k = 0; k < n; ++k) {
@@ -22,14 +22,10 @@ double factorise_block(double* a, int* pivots, int size, int& sign) {
     for (int i = k + 1; i < n; ++i)
       if (std::abs(a[i * n + k]) > largest) largest = std::abs(a[i * n + k]), best = i;
     pivots[k] = best;
-    if (best != k) {
-      for (int j = 0; j < n; ++j) std::swap(a[k * n + j], a[best * n + j]);
-      sign = -sign;
-    }
+    for (int j = 0; best != k && j < n; ++j) std::swap(a[k * n + j], a[best * n + j]);
     smallest = std::min(smallest, largest);
     if (!(largest > 0)) return 0;
     const double inverse = 1 / a[k * n + k];
-    if (inverse < 0) sign = -sign;
     a[k * n + k] = inverse;
     for (int i = k + 1; i < n; ++i) {
       const double factor = a[i * n + k] *= inverse;
@@ -108,9 +104,8 @@ void solve_block_transposed(const double* a, const int* pivots, int size, double
 inline constexpr int inverted = 3;
 
 /// 1/largest entry of the inverse: no larger than the smallest singular value times the size. 0 if singular.
-inline double accept_inverse(double* inverse, int entries, double determinant, int& sign) {
+inline double accept_inverse(double* inverse, int entries, double determinant) {
   if (!(std::abs(determinant) > 0)) return 0;
-  if (determinant < 0) sign = -sign;
   const double scale = 1 / determinant;
   double largest = 0;
   for (int i = 0; i < entries; ++i) {
@@ -120,27 +115,27 @@ inline double accept_inverse(double* inverse, int entries, double determinant, i
   return 1 / largest;
 }
 
-inline double invert(std::integral_constant<int, 1>, double* a, int& sign) {
+inline double invert(std::integral_constant<int, 1>, double* a) {
   const double determinant = a[0];
   a[0] = 1;
-  return accept_inverse(a, 1, determinant, sign);
+  return accept_inverse(a, 1, determinant);
 }
 
-inline double invert(std::integral_constant<int, 2>, double* a, int& sign) {
+inline double invert(std::integral_constant<int, 2>, double* a) {
   const double determinant = a[0] * a[3] - a[1] * a[2];
   std::swap(a[0], a[3]);
   a[1] = -a[1];
   a[2] = -a[2];
-  return accept_inverse(a, 4, determinant, sign);
+  return accept_inverse(a, 4, determinant);
 }
 
-inline double invert(std::integral_constant<int, 3>, double* a, int& sign) {
+inline double invert(std::integral_constant<int, 3>, double* a) {
   const double c[9] = {a[4] * a[8] - a[5] * a[7], a[2] * a[7] - a[1] * a[8], a[1] * a[5] - a[2] * a[4],
                        a[5] * a[6] - a[3] * a[8], a[0] * a[8] - a[2] * a[6], a[2] * a[3] - a[0] * a[5],
                        a[3] * a[7] - a[4] * a[6], a[1] * a[6] - a[0] * a[7], a[0] * a[4] - a[1] * a[3]};
   const double determinant = a[0] * c[0] + a[1] * c[3] + a[2] * c[6];
   std::copy_n(c, 9, a);
-  return accept_inverse(a, 9, determinant, sign);
+  return accept_inverse(a, 9, determinant);
 }
 
 template <int N, class X>

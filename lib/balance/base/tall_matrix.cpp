@@ -1,6 +1,8 @@
 #include "balance/base/tall_matrix.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <utility>
 
 namespace balance {
@@ -28,6 +30,18 @@ double TallMatrix::look(MatrixX matrix) {
   now_ = std::move(matrix);
   factors_.compute(now_);
   return smallest_pivot(factors_);
+}
+
+/// A − θ (A − K) = A (1 − θ (1 − A⁺K)) is singular where A⁺K has the eigenvalue 1 − 1/θ, which is not positive for 0 ≤ θ ≤ 1.
+bool TallMatrix::loses_rank_since_kept() const {
+  constexpr double plainly = 0.7, real = 1e-6;  // round-off makes complex pairs of eigenvalues that are equal
+  if (near_kept(plainly)) return false;
+  const MatrixX relative = factors_.solve(kept_);
+  if (!relative.allFinite()) return true;
+  const Eigen::VectorXcd values = Eigen::EigenSolver<MatrixX>(relative, false).eigenvalues();
+  return std::any_of(values.begin(), values.end(), [](const std::complex<double>& value) {
+    return value.real() <= 0 && std::abs(value.imag()) <= real * std::abs(value);
+  });
 }
 
 }  // namespace balance

@@ -25,6 +25,8 @@ class TallMatrix {
   void keep() { kept_ = now_; }
   /// As the function above, of the matrices kept and last looked at.
   bool near_kept(double limit) const { return balance::near_kept(factors_, now_, kept_, limit); }
+  /// Whether some matrix on the straight way from the one kept to the one last looked at, which has full column rank, has not.
+  bool loses_rank_since_kept() const;
 
  private:
   MatrixX now_, kept_;

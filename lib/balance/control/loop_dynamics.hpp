@@ -1,6 +1,5 @@
 #pragma once
-/// Forward dynamics in tree coordinates with the loops solved for: what ForwardDynamics and Plant are made of.
-/// Private to control.
+/// Forward dynamics in tree coordinates with the loops solved for: what ForwardDynamics and Plant are made of. Private to control.
 
 #include "balance/control/forward_dynamics.hpp"
 #include "balance/control/rubbing.hpp"
@@ -65,15 +64,18 @@ class LoopDynamics {
   const Equations<S>& equations() const { return *equations_; }
   bool open_tree() const { return full_.closures.empty(); }
   int iterations() const { return iterations_; }
-  /// Smallest pivot where the independent columns were chosen, and now; sign of the determinant. 1 without loops.
+  /// Smallest pivot where the independent columns were chosen, and now. 1 without loops.
   double regularity() const { return open_tree() ? 1 : equations_->regularity(); }
   double regularity_at_choice() const { return regularity_at_choice_; }
-  int determinant_sign() const { return open_tree() ? 1 : equations_->determinant_sign(); }
+  /// Of the matrix last factorised, for the present choice of independent columns: see Equations::near_kept.
+  void keep() { open_tree() ? void() : equations_->keep(); }
+  bool near_kept(double limit) { return open_tree() || equations_->near_kept(limit); }
   /// Largest scaled residual of all closures at the poses of state().
   double residual() const;
   double mobility() const;
 
   // Dry friction (loop_friction.cpp). A joint that sticks holds its column at rest, which is chosen to be independent:
+  const std::vector<Rubbing>& rubbing() const { return rubbing_; }
   bool dry() const { return dry_; }                                 ///< some joint has it
   bool any_stuck() const { return !stuck_.empty(); }                ///< some joint sticks
   bool stuck_share() const { return held_count_ < stuck_.size(); }  ///< their friction is one of many that hold them
@@ -137,10 +139,9 @@ class LoopDynamics {
   State<S> state_;
   DriveSample sample_;
   std::vector<Wrench<S>> wrenches_;
-  std::vector<double> x_, rates_, mass_, tau_, C_, ddy0_, HC_;
+  std::vector<double> x_, rates_, mass_, tau_, C_, ddy0_, HC_, factor_, right_;
   MatrixX M_;
   VectorX bias_;
-  std::vector<double> factor_, right_;
 };
 
 extern template class LoopDynamics<Planar>;

@@ -5,6 +5,7 @@
 #include "balance/motion/wording.hpp"
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 
 namespace balance {
@@ -18,6 +19,16 @@ ForwardOptions with_actuated(const Mechanism& mechanism, ForwardOptions options)
   return options;
 }
 
+/// Columns that take part in a loop.
+template <class S>
+std::vector<int> columns_in_loops(const Tree<S>& tree) {
+  std::set<int> columns;
+  for (const Closure<S>& closure : tree.closures)
+    for (const PathStep& step : closure.path) columns.insert(tree.nodes[step.node].column);
+  columns.erase(-1);
+  return {columns.begin(), columns.end()};
+}
+
 }  // namespace
 
 template <class S>
@@ -27,11 +38,12 @@ EngineOf<S>::EngineOf(const Mechanism& mechanism, const PlantOptions& options, c
       about_(to_vector<S>(about)),
       loops_(mechanism, with_actuated(mechanism, options.dynamics)),
       leaders_(leaders(loops_.tree())),
+      bending_(columns_in_loops(loops_.tree())),
       integrator_(options.absolute_tolerance, options.relative_tolerance),
       step_(std::min(1e-3, options.longest_step)) {
   const int n = loops_.columns();
   x_.assign(2 * n, 0), last_x_ = x_;
-  y_.setZero(n), dy_.setZero(n), ddy_.setZero(n);
+  y_.setZero(n), dy_.setZero(n), ddy_.setZero(n), start_ddy_.setZero(n);
   efforts_.setZero(static_cast<Eigen::Index>(mechanism.actuators.size()));
   for (const Load& load : mechanism.loads) kinks_.insert(kinks_.end(), load.time.begin(), load.time.end());
   std::sort(kinks_.begin(), kinks_.end());

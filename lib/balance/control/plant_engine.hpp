@@ -63,7 +63,9 @@ class EngineOf : public Plant::Engine {
   MotionOutcome go(double end);
   bool try_step(double& time, double& step, bool& refused, bool& fresh);
   void derivative(const std::vector<double>& x, std::vector<double>& dxdt, double time);
-  bool settle(bool& fresh);
+  bool settle(double step, bool& fresh);
+  bool may_have_been_singular(double step);
+  void back_to_start();
   void grow_fastest();
   bool choose_anew();
   void load(const std::vector<double>& x);
@@ -72,6 +74,9 @@ class EngineOf : public Plant::Engine {
   // dry friction: plant_friction.cpp
   bool settle_friction(const VectorX& efforts);
   double friction_margin(double time);
+  bool leap(double at);
+  double dip(double step) const;
+  bool event_within(double step, double& high, double& over);
   bool find_event(double step, double& time);
   bool pass_event();
   bool overflows();
@@ -82,6 +87,7 @@ class EngineOf : public Plant::Engine {
   typename S::Vector about_;
   LoopDynamics<S> loops_;
   std::vector<int> leaders_, independent_;
+  std::vector<int> bending_;  ///< tree columns that the closures' matrix depends on
   std::optional<Observer<S>> observer_;
   std::optional<TermMeter<S>> meter_;
   Integrator integrator_;
@@ -90,12 +96,13 @@ class EngineOf : public Plant::Engine {
   double event_time_ = -INFINITY;  ///< of the last event of dry friction
   int events_here_ = 0;            ///< so many of them follow each other without any progress
   bool blind_ = false, shared_ = false;  ///< the next step takes no notice of them; joints that share have been met
-  int sign_ = 0;                         ///< of the determinant: it changes where a singularity is passed
+  int doubts_ = 0;                       ///< steps one after another in which the closures may have been singular
   bool event_ = false;                   ///< the last step ended at one of dry friction
   bool started_ = false, reads_each_step_ = false;
   std::vector<double> x_, last_x_;  ///< tree coordinates, then their rates, lengths in characteristic lengths
   std::vector<double> kinks_, multipliers_;
   VectorX y_, dy_, ddy_, efforts_, position_, velocity_;
+  VectorX start_ddy_;  ///< accelerations at last_x_; with dry friction only
   PlantSample sample_;
   PlantCost cost_;
   std::vector<std::string> notes_;

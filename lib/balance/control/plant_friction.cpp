@@ -51,6 +51,64 @@ double EngineOf<S>::friction_margin(double time) {
   return loops_.friction_margin(time, dy_.data(), efforts_.data(), fastest_);
 }
 
+/// To as much after the step's start, x_ being the state there; the integrator begins anew.
+template <class S>
+bool EngineOf<S>::leap(double at) {
+  x_ = last_x_;
+  const auto slope = [this](const std::vector<double>& x, std::vector<double>& dxdt, double t) {
+    derivative(x, dxdt, t);
+  };
+  integrator_.leap(slope, x_, time_, at);
+  load(x_);
+  return loops_.close(y_.data(), dy_.data());
+}
+
+/// Where in a step from last_x_ a joint that slips may have stopped, though it moves on at the end: the part at which its rate is
+/// least by the cubic through the rates and accelerations at both ends, if that is below zero. 0 if there is none.
+template <class S>
+double EngineOf<S>::dip(double step) const {
+  double first = 0;
+  for (const Rubbing& rub : loops_.rubbing()) {
+    if (!rub.dry() || rub.stuck) continue;
+    const double unit = rub.sign * rub.ratio;
+    const double begin = unit * last_x_[loops_.columns() + rub.column] * loops_.scale()[rub.column],
+                 gain = unit * dy_[rub.column] - begin;
+    const double falls = unit * step * start_ddy_[rub.column], rises = unit * step * ddy_[rub.column];
+    if (!(falls < 0 && rises > 0)) continue;
+    // begin + falls p + square p² + cube p³
+    const double square = 3 * gain - 2 * falls - rises, cube = falls + rises - 2 * gain;
+    const double part = -falls / (square + std::sqrt(std::max(0.0, square * square - 3 * falls * cube)));
+    if (!(part > 0 && part < 1) || begin + part * (falls + part * (square + part * cube)) >= 0) continue;
+    first = first > 0 ? std::min(first, part) : part;
+  }
+  return first;
+}
+
+/// After a good step: is there an event in it?
+/// @param high on return the part of the step before which it is @param over the margin there, not negative if there is none
+/// @return false if the way there cannot be made
+template <class S>
+bool EngineOf<S>::event_within(double step, double& high, double& over) {
+  high = step;
+  over = friction_margin(time_ + step);
+  if (over < 0) return true;
+  const double part = dip(step);
+  if (part == 0) return true;
+  const std::vector<double> end = x_;
+  const VectorX end_ddy = ddy_;
+  high = part * step;
+  if (!leap(high)) return false;
+  over = friction_margin(time_ + high);
+  if (over < 0) {
+    store();
+    return true;
+  }
+  x_ = end;
+  ddy_ = end_ddy;
+  load(x_);
+  return loops_.close(y_.data(), dy_.data());
+}
+
 /// After a good step from last_x_ to x_: goes back to the first event on the way, if there is one.
 /// @param step that was made @param time at its end; on return of the event
 /// @return false if the way there cannot be made
@@ -61,29 +119,23 @@ bool EngineOf<S>::find_event(double step, double& time) {
     blind_ = false;
     return true;
   }
-  double over = friction_margin(time);
+  double low = 0, high, over;
+  if (!event_within(step, high, over)) return false;
   if (over >= 0) return true;
   event_ = true;
-  const double start = time_;
-  const auto slope = [this](const std::vector<double>& x, std::vector<double>& dxdt, double t) {
-    derivative(x, dxdt, t);
-  };
+  std::vector<double> there = x_;
   load(last_x_);
   if (!loops_.close(y_.data(), dy_.data())) return false;
-  double low = 0, high = step, under = std::max(friction_margin(start), round_off), beyond = over;
+  double under = std::max(friction_margin(time_), round_off), beyond = over;
   bool above = false, below = false;  // which end the last turn has moved
-  std::vector<double> there = x_;
   for (int turn = 0; turn < most_halvings; ++turn) {
-    if (high - low <= resolution * std::max(std::abs(start), step) || beyond > -round_off) break;
+    if (high - low <= resolution * std::max(std::abs(time_), step) || beyond > -round_off) break;
     // false position (Illinois), with a bisection now and then
     double at = turn % 4 == 3 ? (low + high) / 2 : low + (high - low) * under / (under - over);
     if (!(at > low && at < high)) at = (low + high) / 2;
     if (!(at > low && at < high)) break;
-    x_ = last_x_;
-    integrator_.leap(slope, x_, start, at);
-    load(x_);
-    if (!loops_.close(y_.data(), dy_.data())) return false;
-    const double margin = friction_margin(start + at);
+    if (!leap(at)) return false;
+    const double margin = friction_margin(time_ + at);
     if (margin < 0) {
       high = at, over = beyond = margin;
       if (above) under /= 2;
@@ -99,7 +151,7 @@ bool EngineOf<S>::find_event(double step, double& time) {
   load(x_);
   if (!loops_.close(y_.data(), dy_.data())) return false;
   store();
-  time = start + high;
+  time = time_ + high;
   return true;
 }
 
@@ -125,11 +177,14 @@ bool EngineOf<S>::pass_event() {
   return good;
 }
 
-#define BALANCE_INSTANTIATE(S)                                \
-  template void EngineOf<S>::grow_fastest();                  \
-  template bool EngineOf<S>::settle_friction(const VectorX&); \
-  template double EngineOf<S>::friction_margin(double);       \
-  template bool EngineOf<S>::find_event(double, double&);     \
+#define BALANCE_INSTANTIATE(S)                                       \
+  template void EngineOf<S>::grow_fastest();                         \
+  template bool EngineOf<S>::settle_friction(const VectorX&);        \
+  template double EngineOf<S>::friction_margin(double);              \
+  template bool EngineOf<S>::leap(double);                           \
+  template double EngineOf<S>::dip(double) const;                    \
+  template bool EngineOf<S>::event_within(double, double&, double&); \
+  template bool EngineOf<S>::find_event(double, double&);            \
   template bool EngineOf<S>::pass_event();
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)

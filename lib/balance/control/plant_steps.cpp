@@ -16,6 +16,9 @@ constexpr double smallest_step = 1e-9;  // of the longest one
 constexpr double singular = 1e-3;       // regularity of the closures that explains steps too short to go on
 constexpr double enormous = 1e60;       // of coordinates, rates, efforts and accelerations
 constexpr double open = 1e-9;           // residual of redundant rows that says that they are not redundant here
+// What a step may change of the closures' matrix: less than 1 together, so that it stays regular in between (docs/theory.md, section 2).
+constexpr double most_straight = 0.7;  // along the straight way
+constexpr double most_bent = 0.2;      // how far the way may lie off the straight one
 
 }  // namespace
 
@@ -45,6 +48,7 @@ void EngineOf<S>::derivative(const std::vector<double>& x, std::vector<double>& 
   ++cost_.evaluations;
   if (!loops_.close(y_.data(), dy_.data())) throw Refused{};
   if (!loops_.accelerate(time, dy_.data(), efforts_.data(), ddy_.data())) throw Refused{};
+  if (loops_.dry() && time == time_) start_ddy_ = ddy_;
   const int n = loops_.columns();
   for (int c = 0; c < n; ++c) {
     dxdt[c] = dy_[c] / loops_.scale()[c];
@@ -58,6 +62,7 @@ void EngineOf<S>::derivative(const std::vector<double>& x, std::vector<double>& 
 template <class S>
 bool EngineOf<S>::try_step(double& time, double& step, bool& refused, bool& fresh) {
   const double tried = step;
+  const int doubts = doubts_;
   last_x_ = x_;
   refused = false;
   try {
@@ -65,14 +70,28 @@ bool EngineOf<S>::try_step(double& time, double& step, bool& refused, bool& fres
       derivative(x, dxdt, t);
     };
     if (!integrator_.try_step(slope, x_, time, step)) return false;
-    if (settle(fresh) && find_event(tried, time)) return true;
-    x_ = last_x_;
-    integrator_.restart();
+    if (settle(tried, fresh) && find_event(tried, time)) {
+      loops_.keep();
+      doubts_ = 0;
+      if (loops_.dry()) start_ddy_ = ddy_;
+      return true;
+    }
+    back_to_start();
   } catch (const Refused&) {
   }
-  refused = true;
-  step = tried / 4;
+  const bool doubted = doubts_ > doubts;
+  refused = !doubted || doubts > 0;  // other independent coordinates may help where a shorter step does not
+  step = tried / (doubted ? 2 : 4);
   return false;
+}
+
+/// After a step that cannot be kept.
+template <class S>
+void EngineOf<S>::back_to_start() {
+  x_ = last_x_;
+  integrator_.restart();
+  load(x_);
+  if (loops_.close(y_.data(), dy_.data())) loops_.keep();
 }
 
 /// Steps to the end of a smooth piece.
@@ -119,20 +138,36 @@ MotionOutcome EngineOf<S>::go(double end) {
 
 /// After a step: the dependent coordinates as the closures have them; new independent ones where the present ones wear out.
 template <class S>
-bool EngineOf<S>::settle(bool& fresh) {
+bool EngineOf<S>::settle(double step, bool& fresh) {
   load(x_);
-  if (!loops_.close(y_.data(), dy_.data()) || loops_.determinant_sign() != sign_) return false;
+  if (!loops_.close(y_.data(), dy_.data())) return false;
   if (loops_.redundant() && loops_.residual() > open) return false;
+  if (may_have_been_singular(step)) {
+    ++doubts_;
+    return false;
+  }
   fresh = loops_.regularity() < worn * loops_.regularity_at_choice();
   if (fresh && !choose_anew()) return false;
   store();
   return true;
 }
 
+/// Could the closures, for the present choice of coordinates, have lost rank within a step that led to the state last closed?
+template <class S>
+bool EngineOf<S>::may_have_been_singular(double step) {
+  double way = 0;  // of any coordinate, by the rates at both ends too, for it may turn back in between
+  const int n = loops_.columns();
+  for (const int c : bending_) {
+    const double rate = std::max(std::abs(dy_[c]) / loops_.scale()[c], std::abs(last_x_[n + c]));
+    way = std::max(way, std::max(std::abs(y_[c] / loops_.scale()[c] - last_x_[c]), step * rate));
+  }
+  return !(way * way <= most_bent * loops_.regularity()) || !loops_.near_kept(most_straight);
+}
+
 template <class S>
 bool EngineOf<S>::choose_anew() {
   const bool good = loops_.choose(y_.data(), false) && loops_.close(y_.data(), dy_.data());
-  sign_ = loops_.determinant_sign();
+  if (good) loops_.keep();
   cost_.choices = loops_.choices();
   return good;
 }
@@ -152,8 +187,7 @@ MotionOutcome EngineOf<S>::stop(MotionStatus status) {
   load(last_x_);
   follow();
   if (overflows()) return numbers_overflow(time_, "the motion under these efforts");
-  if (status != MotionStatus::constraint_singularity &&
-      (!loops_.choose(y_.data(), false) || loops_.closure_regularity() < singular))
+  if (status != MotionStatus::constraint_singularity && (!choose_anew() || loops_.closure_regularity() < singular))
     status = MotionStatus::constraint_singularity;
   std::string what = "the integration needs steps that are too short to go on";
   if (status == MotionStatus::constraint_singularity) {
@@ -172,7 +206,9 @@ MotionOutcome EngineOf<S>::stop(MotionStatus status) {
   template void EngineOf<S>::derivative(const std::vector<double>&, std::vector<double>&, double); \
   template bool EngineOf<S>::try_step(double&, double&, bool&, bool&);                             \
   template MotionOutcome EngineOf<S>::go(double);                                                  \
-  template bool EngineOf<S>::settle(bool&);                                                        \
+  template bool EngineOf<S>::settle(double, bool&);                                                \
+  template bool EngineOf<S>::may_have_been_singular(double);                                       \
+  template void EngineOf<S>::back_to_start();                                                      \
   template bool EngineOf<S>::choose_anew();                                                        \
   template bool EngineOf<S>::overflows();                                                          \
   template MotionOutcome EngineOf<S>::stop(MotionStatus);

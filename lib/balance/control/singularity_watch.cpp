@@ -1,26 +1,35 @@
 #include "balance/control/singularity_watch.hpp"
 
-#include "balance/base/factorizations.hpp"
+#include "balance/motion/regularity.hpp"
 #include "balance/motion/wording.hpp"
 
 namespace balance {
 
 SingularityWatch::SingularityWatch(const Mechanism& mechanism)
-    : dynamics_(mechanism, {.preferred = mechanism.actuators}) {}
+    : mechanism_(mechanism), dynamics_(mechanism, {.preferred = mechanism.actuators}) {}
+
+/// Closures above actuated coordinates, lengths in characteristic ones: of full column rank where these determine the motion.
+MatrixX SingularityWatch::matrix() {
+  const TreeEquation equation = dynamics_.tree_equation();
+  const double length = characteristic_length(mechanism_);
+  MatrixX out(equation.jacobian.rows() + equation.input.cols(), equation.jacobian.cols());
+  out << equation.jacobian, equation.input.transpose();
+  const std::vector<int>& leaders = dynamics_.tree();
+  for (std::size_t c = 0; c < leaders.size(); ++c)
+    if (mechanism_.coordinates[static_cast<std::size_t>(leaders[c])].kind == CoordinateKind::length)
+      out.col(static_cast<Eigen::Index>(c)) *= length;
+  return out;
+}
 
 MotionOutcome SingularityWatch::look(double time, const VectorX& position, const VectorX& velocity) {
-  const MotionOutcome outcome = dynamics_.set(time, position, velocity);
+  MotionOutcome outcome = dynamics_.set(time, position, velocity);
   if (outcome.status != MotionStatus::done) return outcome;
-  const TreeEquation equation = dynamics_.tree_equation();
-  const Eigen::Index n = equation.jacobian.cols();
-  if (equation.jacobian.rows() + equation.input.cols() != n) return outcome;
-  MatrixX together(n, n);
-  together << equation.jacobian, equation.input.transpose();
-  const double determinant = Eigen::PartialPivLU<MatrixX>(together).determinant();
-  const int sign = determinant > 0 ? 1 : determinant < 0 ? -1 : 0;
-  const bool passed = sign == 0 || (sign_ != 0 && sign != sign_);
-  sign_ = sign;
-  if (!passed) return outcome;
+  if (static_cast<int>(mechanism_.actuators.size()) < dynamics_.freedoms()) return outcome;
+  const bool regular = watched_.look(matrix()) > least_regularity;
+  const bool passed = looked_ && regular && watched_.loses_rank_since_kept();
+  watched_.keep();
+  looked_ = true;
+  if (regular && !passed) return outcome;
   return {MotionStatus::actuation_singularity,
           time,
           at_time(time) +

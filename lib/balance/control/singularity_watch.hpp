@@ -1,6 +1,7 @@
 #pragma once
 /// Whether the actuators still determine the motion: notices when the mechanism passes a configuration in which they do not.
 
+#include "balance/base/tall_matrix.hpp"
 #include "balance/control/forward_dynamics.hpp"
 
 namespace balance {
@@ -10,15 +11,19 @@ class SingularityWatch {
   /// @param mechanism must outlive the watch
   explicit SingularityWatch(const Mechanism& mechanism);
 
-  /// Looks at a state, in the order of time.
+  /// Looks at a state, in the order of time and at moments between which little changes.
   /// @param position, velocity per mechanism coordinate
-  /// @return done; actuation_singularity if the determinant of loops and actuated coordinates together has changed its sign since
-  ///         the last look, or is zero. Always done where loops are redundant or actuators and freedoms differ in number.
+  /// @return done; actuation_singularity if loops and actuated coordinates together do not determine the motion, or did not on the
+  ///         straight way from their matrix at the last look. Always done where there are fewer actuators than freedoms.
   MotionOutcome look(double time, const VectorX& position, const VectorX& velocity);
 
  private:
+  MatrixX matrix();
+
+  const Mechanism& mechanism_;
   ForwardDynamics dynamics_;
-  int sign_ = 0;
+  TallMatrix watched_;
+  bool looked_ = false;
 };
 
 }  // namespace balance

@@ -47,7 +47,6 @@ class Equations {
   bool near_kept(double limit);
   /// Counts the calls of fill().
   long filled() const { return filled_; }
-  int determinant_sign() const { return redundant_ ? 0 : sparse_.determinant_sign(); }
 
   /// Right-hand sides for rates and accelerations. State: for the latter velocities and velocity-caused accelerations.
   void rate_rows(const DriveSample& target, double* out) const;
