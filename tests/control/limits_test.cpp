@@ -93,3 +93,35 @@ TEST_CASE("free motion and stated torques need no desired motion, from the start
     for (const std::string name : {"pd", "loop"}) CHECK(led(study, name).outcome.status != MotionStatus::done);
   }
 }
+
+TEST_CASE("figures of a run under control do not depend on how many samples are kept (A6)") {
+  Study study = two_links(motors, "tool: [1.1, 0.3]");
+  Controller slow;
+  for (const Controller& one : study.controllers)
+    if (one.name == "pd") slow = one;
+  slow.name = "slow", slow.period = 0.2, slow.kp = slow.kd = {};
+  study.controllers.push_back(slow);
+  for (const std::string name : {"free", "stated", "pd", "smc", "slow"}) {
+    CAPTURE(name);
+    study.trajectories.at(0).samples = 4001;
+    const Result fine = led(study, name);
+    REQUIRE_MESSAGE(fine.outcome.status == MotionStatus::done, fine.outcome.reason);
+    for (const long samples : {2L, 11L, 50L}) {
+      CAPTURE(samples);
+      study.trajectories.at(0).samples = samples;
+      const Result coarse = led(study, name);
+      REQUIRE(coarse.metrics.size() == fine.metrics.size());
+      CHECK(coarse.energy == doctest::Approx(fine.energy).epsilon(1e-3));
+      for (std::size_t i = 0; i < fine.metrics.size(); ++i) {
+        const Metric &a = fine.metrics[i], &b = coarse.metrics[i];
+        CAPTURE(a.quantity);
+        // what chatters does so between any two moments at which the controller samples
+        const bool chatters = a.quantity.find("error") != std::string::npos || a.quantity.find("sliding") == 0;
+        if (name == "smc" && chatters) continue;
+        CHECK(std::abs(a.peak - b.peak) <= 1e-3 * a.peak);
+        CHECK(std::abs(a.rms - b.rms) <= 1e-3 * a.peak);
+        CHECK(std::abs(a.mean - b.mean) <= 1e-3 * a.peak);
+      }
+    }
+  }
+}

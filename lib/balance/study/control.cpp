@@ -11,6 +11,7 @@
 #include "balance/study/overflow.hpp"
 #include "balance/study/result_rows.hpp"
 #include "balance/study/round_off.hpp"
+#include "balance/study/walk.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +23,8 @@ namespace balance {
 
 namespace {
 
-/// A moment at which something happens: a sample of the result, a sample of the controller, or both.
+/// A moment at which something happens: a sample of the result, a sample of the controller, or both. Neither is a place that
+/// figures rest on besides.
 struct Event {
   double time;
   long sample;  ///< the first sample at or after it
@@ -47,6 +49,23 @@ std::vector<Event> list_events(double step, long samples, const Controller& cont
     if (together) ++tick;
   }
   return events;
+}
+
+/// With places between events that are so far apart that figures need them.
+std::vector<Event> with_places(const std::vector<Event>& events) {
+  std::vector<Event> out;
+  const double longest = events.back().time / static_cast<double>(least_steps);
+  for (const Event& event : events) {
+    const double last = out.empty() ? event.time : out.back().time, gap = event.time - last;
+    const auto pieces = static_cast<int>(std::ceil(gap / longest - 1e-9));
+    for (int i = 1; i < pieces; ++i) out.push_back({last + gap * i / pieces, event.sample, false, false});
+    out.push_back(event);
+  }
+  return out;
+}
+
+DesiredState state_of(const DesiredMotion& motion, Eigen::Index row) {
+  return {motion.position.row(row), motion.velocity.row(row), motion.acceleration.row(row)};
 }
 
 constexpr double enormous = 1e100;  // of rates and positions: what comes of them are no numbers
@@ -81,9 +100,10 @@ class ControlRun {
       throw std::invalid_argument("the run has more than " + std::to_string(static_cast<long>(most_control_steps)) +
                                   " samples of controller and result together");
     samples_ = trajectory.samples + static_cast<long>(extra);
-    events_ = list_events(step, samples_, controller);
+    const std::vector<Event> stated = list_events(step, samples_, controller);
+    events_ = with_places(stated);
     PlantOptions plant{.dynamics = {.preferred = mechanism.actuators}};
-    const auto default_steps = 500'000 + 50 * static_cast<long>(events_.size());
+    const auto default_steps = 500'000 + 50 * static_cast<long>(stated.size());
     plant.most_steps = options.most_steps > 0 ? options.most_steps : default_steps;
     plant_.emplace(mechanism, plant, trajectory.about);
   }
@@ -113,6 +133,10 @@ class ControlRun {
     result_.outcome.notes = plant_->notes();
     const std::vector<std::string>& own = law_.notes();
     result_.outcome.notes.insert(result_.outcome.notes.end(), own.begin(), own.end());
+    if (result_.time.size() >= 2) {
+      const std::string note = sampling_note(result_, between_);
+      if (!note.empty()) result_.outcome.notes.push_back(note);
+    }
     if (!wanted)
       result_.outcome.notes.push_back("no errors are reported, because the desired motion does not exist: " +
                                       desired_.outcome.reason);
@@ -130,11 +154,6 @@ class ControlRun {
   bool good(MotionOutcome outcome) {
     outcome_ = std::move(outcome);
     return outcome_.status == MotionStatus::done;
-  }
-
-  DesiredState desired(std::size_t event) const {
-    const auto row = static_cast<Eigen::Index>(event);
-    return {desired_.position.row(row), desired_.velocity.row(row), desired_.acceleration.row(row)};
   }
 
   VectorX actuated(const VectorX& all) const {
@@ -160,21 +179,26 @@ class ControlRun {
     if (mechanism_.actuators.empty())
       return good({MotionStatus::mismatch, 0, under_actuated(0, plant_->freedoms()), {}});
     if (!good(law_.start(plant_->position(), plant_->velocity(), basis()))) return false;
-    const auto ticks = std::count_if(events_.begin() + 1, events_.end(), [](const Event& event) { return event.tick; });
+    long rows = 0;
+    for (std::size_t e = 1; e < events_.size(); ++e) rows += events_[e].tick ? 2 : events_[e].on_sample ? 0 : 1;
     record_.shape(samples_, trajectory_.about, result_);
-    record_.shape(2 * static_cast<long>(ticks), trajectory_.about, between_.rows);
+    record_.shape(rows, trajectory_.about, between_.rows);
     return true;
   }
 
-  /// What gains follow from: the desired motion, at so many of its moments.
+  /// What gains follow from: the desired motion at moments of its own, so that they do not depend on what is sampled.
   GainBasis basis() const {
     GainBasis basis{VectorX::Zero(efforts_.size()), {}};
-    constexpr Eigen::Index moments = 40;
-    for (Eigen::Index e = 0; e < desired_.rows; ++e)
+    if (!needs_desired_motion(controller_)) return basis;
+    constexpr int moments = 40, finer = 10;
+    std::vector<double> times;
+    for (int k = 0; k <= moments * finer; ++k) times.push_back(duration_of(trajectory_) * k / (moments * finer));
+    const DesiredMotion motion = desired_motion(mechanism_, trajectory_, times);
+    for (Eigen::Index k = 0; k < motion.rows; ++k) {
       basis.peak_acceleration =
-          basis.peak_acceleration.cwiseMax(actuated(desired_.acceleration.row(e).transpose()).cwiseAbs());
-    for (Eigen::Index k = 0; k <= moments && desired_.rows > 0; ++k)
-      basis.along.push_back(desired(static_cast<std::size_t>(k * (desired_.rows - 1) / moments)));
+          basis.peak_acceleration.cwiseMax(actuated(motion.acceleration.row(k).transpose()).cwiseAbs());
+      if (k % finer == 0) basis.along.push_back(state_of(motion, k));
+    }
     return basis;
   }
 
@@ -186,11 +210,13 @@ class ControlRun {
         !(plant_->position().cwiseAbs().maxCoeff() < enormous))
       return good(numbers_overflow(event.time, "the motion"));
     if (options_.progress) options_.progress(static_cast<double>(e) / static_cast<double>(events_.size()));
+    const bool looks = inverts(controller_) && (event.tick || !event.on_sample);
+    if (looks && !good(watch_.look(event.time, plant_->position(), plant_->velocity()))) return false;
+    if (!event.tick && !event.on_sample) write(between_.rows, between_.add(event.sample), e);
     if (event.tick) {
       if (e > 0) write(between_.rows, between_.add(event.sample), e);
-      const DesiredState wanted = desired(e);
+      const DesiredState wanted = state_of(desired_, static_cast<Eigen::Index>(e));
       sensor_.read(actuated(plant_->position()), actuated(plant_->velocity()), actuated(wanted.velocity));
-      if (inverts(controller_) && !good(watch_.look(event.time, plant_->position(), plant_->velocity()))) return false;
       if (!good(law_.command(event.time, wanted, sensor_.position(), sensor_.velocity()))) return false;
       if (!law_.efforts().allFinite()) return good(numbers_overflow(event.time, "the torque"));
       if (e > 0) variation_ += (law_.efforts() - efforts_).cwiseAbs();

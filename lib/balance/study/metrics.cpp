@@ -34,11 +34,17 @@ std::vector<Place> in_order(const Result& result, const BetweenSamples& between)
   return places;
 }
 
-/// Every second place, both ends included.
+/// Every second place, but both ends and both sides of every jump.
 std::vector<Place> every_second(const std::vector<Place>& places) {
-  std::vector<Place> chosen;
-  for (std::size_t i = 0; i < places.size(); i += 2) chosen.push_back(places[i]);
-  if (places.size() % 2 == 0) chosen.push_back(places.back());
+  std::vector<Place> chosen{places.front()};
+  bool skip = true;
+  for (std::size_t i = 1; i + 1 < places.size(); ++i) {
+    const double time = places[i].time;
+    const bool jump = time == places[i - 1].time || time == places[i + 1].time;
+    if (jump || !skip) chosen.push_back(places[i]);
+    if (!jump) skip = !skip;
+  }
+  chosen.push_back(places.back());
   return chosen;
 }
 
