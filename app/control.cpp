@@ -1,6 +1,7 @@
 #include "console.hpp"
 #include "control_options.hpp"
 #include "failure.hpp"
+#include "progress_line.hpp"
 #include "run_output.hpp"
 
 #include "balance/base/error.hpp"
@@ -13,8 +14,11 @@ namespace {
 
 Result control_or_throw(const Study& study, const Trajectory& trajectory, const Controller& controller,
                         const ControlCommandOptions& options) {
+  ProgressLine line(options.run.quiet);
+  const auto progress = [&](double part) { line.draw_part(trajectory.name, part); };
   try {
-    return control(study.mechanism, trajectory, controller, {.settle = options.settle, .most_steps = options.steps});
+    return control(study.mechanism, trajectory, controller,
+                   {.settle = options.settle, .most_steps = options.steps, .progress = progress});
   } catch (const std::invalid_argument& error) {
     // The library was asked something that the spec should not have asked.
     throw SpecError({.place = {.file = study.spec_file,

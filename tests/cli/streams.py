@@ -115,6 +115,16 @@ class Streams(Case):
         self.assertIn(" %", text)
         self.assertEqual(json.loads(run(*arguments[:-1], "--json").stdout)["samples"], 400000)
 
+    def test_a_long_run_under_control_shows_how_far_it_is_on_a_terminal_only(self):
+        """A8."""
+        spec = os.path.join(CONFIGS, "3rrr.yaml")
+        arguments = ("control", spec, "-t", "cycloid", "-c", "none", "--samples", "60000", "--steps", "100000000")
+        code, text = on_terminal(*arguments)
+        self.assertEqual(code, 0)
+        self.assertIn("cycloid: ", text)
+        self.assertIn(" %", text)
+        self.assertEqual(run(*arguments, "--json").stderr.count(" %"), 0)
+
 
 if __name__ == "__main__":
     unittest.main()
