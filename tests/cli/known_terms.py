@@ -164,6 +164,17 @@ class KnownTerms(Case):
             (effort,) = (e for e in push["efforts"] if e["along"] is None)
             self.assertAlmostEqual(effort["peak"], force * ratio, places=4)
 
+    def test_terms_too_large_to_compute_with_end_the_command_and_do_not_crash_it(self):
+        """(A7) Lengths of 1e200 m in a spring, friction of 1e308: squares have no value any more."""
+        bent = self.write("long.yaml", PRESS.format(force=1, r=0.06, rod=0.25) +
+                          "springs: {s: {between: [ground.O, rod.P], stiffness: 10, free_length: 1e200}}\n")
+        done = run("conditions", bent, "--goal", "static")
+        self.assertEqual(done.returncode, 4, done.stdout)
+        self.assertIn("numbers overflow", done.stderr)
+        stuck = self.write("stuck.yaml", PRESS.format(force=1, r=0.06, rod=0.25).replace("rod: {mass: 1", "rod: {mass: {free: [1, 2]}") +
+                           "friction: {O: {viscous: 1e308}}\n")
+        self.assertIn(run("design", stuck, "--goal", "gyroscopic").returncode, (1, 4))
+
     def test_a_load_that_changes_over_time_stays(self):
         """(B1) Balanced is what it is at first; the change is named with its largest effort; in step they may cancel."""
         spec = self.arm("loads: {press: {on: link2, at: P3, table: [[0, 0, 0], [0.4, 0, -8], [1, 0, 0]]}}")

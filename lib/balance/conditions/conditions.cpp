@@ -16,6 +16,9 @@ namespace {
 constexpr int fewest_samples = 12, most_samples = 2000;
 constexpr int repetitions = 2;  ///< with more samples each, before the rank is called unclear
 
+/// Entries are of the order one in natural units; squares of such numbers have no value any more. False for NaN, too.
+bool within_reach(const MatrixX& rows) { return (rows.array().abs() < 1e100).all(); }
+
 template <class S>
 class Derivation {
  public:
@@ -43,6 +46,9 @@ class Derivation {
       if (!collect(rows, configuration, wanted, all))
         return refuse(ConditionsStatus::not_assembled,
                       "too few configurations were found in which the actuators hold the mechanism");
+      if (!within_reach(all) || !units.parameter.allFinite())
+        return refuse(ConditionsStatus::rank_unclear,
+                      "numbers overflow: terms of the conditions are larger than can be computed with");
       if (!reduce(without_extra(all, rows.parameters()), units.parameter, units.mass, order, out_)) continue;
       out_.status = ConditionsStatus::done;
       add_notes();

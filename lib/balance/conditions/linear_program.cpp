@@ -25,6 +25,12 @@ void LinearProgram::add_row(double low, const VectorX& row, double high) {
 
 namespace {
 
+/// Clp takes larger numbers for infinite, and ends the program where it meets one.
+constexpr double clp_infinity = 1e25;
+
+/// false for NaN, too
+bool clp_can_take(const Eigen::Ref<const MatrixX>& numbers) { return (numbers.array().abs() < clp_infinity).all(); }
+
 /// Clp stops at these violations of limits and optimality; its own default, 1e-7, is too coarse for a proof.
 constexpr double tolerance = 1e-10;
 
@@ -54,6 +60,7 @@ CoinPackedMatrix packed(const LinearProgram& program) {
 
 ProgramSolution minimize(const LinearProgram& program) {
   const Eigen::Index n = program.cost.size(), m = program.row_count();
+  if (!clp_can_take(program.cost) || !clp_can_take(program.rows.topRows(m))) return {};
   const auto lower = limits(program.lower, n), upper = limits(program.upper, n);
   const auto row_lower = limits(program.row_lower, m), row_upper = limits(program.row_upper, m);
   ClpSimplex model;

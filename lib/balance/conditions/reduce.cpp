@@ -141,6 +141,7 @@ bool reduce(const MatrixX& rows, const VectorX& units, double mass, const std::v
   conditions.pivots.clear();
   conditions.gap = 1 / std::numeric_limits<double>::epsilon();
   if (rows.rows() == 0 || rows.cwiseAbs().maxCoeff() == 0) return true;
+  if (!rows.allFinite()) return false;
 
   MatrixX compact = rows;
   if (rows.rows() > P) {
@@ -149,10 +150,11 @@ bool reduce(const MatrixX& rows, const VectorX& units, double mass, const std::v
   }
   const RightSingular svd = right_singular(compact);
   const int rank = rank_by_gap(svd.values, std::numeric_limits<double>::epsilon(), conditions);
-  if (rank < 0) return false;
+  if (rank < 0 || !svd.values.allFinite() || !svd.vectors.allFinite()) return false;
 
   MatrixX reduced = svd.vectors.leftCols(rank).transpose();
   conditions.pivots = choose_pivots(reduced, order);
+  if (static_cast<int>(conditions.pivots.size()) != rank) return false;
   echelon(reduced, conditions.pivots);
   conditions.rank = rank;
   conditions.matrix.resize(rank, P);
