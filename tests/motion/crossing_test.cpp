@@ -1,8 +1,8 @@
 // A singular configuration between two samples is found whatever the samples are, however many parts pass theirs at once, in the
 // plane and in space. The times come from closed forms: where crank and rod lie in one line the slider stands still.
 
-#include "balance/read/read_spec.hpp"
-#include "balance/study/simulate.hpp"
+#include "side_by_side.hpp"
+
 #include "balance/study/simulate_natural.hpp"
 
 #include <doctest/doctest.h>
@@ -10,91 +10,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <numbers>
 #include <string>
 #include <vector>
 
 namespace {
 
+using namespace side_by_side;
 using balance::MotionStatus;
-
-/// Crank of length r about the origin, rod of length l to a slider on the line y = offset; a four-bar where `base` is not zero: crank
-/// r, coupler l, rocker `rocker`, its pivot at (base, 0).
-struct Part {
-  double r = 0.1, l = 0.3, offset = 0, base = 0, rocker = 0;
-  double from = 1, to = -1;  ///< of the crank [rad]
-
-  bool four_bar() const { return base > 0; }
-
-  /// The crank's angle at which crank and rod are stretched.
-  double dead() const {
-    if (!four_bar()) return std::asin(offset / (r + l));
-    return std::acos((base * base + (r + l) * (r + l) - rocker * rocker) / (2 * base * (r + l)));
-  }
-  /// Slider's place or rocker's angle.
-  double output(double crank) const {
-    const double x = r * std::cos(crank), y = r * std::sin(crank);
-    if (!four_bar()) return x + std::sqrt(l * l - (offset - y) * (offset - y));
-    const double far = std::hypot(base - x, -y), along = std::atan2(-y, base - x);
-    const double turn = std::acos((far * far + l * l - rocker * rocker) / (2 * far * l));
-    return std::atan2(y + l * std::sin(along + turn), x + l * std::cos(along + turn) - base);
-  }
-};
-
-std::string exact(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.17g", value);
-  return text;
-}
-
-std::string point(double x, double y, bool space) { return "[" + exact(x) + ", " + exact(y) + (space ? ", 0]" : "]"); }
-
-std::string body(const std::string& name, double length, bool space) {
-  const std::string inertia = space ? "[0.002, 0.002, 0.002]" : "0.002";
-  return "  " + name + ": {mass: 1, com: " + point(length / 2, 0.01, space) + ", inertia: " + inertia +
-         ", points: {O: " + point(0, 0, space) + ", E: " + point(length, 0, space) + "}}\n";
-}
-
-/// As many mechanisms side by side, all driven by their cranks.
-/// @param at joints with a motor: X, the sliders and rockers, or A, the cranks, or both
-std::string spec(const std::vector<Part>& parts, bool space, const std::string& way = "law: uniform",
-                 const std::string& at = "X") {
-  std::string ground, bodies, joints, motors, from, to, assembly;
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    const Part& part = parts[k];
-    const std::string n = std::to_string(k), separator = k ? ", " : "";
-    const double y = static_cast<double>(k);
-    ground += "    O" + n + ": " + point(0, y, space) + "\n    P" + n + ": " +
-              point(part.base, part.four_bar() ? y : y + part.offset, space) + "\n";
-    bodies += body("c" + n, part.r, space) + body("r" + n, part.l, space) +
-              body("s" + n, part.four_bar() ? part.rocker : 0.02, space);
-    joints += "  A" + n + ": {type: revolute, connects: [ground.O" + n + ", c" + n + ".O]}\n";
-    joints += "  B" + n + ": {type: revolute, connects: [c" + n + ".E, r" + n + ".O]}\n";
-    if (part.four_bar()) {
-      joints += "  C" + n + ": {type: revolute, connects: [r" + n + ".E, s" + n + ".E]}\n";
-      joints += "  X" + n + ": {type: revolute, connects: [ground.P" + n + ", s" + n + ".O]}\n";
-    } else {
-      joints += "  C" + n + ": {type: revolute, connects: [r" + n + ".E, s" + n + ".O]}\n";
-      joints += "  X" + n + ": {type: prismatic, connects: [ground.P" + n + ", s" + n +
-                ".O], axis: " + point(1, 0, space) + "}\n";
-    }
-    for (const char joint : at) motors += (motors.empty() ? "" : ", ") + std::string(1, joint) + n;
-    from += separator + "A" + n + ": " + exact(part.from);
-    to += separator + "A" + n + ": " + exact(part.to);
-    assembly += separator + "A" + n + ": " + exact(part.from) + ", X" + n + ": " + exact(part.output(part.from));
-  }
-  return std::string("name: parts\nspace: ") + (space ? "spatial" : "planar") + "\ngravity: " + point(0, -9.81, space) +
-         "\nground:\n  points:\n" + ground + "bodies:\n" + bodies + "joints:\n" + joints + "actuators: [" + motors +
-         "]\nmotion: {duration: 1, samples: 101, from: {joints: {" + from + "}}, to: {joints: {" + to +
-         "}}}\ntrajectories: {go: {drive: joints, " + way + "}}\nassembly: {" + assembly + "}\n";
-}
-
-balance::MotionOutcome go(const balance::Study& study, long samples) {
-  balance::Trajectory trajectory = study.trajectories.front();
-  trajectory.samples = samples;
-  return balance::simulate(study.mechanism, trajectory).outcome;
-}
 
 double unit(std::uint64_t& seed) {
   seed = seed * 6364136223846793005u + 1442695040888963407u;
@@ -228,57 +151,6 @@ TEST_CASE("parallelograms that become flat at once gain a freedom, which is refu
         check_refused(balance::read_spec(spec(parts, space, "law: uniform", "A"), "parts.yaml"), flat, 1e-6,
                       MotionStatus::constraint_singularity);
       }
-}
-
-TEST_CASE("a dead centre of one motor that another one helps over is passed, at any sampling") {
-  for (const bool space : {false, true})
-    for (const long samples : {2L, 5L, 100L, 1001L}) {
-      const balance::Study study =
-          balance::read_spec(spec(std::vector<Part>(2), space, "law: uniform", "AX"), "parts.yaml");
-      const balance::MotionOutcome outcome = go(study, samples);
-      CHECK_MESSAGE(outcome.status == MotionStatus::done, outcome.reason);
-    }
-}
-
-TEST_CASE("a motion that comes near a singularity says so, and how good its figures are there (A1)") {
-  for (const bool space : {false, true}) {
-    Part part;
-    part.to = 1e-4;
-    const auto notes = go(balance::read_spec(spec({part}, space), "near.yaml"), 101).notes;
-    const auto near = [](const std::string& note) {
-      return note.find("comes near a singularity") != std::string::npos;
-    };
-    CHECK(std::any_of(notes.begin(), notes.end(), near));
-    part.to = 0.1;
-    const auto far = go(balance::read_spec(spec({part}, space), "far.yaml"), 101).notes;
-    CHECK(std::none_of(far.begin(), far.end(), near));
-  }
-}
-
-TEST_CASE("three parallel cranks out of line pass the change points of each pair") {
-  for (const bool space : {false, true}) {
-    const std::string z = space ? ", 0]" : "]", inertia = space ? "[0.01, 0.01, 0.01]" : "0.01";
-    const auto link = [&](const std::string& name, const std::string& points) {
-      return "  " + name + ": {mass: 1, com: [0.01, 0.02" + z + ", inertia: " + inertia + ", points: {" + points +
-             "}}\n";
-    };
-    const std::string crank = "O: [0, 0" + z + ", E: [0.1, 0" + z;
-    const std::string text =
-        std::string("name: cranks\nspace: ") + (space ? "spatial" : "planar") + "\ngravity: [0, -9.81" + z +
-        "\nground: {points: {O: [0, 0" + z + ", P: [0.3, 0" + z + ", Q: [0.15, 0.1" + z + "}}\nbodies:\n" +
-        link("c", crank) + link("d", crank) + link("e", crank) +
-        link("l", "O: [0, 0" + z + ", E: [0.3, 0" + z + ", F: [0.15, 0.1" + z) +
-        "joints:\n  A: {type: revolute, connects: [ground.O, c.O]}\n  B: {type: revolute, connects: [c.E, l.O]}\n"
-        "  C: {type: revolute, connects: [l.E, d.E]}\n  D: {type: revolute, connects: [ground.P, d.O]}\n"
-        "  E: {type: revolute, connects: [l.F, e.E]}\n  G: {type: revolute, connects: [ground.Q, e.O]}\n"
-        "actuators: [A]\nassembly: {A: 1, D: 1, G: 1, B: -1}\n"
-        "motion: {duration: 1, samples: 2, from: {joints: {A: 1}}, to: {joints: {A: -6}}}\n"
-        "trajectories: {go: {law: uniform, drive: joints}}\n";
-    for (const long samples : {2L, 10L, 101L}) {
-      const balance::MotionOutcome outcome = go(balance::read_spec(text, "cranks.yaml"), samples);
-      CHECK_MESSAGE(outcome.status == MotionStatus::done, outcome.reason);
-    }
-  }
 }
 
 TEST_CASE("natural coordinates refuse the same, at the same time (A1)") {

@@ -26,6 +26,11 @@ bool near_kept(const ColumnPivoting& factors, const MatrixX& now, const MatrixX&
   return relative.cwiseAbs().rowwise().sum().maxCoeff() <= limit;  // false for NaN
 }
 
+double smallest_singular_value(const MatrixX& matrix) {
+  if (matrix.cols() == 0) return 1;
+  return Eigen::JacobiSVD<MatrixX>(matrix).singularValues()[matrix.cols() - 1];
+}
+
 double TallMatrix::look(MatrixX matrix) {
   now_ = std::move(matrix);
   factors_.compute(now_);

@@ -16,6 +16,9 @@ double smallest_pivot(const ColumnPivoting& factors);
 /// @param factors of `now`
 bool near_kept(const ColumnPivoting& factors, const MatrixX& now, const MatrixX& kept, double limit);
 
+/// Of a matrix with at least as many rows as columns; 1 if it has none. Good to round-off of the largest one.
+double smallest_singular_value(const MatrixX& matrix);
+
 /// A matrix that is looked at again and again along a way.
 class TallMatrix {
  public:

@@ -98,9 +98,31 @@ template <class S>
 double Actuation<S>::look(const Equations<S>& equations) {
   if (closures_ == 0) return 1;
   if (regular_) return factorise(equations);
+  return grip_.look(grip_matrix(equations));
+}
+
+template <class S>
+double Actuation<S>::mobility(const Equations<S>& equations) const {
+  return closures_ == 0 ? 1 : smallest_singular_value(grip_matrix(equations));
+}
+
+template <class S>
+std::size_t Actuation<S>::spares() const {
+  return closures_ > 0 && static_cast<int>(actuated_.size()) > freedoms_ ? actuated_.size() : 0;
+}
+
+template <class S>
+VectorX Actuation<S>::strengths_without(std::size_t actuator, const Equations<S>& equations) const {
+  MatrixX matrix = grip_matrix(equations);
+  matrix.row(closures_ + static_cast<Eigen::Index>(actuator)).setZero();
+  return Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
+}
+
+template <class S>
+MatrixX Actuation<S>::grip_matrix(const Equations<S>& equations) const {
   MatrixX matrix(closures_ + static_cast<Eigen::Index>(actuated_.size()), columns_);
   matrix << closure_matrix(equations), selection(equations);
-  return grip_.look(std::move(matrix));
+  return matrix;
 }
 
 template <class S>

@@ -40,6 +40,10 @@ class Actuation : public Guard<S> {
   double look(const Equations<S>& equations) override;
   void keep() override;
   bool near_kept(double limit) override;
+  double mobility(const Equations<S>& equations) const override;
+  /// Actuators beyond the degrees of freedom.
+  std::size_t spares() const override;
+  VectorX strengths_without(std::size_t actuator, const Equations<S>& equations) const override;
 
  private:
   struct Selected {
@@ -59,6 +63,8 @@ class Actuation : public Guard<S> {
   bool project_general(const Equations<S>& equations, MatrixX& projection) const;
   MatrixX closure_matrix(const Equations<S>& equations) const;
   MatrixX selection(const Equations<S>& equations) const;
+  /// Closures, below them the selection.
+  MatrixX grip_matrix(const Equations<S>& equations) const;
 
   int columns_, closures_, freedoms_;
   bool regular_ = false;  ///< as many closures and actuators as coordinates, each actuator on its own

@@ -17,10 +17,6 @@ class Approach {
     trail_[2] = {pivot, time};
   }
 
-  /// The smallest pivot below near_singular, and when; near_singular if none was.
-  double nearest() const { return nearest_; }
-  double nearest_time() const { return nearest_time_; }
-
   /// When the pivot vanishes, going on like a power of the time left: 1/2 (the way leaves the workspace), 1 (crossed) or 2 (touched).
   /// @param found a time at which it has nearly vanished: the answer where the last moments follow none of them
   double vanishes(double found) const;
@@ -34,7 +30,7 @@ class Approach {
   static constexpr double well_known = 1e-5;
 
   std::array<Moment, 3> trail_;
-  double nearest_ = near_singular, nearest_time_ = 0;
+  double nearest_ = near_singular, nearest_time_ = 0;  ///< the smallest pivot so far
 };
 
 }  // namespace balance

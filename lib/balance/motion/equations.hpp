@@ -54,6 +54,13 @@ class Equations {
 
   /// Entry of the scaled matrix last filled.
   double entry(int row, int column) const { return redundant_ ? dense_(row, column) : sparse_.at(row, column); }
+  /// All of it.
+  MatrixX dense() const {
+    MatrixX matrix(rows(), columns());
+    for (int r = 0; r < rows(); ++r)
+      for (int c = 0; c < columns(); ++c) matrix(r, c) = entry(r, c);
+    return matrix;
+  }
 
  private:
   struct Entry {

@@ -3,6 +3,8 @@
 
 #include "balance/motion/equations.hpp"
 
+#include <cstddef>
+
 namespace balance {
 
 template <class S>
@@ -17,6 +19,14 @@ class Guard {
   virtual void keep() = 0;
   /// Whether every matrix on the straight way from the one kept to the one last looked at is regular; see Equations::near_kept.
   virtual bool near_kept(double limit) = 0;
+
+  /// The mobility that the motion would have if the guard's quantities drove it: the smallest singular value of the closures and their
+  /// rows. Remembers nothing. Equations: as above.
+  virtual double mobility(const Equations<S>& equations) const = 0;
+  /// How many of these quantities could be left out one at a time; 0 if none can.
+  virtual std::size_t spares() const = 0;
+  /// Singular values, largest first, of that matrix without one of the quantities: as many as columns where that has enough rows.
+  virtual VectorX strengths_without(std::size_t quantity, const Equations<S>& equations) const = 0;
 };
 
 }  // namespace balance

@@ -45,9 +45,10 @@ Stepper<S>::Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& pl
       equations_(tree, plan.drive, plan.redundant),
       round_off_(solved * ground_extent(mechanism)),
       state_(tree.nodes.size()),
-      bending_(bending_columns(tree, plan.drive)) {
+      bending_(bending_columns(tree, plan.drive)),
+      passages_(mechanism, tree, plan) {
   const int n = tree.columns;
-  for (Moment* moment : {&now_, &before_, &older_, &next_})
+  for (MotionMoment* moment : {&now_, &before_, &older_, &next_})
     moment->y.setZero(n), moment->dy.setZero(n), moment->ddy.setZero(n);
   predicted_.setZero(n);
   trial_.setZero(n);
@@ -76,7 +77,10 @@ bool Stepper<S>::begin() {
   }
   now_.y = trial_;
   differentiate(now_);
-  if (settle()) return true;
+  if (settle()) {
+    passages_.begin(now_, equations_, equations_.regularity(), hold_pivot_);
+    return true;
+  }
   stop(Attempt::not_held, 0);
   return false;
 }
@@ -86,9 +90,9 @@ template <class S>
 bool Stepper<S>::settle() {
   equations_.keep();
   if (guard_ == nullptr) return true;
-  const bool held = guard_->look(equations_) >= floor_;
+  hold_pivot_ = guard_->look(equations_);
   guard_->keep();
-  return held;
+  return hold_pivot_ >= floor_;
 }
 
 template <class S>
@@ -129,7 +133,9 @@ bool Stepper<S>::newton(VectorX& y) {
 template <class S>
 void Stepper<S>::predict(double time) {
   const double h = time - now_.time;
-  const auto equidistant = [h](const Moment& a, const Moment& b) { return std::abs(b.time - a.time - h) <= 1e-6 * h; };
+  const auto equidistant = [h](const MotionMoment& a, const MotionMoment& b) {
+    return std::abs(b.time - a.time - h) <= 1e-6 * h;
+  };
   const int known = past_ < 1 || !equidistant(before_, now_) ? 1 : past_ < 2 || !equidistant(older_, before_) ? 2 : 3;
   const double hh = h * h;
   for (int c = 0; c < tree_.columns; ++c) {
@@ -171,7 +177,7 @@ typename Stepper<S>::Attempt Stepper<S>::step(double time) {
 /// How far the mechanism turns on the way to the next moment [rad, characteristic lengths]: the most of any coordinate that matters, by the
 /// rates at both ends too, for it may turn back in between.
 template <class S>
-double Stepper<S>::turned(const Moment& next) const {
+double Stepper<S>::turned(const MotionMoment& next) const {
   const double h = next.time - now_.time;
   const std::vector<double>& scale = equations_.column_scale();
   double most = 0;
@@ -184,13 +190,15 @@ double Stepper<S>::turned(const Moment& next) const {
 
 /// Could a watched matrix have been singular since the present moment? The equations are those of the next one.
 template <class S>
-typename Stepper<S>::Attempt Stepper<S>::judge(const Moment& next) {
-  const double way = turned(next), bend = way * way;  // h²/8 of second derivatives, three turns in a chain
+typename Stepper<S>::Attempt Stepper<S>::judge(const MotionMoment& next) {
+  way_ = turned(next);
+  const double bend = way_ * way_;  // h²/8 of second derivatives, three turns in a chain
   if (!(bend <= most_bend * equations_.regularity()) || !equations_.near_kept(most_change)) return Attempt::singular;
   if (guard_ != nullptr) {
-    const double pivot = guard_->look(equations_);
-    if (!(pivot >= floor_ && bend <= most_bend * pivot && guard_->near_kept(most_change))) return Attempt::not_held;
-    hold_approach_.see(pivot, next.time);
+    hold_pivot_ = guard_->look(equations_);
+    if (!(hold_pivot_ >= floor_ && bend <= most_bend * hold_pivot_ && guard_->near_kept(most_change)))
+      return Attempt::not_held;
+    hold_approach_.see(hold_pivot_, next.time);
   }
   approach_.see(equations_.regularity(), next.time);
   return Attempt::done;
@@ -202,11 +210,14 @@ typename Stepper<S>::Attempt Stepper<S>::accept() {
   std::swap(before_, now_);
   std::swap(now_, next_);
   past_ = std::min(past_ + 1, 2);
+  passages_.see(now_, equations_, equations_.regularity(), hold_pivot_, way_);
   if (turn_balls_back(1)) {  // same configuration, other coordinates
     if (!newton(now_.y)) return Attempt::no_convergence;
     differentiate(now_);
     past_ = 0;
-    return settle() ? Attempt::done : Attempt::not_held;
+    if (!settle()) return Attempt::not_held;
+    passages_.restart(now_, equations_, equations_.regularity(), hold_pivot_);
+    return Attempt::done;
   }
   equations_.keep();
   if (guard_ != nullptr) guard_->keep();
@@ -227,7 +238,7 @@ bool Stepper<S>::turn_balls_back(double limit) {
 }
 
 template <class S>
-void Stepper<S>::differentiate(Moment& moment) {
+void Stepper<S>::differentiate(MotionMoment& moment) {
   std::copy_n(rates_.data(), tree_.columns, moment.dy.data());
   angular_velocities(tree_, moment.dy.data(), state_);
   if (tree_.slides) origin_velocities(tree_, moment.dy.data(), state_);

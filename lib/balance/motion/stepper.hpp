@@ -3,8 +3,7 @@
 /// then velocities and accelerations from the same factorised matrix. Private to motion and dynamics.
 
 #include "balance/motion/approach.hpp"
-#include "balance/motion/guard.hpp"
-#include "balance/motion/plan.hpp"
+#include "balance/motion/passages.hpp"
 
 #include <cmath>
 #include <string>
@@ -20,7 +19,10 @@ class Stepper {
   Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& plan);
 
   /// Another matrix to be watched, from begin() on; it must outlive the stepper.
-  void watch(Guard<S>& guard) { guard_ = &guard; }
+  void watch(Guard<S>& guard) {
+    guard_ = &guard;
+    passages_.watch(guard);
+  }
 
   /// Time 0. Also true of advance: on false outcome() says why, and the last good configuration stays.
   bool begin();
@@ -36,8 +38,8 @@ class Stepper {
   double duration() const { return plan_.schedule->duration(); }  ///< of the whole motion [s]
   int iterations() const { return iterations_; }
   const MotionOutcome& outcome() const { return outcome_; }
-  /// How near the way has come to singularities; empty if it stays away from them.
-  std::vector<std::string> notes() const;
+  /// How near the way so far has come to singularities, and what it has passed; see Passages.
+  std::vector<std::string> notes() { return passages_.notes(); }
   const Equations<S>& equations() const { return equations_; }
 
   /// No equation has to be solved: every coordinate is prescribed. Then state() holds nothing.
@@ -49,11 +51,6 @@ class Stepper {
   double mobility();
 
  private:
-  struct Moment {
-    double time = 0;
-    VectorX y, dy, ddy;
-  };
-
   enum class Attempt {
     done,
     no_convergence,
@@ -65,12 +62,12 @@ class Stepper {
   Attempt step(double time);
   bool newton(VectorX& y);
   void predict(double time);
-  void differentiate(Moment& moment);
-  Attempt judge(const Moment& next);
+  void differentiate(MotionMoment& moment);
+  Attempt judge(const MotionMoment& next);
   Attempt accept();
   bool settle();
   void locate(Attempt attempt, double smallest);
-  double turned(const Moment& next) const;
+  double turned(const MotionMoment& next) const;
   bool turn_balls_back(double limit);
   void set_direct(double time);
   void stop(Attempt attempt, double smallest);
@@ -88,7 +85,10 @@ class Stepper {
   std::vector<int> bending_;           ///< columns on which the matrix depends
   double floor_ = least_regularity;    ///< smallest pivot that counts as regular
   Approach approach_, hold_approach_;  ///< of the matrix that determines the motion, of the guarded one
-  Moment now_, before_, older_, next_;
+  Passages<S> passages_;
+  double way_ = 0;         ///< how far the step last judged turns the mechanism
+  double hold_pivot_ = 1;  ///< of the guarded matrix, at its end
+  MotionMoment now_, before_, older_, next_;
   int past_ = 0;              ///< how many of before_, older_ continue smoothly into now_
   double stride_ = INFINITY;  ///< step to be tried next [s]
   int iterations_ = 0;

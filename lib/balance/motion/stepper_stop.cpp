@@ -12,10 +12,7 @@ namespace balance {
 template <class S>
 double Stepper<S>::mobility() {
   if (direct_) return 1;
-  const int rows = equations_.rows(), n = tree_.columns;
-  MatrixX matrix(rows, n);
-  for (int r = 0; r < rows; ++r)
-    for (int c = 0; c < n; ++c) matrix(r, c) = equations_.entry(r, c);
+  const MatrixX matrix = equations_.dense();
   const MatrixX normal = matrix.transpose() * matrix;
   const double smallest = Eigen::SelfAdjointEigenSolver<MatrixX>(normal, Eigen::EigenvaluesOnly).eigenvalues()[0];
   return std::sqrt(std::max(0.0, smallest));
@@ -31,7 +28,7 @@ void Stepper<S>::locate(Attempt attempt, double smallest) {
   floor_ = hold ? 1e-11 : 2e-8;
   const auto pivot = [&] { return hold ? guard_->look(equations_) : equations_.regularity(); };
   double size = smallest, least = INFINITY;
-  Moment nearest = now_;
+  MotionMoment nearest = now_;
   while (now_.time < duration) {
     const double next = duration - now_.time < 1.5 * size ? duration : now_.time + size;
     if (step(next) == Attempt::done) {
@@ -93,21 +90,8 @@ std::pair<MotionStatus, const char*> Stepper<S>::diagnose(Attempt attempt) {
   return {MotionStatus::assembly_jump, "the motion could only go on by a jump to another assembly mode"};
 }
 
-template <class S>
-std::vector<std::string> Stepper<S>::notes() const {
-  std::vector<std::string> notes;
-  const auto add = [&](const char* what, const Approach& approach) {
-    if (approach.nearest() < near_singular)
-      notes.push_back(passes_near(what, approach.nearest(), approach.nearest_time()));
-  };
-  add("a singularity of the motion", approach_);
-  add("a singularity of actuation", hold_approach_);
-  return notes;
-}
-
-#define BALANCE_INSTANTIATE(S)                                 \
-  template double Stepper<S>::mobility();                      \
-  template std::vector<std::string> Stepper<S>::notes() const; \
+#define BALANCE_INSTANTIATE(S)            \
+  template double Stepper<S>::mobility(); \
   template void Stepper<S>::stop(Stepper<S>::Attempt, double);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)

@@ -1,8 +1,29 @@
 #include "balance/motion/wording.hpp"
 
+#include <cstddef>
 #include <cstdio>
 
 namespace balance {
+
+namespace {
+
+/// "t = 0.1, 0.2 s"; of many the first and the last.
+std::string times_text(const std::vector<double>& times) {
+  constexpr std::size_t most = 6;
+  std::string text = "t = ";
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    if (times.size() > most && k == most - 1) {
+      text += ", … (" + std::to_string(times.size()) + " times)";
+      k = times.size() - 1;
+    }
+    char number[32];
+    std::snprintf(number, sizeof number, "%.6g", times[k]);
+    text += (k == 0 ? "" : ", ") + std::string(number);
+  }
+  return text + " s";
+}
+
+}  // namespace
 
 std::string at_time(double time) {
   char text[64];
@@ -19,14 +40,25 @@ MotionOutcome no_longer_held(double time, const std::string& configuration) {
           {}};
 }
 
-std::string passes_near(const std::string& what, double distance, double time) {
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "comes near %s at t = %.6g s, to %.2g of a regular configuration: rates and forces are large there and "
-                "good to about "
-                "%.0e of their size",
-                what.c_str(), time, distance, 1e-16 / (distance * distance));
+std::string passes_near(NearWhat what, double mobility, double time) {
+  char text[240];
+  std::snprintf(
+      text, sizeof text,
+      "comes near a singularity of %s at t = %.6g s, where the mobility%s goes down to %.3g: rates and forces "
+      "are large there and good to about %.0e of their size",
+      what == NearWhat::motion ? "the motion" : "actuation", time,
+      what == NearWhat::motion ? "" : " under the actuators", mobility, 1e-16 / (mobility * mobility));
   return text;
+}
+
+std::string passes_change_point(const std::string& loop, const std::vector<double>& times) {
+  return "passes a change point of the loop " + loop + " at " + times_text(times) +
+         ": harmless, since other closures keep the motion determinate there";
+}
+
+std::string passes_without(const std::string& actuator, const std::vector<double>& times) {
+  return "passes a singularity of the actuators other than " + actuator + " at " + times_text(times) +
+         ": harmless, since " + actuator + " helps them to hold the mechanism there";
 }
 
 MotionOutcome numbers_overflow(double time, const std::string& what) {

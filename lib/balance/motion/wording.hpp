@@ -6,6 +6,7 @@
 #include "balance/motion/motion.hpp"
 
 #include <string>
+#include <vector>
 
 namespace balance {
 
@@ -17,8 +18,14 @@ std::string at_time(double time);
 /// @param configuration see configuration_text(); may be empty
 MotionOutcome no_longer_held(double time, const std::string& configuration);
 
-/// @param distance smallest pivot of the matrix that becomes singular
-std::string passes_near(const std::string& what, double distance, double time);
+enum class NearWhat { motion, actuation };
+/// @param mobility least there: smallest singular value of the matrix that becomes singular
+std::string passes_near(NearWhat what, double mobility, double time);
+
+/// @param loop names of its joints @param times at which it loses rank on its own [s], not empty
+std::string passes_change_point(const std::string& loop, const std::vector<double>& times);
+/// @param actuator without which the others would not hold the mechanism
+std::string passes_without(const std::string& actuator, const std::vector<double>& times);
 
 /// The end of a run whose numbers grew too large to be computed with. @param time [s] @param what grew: "torque[A1]"
 MotionOutcome numbers_overflow(double time, const std::string& what);
