@@ -110,14 +110,24 @@ TEST_CASE("changes drop what round-off leaves, but not what is small") {
   auto changes = list_changes(c);
   REQUIRE(changes.size() == 4);
   CHECK(changes[2].after == 0);
-  c.after.metrics[1].peak = 1e-5;  // 1e-9 of what it was is 8e-7
-  CHECK(list_changes(c)[2].after == 1e-5);
+  c.after.metrics[1].peak = 1e-11;  // the terms before leave 2e-12
+  CHECK(list_changes(c)[2].after == 1e-11);
   std::swap(c.before, c.after);
   c.after.metrics[1].rms = 7;
   c.before.metrics[1].rms = 1e-13;
   changes = list_changes(c);
   CHECK(changes[3].before == 0);
   CHECK(changes[3].after == 7);
+}
+
+TEST_CASE("a design tells what a user should know of the motions before and after (A1)") {
+  DesignView view = sample::design();
+  view.report.comparisons[0].before.outcome.notes = {"both", "first"};
+  view.report.comparisons[0].after.outcome.notes = {"both", "then"};
+  CHECK(design_text(view).find("note: both\nnote, before: first\nnote, after: then\n") != std::string::npos);
+  const auto json = nlohmann::json::parse(design_json(view, {}))["trajectories"][0];
+  CHECK(json["before"]["notes"] == nlohmann::json({"both", "first"}));
+  CHECK(json["after"]["notes"] == nlohmann::json({"both", "then"}));
 }
 
 TEST_CASE("objectives in words, with their units") {

@@ -181,7 +181,7 @@ class CaseRun {
       throw Unable(outcome.reason.empty() ? outcome.conditions.reason : outcome.reason);
     record_.design = {name_of(outcome.status), outcome.reason, report.mass_before, report.mass_after,
                       report.added_mass};
-    record_.notes = report.notes;
+    record_.notes = report.notes;  // those of the designed motion come with its own run
     const std::string text = balanced_spec(space.start, outcome.x);
     PendingFile file(path_of(balanced_file(wanted_.name)), Existing::replace, temporary_mark);
     file.write(text);

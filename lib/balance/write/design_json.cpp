@@ -39,7 +39,7 @@ Json proof_json(const DesignView& view) {
 }
 
 Json run_json(const Result& result) {
-  Json json = {{"outcome", outcome_json(result.outcome)}, {"metrics", Json::array()}};
+  Json json = {{"outcome", outcome_json(result.outcome)}, {"notes", result.outcome.notes}, {"metrics", Json::array()}};
   for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));
   if (result.outcome.status == MotionStatus::done) json["energy"] = result.energy;
   return json;

@@ -187,6 +187,19 @@ std::string cost_text(const DesignReport& report) {
              amount(report.added_inertia, report.inertia_after), report.inertia_before, report.inertia_after);
 }
 
+/// What a user should know of the motion, once where before and after say the same.
+std::string rerun_notes(const TrajectoryComparison& comparison) {
+  const auto &before = comparison.before.outcome.notes, &after = comparison.after.outcome.notes;
+  const auto has = [](const std::vector<std::string>& notes, const std::string& note) {
+    return std::find(notes.begin(), notes.end(), note) != notes.end();
+  };
+  std::string text;
+  for (const std::string& note : before) text += fmt::format("note{}: {}\n", has(after, note) ? "" : ", before", note);
+  for (const std::string& note : after)
+    if (!has(before, note)) text += fmt::format("note, after: {}\n", note);
+  return text;
+}
+
 std::string comparison_text(const TrajectoryComparison& comparison) {
   std::string text = fmt::format("\ntrajectory {}\n", comparison.trajectory);
   const bool moved =
@@ -194,7 +207,7 @@ std::string comparison_text(const TrajectoryComparison& comparison) {
   for (const auto& [when, result] : {std::pair("before", &comparison.before), std::pair("after", &comparison.after)})
     if (result->outcome.status != MotionStatus::done)
       text += fmt::format("cannot be followed {}: {}\n", when, result->outcome.reason);
-  if (!moved) return text;
+  if (!moved) return text + rerun_notes(comparison);
   Table table{{"quantity", "unit", "peak before", "after", "ratio", "rms before", "after", "ratio"}, {}, {}};
   table.align.assign(table.heading.size(), Align::right);
   table.align[0] = table.align[1] = Align::left;
@@ -211,7 +224,7 @@ std::string comparison_text(const TrajectoryComparison& comparison) {
     }
     table.rows.push_back(std::move(row));
   }
-  return table.rows.empty() ? text : text + format_table(table);
+  return (table.rows.empty() ? text : text + format_table(table)) + rerun_notes(comparison);
 }
 
 std::string notes_text(const DesignView& view) {

@@ -1,9 +1,10 @@
 #include "balance/write/design_view.hpp"
 
+#include "balance/study/round_off.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace balance {
@@ -33,20 +34,10 @@ bool is_shown(const std::string& quantity) {
   return quantity.starts_with("torque") || quantity.starts_with("shaking_");
 }
 
-/// Forces that are this much smaller than all others of the same trajectory are what round-off leaves.
-constexpr double round_off = 1e-13, vanished = 1e-9;
-
 const Metric* find(const Result& result, const std::string& quantity) {
   for (const Metric& metric : result.metrics)
     if (metric.quantity == quantity) return &metric;
   return nullptr;
-}
-
-double largest_peak(const Result& result) {
-  double largest = 0;
-  for (const Metric& metric : result.metrics)
-    if (is_shown(metric.quantity)) largest = std::max(largest, metric.peak);
-  return largest;
 }
 
 }  // namespace
@@ -89,17 +80,15 @@ int at_bound(const FreeNumber& number, double value) {
 std::vector<Change> list_changes(const TrajectoryComparison& comparison) {
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   const Result &before = comparison.before, &after = comparison.after;
-  const double floor = round_off * std::max(largest_peak(before), largest_peak(after));
-  const auto clean = [&](double value, double other) {
-    return std::abs(value) <= floor || std::abs(value) <= vanished * std::abs(other) ? 0 : value;
-  };
   std::vector<Change> changes;
   for (const Metric& metric : (before.metrics.empty() ? after : before).metrics) {
     if (!is_shown(metric.quantity)) continue;
     const Metric *old = find(before, metric.quantity), *fresh = find(after, metric.quantity);
+    // what the terms of either mechanism leave of zero
+    const double round_off = std::max(old != nullptr ? old->round_off : 0, fresh != nullptr ? fresh->round_off : 0);
     const auto add = [&](const char* figure, double Metric::*value) {
       const double was = old != nullptr ? old->*value : unknown, is = fresh != nullptr ? fresh->*value : unknown;
-      changes.push_back({metric.quantity, metric.unit, figure, clean(was, is), clean(is, was)});
+      changes.push_back({metric.quantity, metric.unit, figure, above(round_off, was), above(round_off, is)});
     };
     add("peak", &Metric::peak);
     add("rms", &Metric::rms);
