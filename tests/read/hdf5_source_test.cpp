@@ -2,7 +2,6 @@
 
 #include "balance/read/hdf5_source.hpp"
 #include "balance/read/hdf5_server.hpp"
-#include "balance/read/printable.hpp"
 #include "balance/read/wire.hpp"
 
 #include <doctest/doctest.h>
@@ -103,16 +102,4 @@ TEST_CASE("messages that are too short or too long are refused (C2)") {
   ::shutdown(silent.ends[0], SHUT_RDWR);
   CHECK_THROWS_AS(Wire(silent.ends[1]).receive(100), WireBroken);
   CHECK_THROWS_AS(Wire(silent.ends[0]).send(message), WireBroken);
-}
-
-TEST_CASE("texts of strangers are made printable (C2)") {
-  CHECK(printable("link1.mx, Gelenk ä, 連桿 𝒜") == "link1.mx, Gelenk ä, 連桿 𝒜");
-  const std::string mark = "\uFFFD";
-  CHECK(printable("a\x1b[2J\nb\x7f") == "a" + mark + "[2J" + mark + "b" + mark);
-  CHECK(printable("\u202Eabc\u2028\uFEFF\u0085") == mark + "abc" + mark + mark + mark);
-  CHECK(printable("\xC0\x80 \xED\xA0\x80 \xF5\x80\x80\x80 \xE2\x82") ==
-        mark + mark + " " + mark + mark + mark + " " + mark + mark + mark + mark + " " + mark + mark);
-  CHECK(is_text("a\n\tb \x1b"));
-  CHECK_FALSE(is_text(std::string_view("a\0b", 3)));
-  CHECK_FALSE(is_text("\xFF"));
 }

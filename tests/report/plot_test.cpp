@@ -152,8 +152,9 @@ TEST_CASE("no two of the first six pens look alike on a grey printer") {
 
 TEST_CASE("no text can be a command") {
   CHECK(gnuplot_quoted("it's") == "'it''s'");
-  CHECK(gnuplot_quoted("a\nb\tc") == "'a b c'");
-  CHECK(gnuplot_quoted("µ\xff²\xc2") == "'µ?²?'");
+  CHECK(gnuplot_quoted("a\nb\tc") == "'a\\x0ab\\x09c'");
+  CHECK(gnuplot_quoted("µ\xff²\xc2") == "'µ\\xff²\\xc2'");
+  CHECK(gnuplot_quoted("a\u202Eb\u2066c") == "'a<U+202E>b<U+2066>c'");
   const std::string script = script_of({"torque"}, "'; system 'touch x'; '`touch x`\n!touch x");
   for (const char* begin : {"\n!", "\nsystem", "\ntouch"}) CHECK(count(script, begin) == 0);
   CHECK(count(script, "output") == 0);  // it names no file

@@ -36,6 +36,17 @@ TEST_CASE("a report counts what became of its cases") {
 )");
 }
 
+TEST_CASE("nothing in a file of results turns the direction of writing (C8)") {
+  TestCase one;
+  one.name = "a\u202Eb";
+  one.output = "two\nlines\u2066\x1b";
+  const std::string xml = junit_xml("s\u200Fs", {{"suite\u061C", {one}}});
+  CHECK(xml.find("name=\"a&lt;U+202E&gt;b\"") != std::string::npos);
+  CHECK(xml.find("lines&lt;U+2066&gt;\\x1b") != std::string::npos);
+  CHECK(xml.find("s&lt;U+200F&gt;s") != std::string::npos);
+  CHECK(xml.find("suite&lt;U+061C&gt;") != std::string::npos);
+}
+
 TEST_CASE("texts become what XML can hold") {
   CHECK(xml_text("a < b && c > \"d\"") == "a &lt; b &amp;&amp; c &gt; &quot;d&quot;");
   CHECK(xml_text("two\nlines\t\r") == "two&#10;lines&#9;&#13;");

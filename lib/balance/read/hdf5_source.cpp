@@ -1,10 +1,10 @@
 #include "balance/read/hdf5_source.hpp"
 
 #include "balance/base/hdf5_turn.hpp"
+#include "balance/base/plain_text.hpp"
 #include "balance/base/seal.hpp"
 #include "balance/read/hdf5_server.hpp"
 #include "balance/read/nearest.hpp"
-#include "balance/read/printable.hpp"
 
 #include <fmt/format.h>
 
@@ -77,7 +77,7 @@ Message Hdf5Source::ask(const Message& question, std::size_t most) const {
     Message answer = wire.receive(most + longest_complaint);
     if (answer.take_number() == 1) return answer;
     const std::string complaint = answer.take_text();
-    throw Hdf5Error(printable(std::string_view(complaint).substr(0, longest_complaint)));
+    throw Hdf5Error(visible(std::string_view(complaint).substr(0, longest_complaint)));
   } catch (const WireBroken&) {
     damaged();
   }
@@ -154,9 +154,8 @@ std::vector<std::string> Hdf5Source::labels(const Message& question, const std::
       throw Hdf5Error(fmt::format("{}: expected at most {} names, found {}", in_quotes(path), limits_.labels, count));
     for (std::uint64_t i = 0; i < count; ++i) {
       texts.push_back(answer.take_text());
-      if (texts.back().size() > limits_.label || printable(texts.back()) != texts.back())
-        throw Hdf5Error(
-            fmt::format("{}: expected names, found {}", in_quotes(path), in_quotes(printable(texts.back()))));
+      if (texts.back().size() > limits_.label || visible(texts.back()) != texts.back())
+        throw Hdf5Error(fmt::format("{}: expected names, found {}", in_quotes(path), in_quotes(visible(texts.back()))));
     }
   } catch (const WireBroken&) {
     damaged();
@@ -177,7 +176,7 @@ std::optional<std::string> Hdf5Source::text_attribute(const std::string& path, c
     Message answer = ask(question_about(Hdf5Question::text_attribute, path, name, limits_.text), limits_.text);
     if (answer.take_number() == 0) return std::nullopt;
     std::string text = answer.take_text();
-    if (!is_text(text))
+    if (!is_utf8(text) || text.find('\0') != std::string::npos)
       throw Hdf5Error(fmt::format("attribute {}: expected UTF-8, found something else", in_quotes(name)));
     return text;
   } catch (const WireBroken&) {

@@ -1,9 +1,9 @@
 #include "balance/read/result_file.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/base/plain_text.hpp"
 #include "balance/read/hdf5_source.hpp"
 #include "balance/read/nearest.hpp"
-#include "balance/read/printable.hpp"
 #include "balance/study/result_layout.hpp"
 #include "balance/study/round_off.hpp"
 
@@ -199,7 +199,7 @@ RunFile read_run(const Hdf5Source& file, const Place& place) {
   check_group(file, place.group);
   const auto whole = [&](const char* attribute) { return file.text_attribute("", attribute).value_or(""); };
   const auto line = [&](const std::string& group, const char* attribute) {
-    return read::printable(file.text_attribute(group, attribute).value_or(""));
+    return visible(file.text_attribute(group, attribute).value_or(""));
   };
   RunFile run{.path = place.path,
               .group = place.group,

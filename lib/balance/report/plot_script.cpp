@@ -1,5 +1,6 @@
 #include "balance/report/plot_script.hpp"
 
+#include "balance/base/plain_text.hpp"
 #include "balance/report/plot_layout.hpp"
 
 #include <fmt/format.h>
@@ -177,32 +178,11 @@ std::string panel_text(const Picture& picture, std::size_t index, const PageLayo
   return text + plot_command(panel, index) + "unset label\nunset arrow\n";
 }
 
-/// Length in bytes of the UTF-8 letter that the text begins with; 0 if it is none.
-std::size_t letter_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const std::size_t length = byte(0) < 0x80 ? 1 : byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : byte(0) >= 0xc2 ? 2 : 0;
-  if (length == 0 || length > text.size() || byte(0) > 0xf4) return 0;
-  for (std::size_t i = 1; i < length; ++i)
-    if ((byte(i) & 0xc0) != 0x80) return 0;
-  return length;
-}
-
 }  // namespace
 
 std::string gnuplot_quoted(std::string_view text) {
   std::string quoted = "'";
-  while (!text.empty()) {
-    const std::size_t length = letter_length(text);
-    const auto first = static_cast<unsigned char>(text.front());
-    if (length == 0) {
-      quoted += '?';
-    } else if (first < 0x20 || first == 0x7f) {
-      quoted += ' ';
-    } else {
-      quoted += first == '\'' ? "''" : text.substr(0, length);
-    }
-    text.remove_prefix(std::max<std::size_t>(length, 1));
-  }
+  for (const char c : visible(text)) quoted += c == '\'' ? "''" : std::string(1, c);
   return quoted + "'";
 }
 

@@ -1,5 +1,6 @@
 #include "balance/write/junit.hpp"
 
+#include "balance/base/plain_text.hpp"
 #include "balance/write/xml_text.hpp"
 
 #include <fmt/format.h>
@@ -12,7 +13,7 @@ namespace {
 using Status = TestCase::Status;
 
 std::string attribute(const char* name, const std::string& value) {
-  return fmt::format(" {}=\"{}\"", name, xml_text(value));
+  return fmt::format(" {}=\"{}\"", name, xml_text(visible_lines(value)));
 }
 
 std::string attribute(const char* name, double seconds) { return fmt::format(" {}=\"{:.6f}\"", name, seconds); }
@@ -33,7 +34,8 @@ std::string totals(const std::vector<TestCase>& cases, bool skipped) {
 std::string trouble(const char* element, const TestCase& one) {
   const std::string start = fmt::format("      <{}{}{}", element, attribute("message", one.message),
                                         attribute("type", one.kind.empty() ? element : one.kind));
-  return one.details.empty() ? start + "/>\n" : fmt::format("{}>{}</{}>\n", start, xml_text(one.details), element);
+  return one.details.empty() ? start + "/>\n"
+                             : fmt::format("{}>{}</{}>\n", start, xml_text(visible_lines(one.details)), element);
 }
 
 std::string content(const TestCase& one) {
@@ -41,7 +43,8 @@ std::string content(const TestCase& one) {
   if (one.status == Status::failed) text += trouble("failure", one);
   if (one.status == Status::error) text += trouble("error", one);
   if (one.status == Status::skipped) text += fmt::format("      <skipped{}/>\n", attribute("message", one.message));
-  if (!one.output.empty()) text += fmt::format("      <system-out>{}</system-out>\n", xml_text(one.output));
+  if (!one.output.empty())
+    text += fmt::format("      <system-out>{}</system-out>\n", xml_text(visible_lines(one.output)));
   return text;
 }
 
