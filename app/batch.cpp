@@ -87,7 +87,7 @@ ExitCode report(const Plan& plan, BatchOutcome outcome, const BatchCommandOption
     print(summary_json(summary));
   } else if (!options.quiet) {
     std::string text = summary_text(summary);
-    for (const std::string& file : files) text += "written: " + file + "\n";
+    for (const std::string& file : files) text += written_line(file);
     print_text(text);
   }
   return static_cast<ExitCode>(summary.exit_code());

@@ -88,7 +88,7 @@ ExitCode run(const CompareOptions& options) {
     print_text(content);
   } else {
     write_file(options, content);
-    if (!options.quiet) print_beside({options.output}, verdicts_text(verdicts) + "written: " + options.output + "\n");
+    if (!options.quiet) print_beside({options.output}, verdicts_text(verdicts) + written_line(options.output));
   }
   // A table of values has no place for them.
   const bool shown = options.output.empty() ? format != ComparisonFormat::csv : !options.quiet;

@@ -36,6 +36,10 @@ void print_beside(const std::vector<std::string>& files, const std::string& text
   std::fputs(visible_lines(text).c_str(), stderr);
 }
 
+std::string written_line(const std::string& file, const std::string& what) {
+  return file == standard_output ? "" : what + ": " + file + "\n";
+}
+
 void tell(const std::string& text) { std::fprintf(stderr, "%s\n", visible_lines(text).c_str()); }
 
 }  // namespace balance::app

@@ -18,6 +18,9 @@ void print_text(const std::string& text);
 /// What is told of a run that wrote files: on stdout, or on stderr where stdout took one of them. Spelt out like that.
 void print_beside(const std::vector<std::string>& files, const std::string& text);
 
+/// "written: a.h5" and a line feed; nothing for standard output.
+std::string written_line(const std::string& file, const std::string& what = "written");
+
 /// Writes a line to stderr, spelt out like that. A message that cannot be delivered is lost.
 void tell(const std::string& text);
 

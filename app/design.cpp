@@ -50,10 +50,9 @@ ExitCode run(const DesignCommandOptions& options) {
     print(design_json(view, files));
   } else if (!options.quiet) {
     std::string text = design_text(view);
-    for (const std::string& file : files)
-      if (file != standard_output)
-        text += (&file == &files.front() ? "\nwritten" : "written") + std::string(done ? ": " : ", not balanced: ") +
-                file + "\n";
+    std::string lines;
+    for (const std::string& file : files) lines += written_line(file, done ? "written" : "written, not balanced");
+    if (!lines.empty()) text += "\n" + lines;
     print_beside(files, text);
   }
   return done ? ExitCode::done : ExitCode::not_met;

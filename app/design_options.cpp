@@ -90,7 +90,8 @@ DesignStudyOptions study_options(const DesignCommandOptions& options, const Stud
   result.without = choose_without(options.goal, study.mechanism);
   result.minimize = choose_objective(options.minimize, study);
   // without a goal there must be something else to design for
-  result.goals = choose_goals(options.goal, study, result.minimize.empty() && study.design.minimize.empty());
+  const bool nothing = result.minimize.empty() && study.design.minimize.empty();
+  result.goals = choose_goals(options.goal, study, nothing ? WithoutGoal::needs_minimize : WithoutGoal::is_enough);
   result.search = study.design.search;
   choose_algorithm(options.algorithm, result.search);
   if (options.goal.seed) result.search.seed = *options.goal.seed;

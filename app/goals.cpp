@@ -36,7 +36,7 @@ void add_goal_options(CLI::App& parser, GoalOptions& o) {
   parser.add_option("--seed", o.seed, "of random configurations and searches")->type_name("N");
 }
 
-std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, bool needed) {
+std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, WithoutGoal without) {
   std::vector<Goal> goals;
   for (const std::string& name : options.goals) {
     const std::optional<Goal> goal = find_goal(name);
@@ -47,9 +47,14 @@ std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, b
     if (std::find(goals.begin(), goals.end(), *goal) == goals.end()) goals.push_back(*goal);
   }
   if (goals.empty()) goals = study.design.goals;
-  if (goals.empty() && needed) {
+  if (goals.empty() && without == WithoutGoal::needs_goal) {
     throw UsageError(
         fmt::format("{} has no design: goal, so --goal is needed: {}", study.spec_file, read::one_of(goal_names())));
+  }
+  if (goals.empty() && without == WithoutGoal::needs_minimize) {
+    throw UsageError(
+        fmt::format("{} has neither design: goal nor design: minimize, so --goal ({}) or --minimize is needed",
+                    study.spec_file, read::one_of(goal_names())));
   }
   return goals;
 }

@@ -20,10 +20,17 @@ struct GoalOptions {
 
 void add_goal_options(CLI::App& parser, GoalOptions& options);
 
+/// What is asked for where there is no goal.
+enum class WithoutGoal {
+  needs_goal,
+  needs_minimize,  ///< a goal or something to minimize
+  is_enough
+};
+
 /// The goals that the options name, or else the spec's.
-/// @param needed there must be one
-/// @throws UsageError for a name that does not exist, or if there is none at all although it is needed
-std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, bool needed = true);
+/// @throws UsageError for a name that does not exist, or if there is no goal at all although something is needed
+std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study,
+                               WithoutGoal without = WithoutGoal::needs_goal);
 
 /// The names of what the goals leave out.
 /// @throws UsageError for a name that is neither a section nor in one

@@ -70,7 +70,7 @@ ExitCode run(const PlotOptions& options) {
   if (options.json) {
     print(description(picture, page, options.output));
   } else if (!options.quiet) {
-    print_beside({options.output}, "written: " + options.output + "\n");
+    print_beside({options.output}, written_line(options.output));
   }
   return ExitCode::done;
 }

@@ -201,9 +201,8 @@ ExitCode run(const ReportOptions& options) {
   write_page(options, file, html);
   if (options.spec.json)
     print(summary_json(page, file, html.size()));
-  else if (!options.quiet)
-    print_beside(
-        {file}, fmt::format("written: {} ({:.0f} kB)\n", file, std::max(1.0, static_cast<double>(html.size()) / 1000)));
+  else if (!options.quiet && file != standard_output)
+    print_text(fmt::format("written: {} ({:.0f} kB)\n", file, std::max(1.0, static_cast<double>(html.size()) / 1000)));
   return ExitCode::done;
 }
 

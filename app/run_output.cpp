@@ -47,8 +47,7 @@ void print_result(const SimulateOptions& options, const Result& result, const Fi
   if (options.spec.json) return print(result_json(result, description, files));
   if (options.quiet) return;
   std::string text = summary_text(result, description);
-  for (const std::string& file : files)
-    if (file != standard_output) text += "written: " + file + "\n";
+  for (const std::string& file : files) text += written_line(file);
   print_beside(files, text);
 }
 

@@ -261,7 +261,8 @@ design: {goal: proportional, minimize: {rms: shaking_moment, along: rot}, search
                                result["objective"]["value"], places=9)
         # neither a goal nor a figure
         nothing = self.write("nothing.yaml", config("5r-design.yaml", (r"design:.*$", "")))
-        self.assert_failure(run("design", nothing), 2, "--goal is needed")
+        self.assert_failure(run("design", nothing), 2, "neither design: goal nor design: minimize", "--goal (",
+                            "or --minimize is needed")
 
 
 if __name__ == "__main__":

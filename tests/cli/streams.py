@@ -4,6 +4,7 @@ import fcntl
 import json
 import os
 import pty
+import shutil
 import struct
 import subprocess
 import termios
@@ -62,6 +63,23 @@ class Streams(Case):
         self.assert_quiet_success(run("compare", self.path("named.h5"), self.path("piped.h5")))
         self.assertEqual(sorted(os.listdir(self.folder)), ["a.csv", "named.h5", "piped.h5"])
         self.assertFalse(os.path.exists("-"))
+
+    def test_nothing_is_said_to_be_written_to_standard_output(self):
+        """(D6) What goes there needs no words beside it; a file of its own does."""
+        a, b = self.path("a.h5"), self.path("b.h5")
+        for file in (a, b):
+            self.assert_quiet_success(run("simulate", SPEC, "-t", "cycloid", "--samples", "11", "-q", "-o", file))
+        commands = [["simulate", SPEC, "-t", "cycloid", "--samples", "11", "-o", "-"],
+                    ["compare", a, b, "--format", "csv", "-o", "-"],
+                    ["report", SPEC, "-t", "cycloid", "-o", "-"],
+                    ["design", os.path.join(CONFIGS, "rr.yaml"), "-o", "-"]]
+        if shutil.which("gnuplot"):
+            commands.append(["plot", a, "-o", "-"])
+        for command in commands:
+            code, data, error = piped(*command, binary=True)
+            self.assertEqual(code, 0, (command, error))
+            self.assertTrue(data, command)
+            self.assertNotIn("written", str(error), command)
 
     def test_a_design_goes_through_a_pipe(self):
         spec = os.path.join(CONFIGS, "rr.yaml")
