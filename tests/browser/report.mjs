@@ -118,6 +118,22 @@ await test("the legend reads the values under the pointer", "3rrr", async (page)
   assert.ok(Math.abs(parseFloat(shown.replace("−", "-")) - there) < 1e-3 * Math.abs(there), `${shown} ${there}`);
 });
 
+await test("what friction asks for stands beside the conditions", "rubbing", async (page) => {
+  const text = await page.locator("#conditions .staying").innerText();
+  assert.match(text, /Cannot be balanced by masses or springs, and stays:/);
+  assert.match(text, /friction.*J.*up to 0\.5 N m at J along go/s);
+}, {spec: `space: planar
+gravity: [0, -9.81]
+ground: {points: {O: [0, 0]}}
+bodies: {link: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {A: [0, 0]}}}
+joints: {J: {type: revolute, connects: [ground.O, link.A]}}
+actuators: [J]
+friction: {J: {coulomb: 0.5}}
+motion: {duration: 1, samples: 11, from: {joints: {J: 0}}, to: {joints: {J: 1}}}
+trajectories: {go: {law: cycloidal, drive: joints}}
+design: {goal: gyroscopic}
+`});
+
 await test("another trajectory and another chart are a click away", "3rrr", async (page) => {
   await page.click('.segment[data-value="bang-bang"]');
   assert.match(await page.locator(".about").textContent(), /bang-bang law on the centre of mass/);

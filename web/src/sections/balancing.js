@@ -51,11 +51,21 @@ export function conditionsSection(data) {
       `${meaning(data)} Necessary and sufficient: ${count} independent ${count === 1 ? "condition" : "conditions"} on ${source.parameters.length} inertial parameters.`),
     rows.length ? h("div", {class: "table-box"}, h("table", {class: "conditions"}, h("caption", {}, "Sums that must vanish"),
       h("thead", {}, h("tr", {}, head.filter((t) => t !== null).map((t) => h("th", {scope: "col"}, t)))), h("tbody", {}, rows))) : null,
+    stays(source.staying ?? []),
     symbols.length ? h("p", {class: "note symbols"}, "where ", symbols.flatMap((s, i) => (i ? [", ", s] : [s]))) : null,
     h("p", {class: "note"}, "m is a body's mass; mx, my, mz its first moments and J or Ixx … Iyz its inertia about the body frame's origin. ",
       "“Off by” is relative to the size of a condition's terms.",
       held ? ` ${held} more hold for every disc that is symmetrical about its axis.` : ""),
     (source.notes ?? []).map((text) => h("p", {class: "note"}, text)));
+}
+
+/** What loads, friction and springs ask for whatever the masses are, with the largest efforts. */
+function stays(list) {
+  if (!list.length) return null;
+  const most = (e) => `up to ${withUnit(e.peak, e.unit, 6)} at ${e.actuator} ${e.along ? `along ${e.along}` : "at rest"}`;
+  const unknown = (u) => `not known along ${u.along}: ${u.reason}`;
+  return h("div", {class: "staying"}, h("p", {}, "Cannot be balanced by masses or springs, and stays:"),
+    h("ul", {}, list.map((one) => h("li", {}, [one.text, ...one.efforts.map(most), ...one.unknown.map(unknown)].join("; ")))));
 }
 
 function before(condition) {
