@@ -7,6 +7,7 @@ import unittest
 
 import numpy
 
+from _four_bar import SHORT
 from _program import CONFIGS, Case, run
 
 RR = os.path.join(CONFIGS, "rr.yaml")
@@ -19,22 +20,6 @@ space: planar
 ground: {points: {O: [0, 0]}}
 bodies: {link: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {A: [0, 0]}}}
 joints: {J: {type: revolute, connects: [ground.O, link.A]}}
-"""
-
-# A four-bar whose coupler is too short to reach.
-SHORT = """\
-space: planar
-ground: {points: {A: [0, 0], D: [1, 0]}}
-bodies:
-  crank: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {A: [0, 0], B: [0.2, 0]}}
-  coupler: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {B: [0, 0], C: [0.2, 0]}}
-  rocker: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {D: [0, 0], C: [0.2, 0]}}
-joints:
-  A: {type: revolute, connects: [ground.A, crank.A]}
-  B: {type: revolute, connects: [crank.B, coupler.B]}
-  C: {type: revolute, connects: [coupler.C, rocker.C]}
-  D: {type: revolute, connects: [ground.D, rocker.D]}
-actuators: [A]
 """
 
 

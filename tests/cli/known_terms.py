@@ -4,6 +4,7 @@ import json
 import math
 import unittest
 
+from _four_bar import four_bar
 from _program import Case, run
 
 # Two links in a vertical plane; what hangs on them differs from test to test.
@@ -279,27 +280,14 @@ class KnownTerms(Case):
 
     def test_friction_where_no_motor_is_and_springs_without_counterpart(self):
         """(B2) A passive joint's friction reaches the motor through the loop; a spring of free length stays."""
-        four_bar = """\
-space: planar
-ground: {{points: {{A: [0, 0], D: [0.5, 0]}}}}
-bodies:
-  crank: {{mass: 1, com: [0.05, 0], inertia: 0.01, points: {{A: [0, 0], B: [0.1, 0]}}}}
-  coupler: {{mass: 1, com: [0.2, 0], inertia: 0.01, points: {{B: [0, 0], C: [0.4, 0]}}}}
-  rocker: {{mass: 1, com: [0.1, 0], inertia: 0.01, points: {{D: [0, 0], C: [0.3, 0]}}}}
-joints:
-  A: {{type: revolute, connects: [ground.A, crank.A]}}
-  B: {{type: revolute, connects: [crank.B, coupler.B]}}
-  C: {{type: revolute, connects: [coupler.C, rocker.C]}}
-  D: {{type: revolute, connects: [ground.D, rocker.D]}}
-actuators: [A]
-assembly: {{A: 1}}
-{more}
-"""
-        spec = self.write("bar.yaml", four_bar.format(more="friction: {C: {viscous: 0.2}}"))
+        def bar(more):
+            return four_bar(0.5, 0.1, 0.4, 0.3, coupler_com=[0.2, 0], more="assembly: {A: 1}\n" + more)
+
+        spec = self.write("bar.yaml", bar("friction: {C: {viscous: 0.2}}"))
         found = self.conditions(spec, "--goal", "gyroscopic", code=1)
         self.assertEqual([(s["kind"], s["name"]) for s in found["staying"]], [("friction", "C")])
         more = "springs: {s1: {between: [ground.D, crank.B], stiffness: 100, free_length: 0.2}}"
-        spec = self.write("sprung.yaml", four_bar.format(more=more))
+        spec = self.write("sprung.yaml", bar(more))
         found = self.conditions(spec, "--goal", "static", code=1)
         self.assertEqual([(s["kind"], s["name"]) for s in found["staying"]], [("spring", "s1")])
 

@@ -5,24 +5,11 @@ import math
 import re
 import unittest
 
+from _four_bar import four_bar
 from _program import Case, run
 
 # A four-bar whose coupler and rocker have their joints aside of their frames' axes.
-TURNED = """\
-space: planar
-gravity: [0, -9.81]
-ground: {points: {A: [0, 0], D: [0.5, 0]}}
-bodies:
-  crank: {mass: 1, com: [0.05, 0], inertia: 0.01, points: {A: [0, 0], B: [0.1, 0]}}
-  coupler: {mass: 1, com: [0.2, 0.1], inertia: 0.01, points: {B: [0, 0], C: [0.35, 0.21]}}
-  rocker: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {D: [0, 0], C: [0.24, 0.17]}}
-joints:
-  A: {type: revolute, connects: [ground.A, crank.A]}
-  B: {type: revolute, connects: [crank.B, coupler.B]}
-  C: {type: revolute, connects: [coupler.C, rocker.C]}
-  D: {type: revolute, connects: [ground.D, rocker.D]}
-actuators: [A]
-"""
+TURNED = four_bar(0.5, 0.1, [0.35, 0.21], [0.24, 0.17], coupler_com=[0.2, 0.1], gravity=True)
 
 
 class TurnedFrames(Case):
@@ -47,6 +34,20 @@ class TurnedFrames(Case):
         text = run("conditions", spec, "--goal", "force").stdout
         self.assertRegex(text, r"(cos|sin)\((coupler|rocker)\.C\.angle( - (coupler|rocker)\.C\.angle)?\)")
         self.assertRegex(run("conditions", spec, "--goal", "force", "--latex").stdout, r"\\(cos|sin)\\left\(")
+
+    def test_the_same_four_bar_in_space_has_the_same_words(self):
+        """(B14) Across z, and across the other axes of all bodies: every coefficient is named, lengths and angles among them."""
+        lengths = re.compile(r"\[(-?[\d.]+), (-?[\d.]+)\]")
+        for order, axis in (("{0}, {1}, 0", "[0, 0, 1]"), ("0, {0}, {1}", "[1, 0, 0]"), ("{1}, 0, {0}", "[0, 1, 0]")):
+            spatial = lengths.sub(lambda m: "[" + order.format(m[1], m[2]) + "]", TURNED)  # pylint: disable=cell-var-from-loop
+            spatial = spatial.replace("space: planar", "space: spatial").replace("inertia: 0.01", "inertia: [0.01, 0.01, 0.01]")
+            spatial = spatial.replace("type: revolute,", f"type: revolute, axis: {axis},")
+            done = run("conditions", self.write("space.yaml", spatial), "--goal", "force", "--json")
+            self.assert_quiet_success(done)
+            result = json.loads(done.stdout)
+            self.assertEqual([t for c in result["conditions"] for t in c["terms"] if "name" not in t], [], axis)
+            names = " ".join(t["name"] for c in result["conditions"] for t in c["terms"])
+            self.assertRegex(names, r"(cos|sin)\((coupler|rocker)\.C\.angle")
 
     def test_straight_frames_keep_their_words(self):
         """(B14) No angle where lengths explain everything."""

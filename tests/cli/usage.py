@@ -2,24 +2,14 @@
 
 import json
 import os
+import re
 import unittest
 
+from _four_bar import SHORT, four_bar
 from _program import CONFIGS, SPEC, Case, run
 
-# A four-bar whose coupler is too short to reach.
-BROKEN = """\
-space: planar
-ground: {points: {A: [0, 0], D: [1, 0]}}
-bodies:
-  crank: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {A: [0, 0], B: [0.2, 0]}}
-  coupler: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {B: [0, 0], C: [0.2, 0]}}
-  rocker: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {D: [0, 0], C: [0.2, 0]}}
-joints:
-  A: {type: revolute, connects: [ground.A, crank.A]}
-  B: {type: revolute, connects: [crank.B, coupler.B]}
-  C: {type: revolute, connects: [coupler.C, rocker.C]}
-  D: {type: revolute, connects: [ground.D, rocker.D]}
-actuators: [A]
+# A four-bar that cannot be assembled.
+BROKEN = SHORT + """\
 motion: {duration: 1, samples: 11, from: {joints: {A: 0}}, to: {joints: {A: 1}}}
 trajectories: {turn: {law: cycloidal, drive: joints}}
 """
@@ -35,6 +25,15 @@ class Usage(Case):
         done = run("--version")
         self.assert_quiet_success(done)
         self.assertRegex(done.stdout, r"^balance \d+\.\d+\.\d+\n$")
+
+    def test_check_names_the_joint_that_stays_open(self):
+        """(D6) A loop that cannot be closed: which joint, and by how much at best."""
+        for lengths, gap in (((1, 0.2, 0.2, 0.2), 0.4), ((0.5, 0.1, 0.9, 0.2), 0.1), ((0.3, 0.7, 0.15, 0.2), 0.05)):
+            done = run("check", self.write("open.yaml", four_bar(*lengths)))
+            self.assertEqual(done.returncode, 4, done.stderr)
+            found = re.search(r"the loops cannot be closed: joint ([ABCD]) stays open by (\S+) m", done.stdout + done.stderr)
+            self.assertTrue(found, done.stdout + done.stderr)
+            self.assertAlmostEqual(float(found[2]), gap, places=5)
 
     def test_wrong_usage_ends_with_2_and_says_what_is_wrong(self):
         for arguments, part in (

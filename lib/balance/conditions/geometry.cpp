@@ -1,5 +1,6 @@
 #include "balance/conditions/geometry.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -117,20 +118,51 @@ std::vector<GeometricNumber> list_geometry(const Mechanism& m) {
   return numbers;
 }
 
+namespace {
+
+/// Whether every joint only moves its bodies in planes across an axis of both of them.
+bool moves_across(const Mechanism& mechanism, int axis) {
+  const Vector3 across = Vector3::Unit(axis);
+  constexpr double straight = 1e-12;
+  for (const Joint& joint : mechanism.joints) {
+    const bool turns = joint.type == JointType::revolute, slides = joint.type == JointType::prismatic;
+    if (!turns && !slides && joint.type != JointType::fixed) return false;
+    if (turns && joint.axis.cross(across).norm() > straight) return false;
+    if (slides && std::abs(joint.axis.dot(across)) > straight) return false;
+    if ((joint.rotation * across).cross(across).norm() > straight) return false;
+  }
+  return true;
+}
+
+/// The axis across which everything moves; nothing if there is none.
+std::optional<int> common_axis(const Mechanism& mechanism) {
+  if (mechanism.space == SpaceKind::planar) return 2;
+  for (const int axis : {2, 0, 1})
+    if (moves_across(mechanism, axis)) return axis;
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::vector<PolarPoint> list_polar_points(const Mechanism& mechanism) {
   std::vector<PolarPoint> points;
-  if (mechanism.space != SpaceKind::planar) return points;
+  const std::optional<int> across = common_axis(mechanism);
+  if (!across) return points;
+  const char first = "yzx"[*across], second = "zxy"[*across];
   const std::vector<GeometricNumber> numbers = list_geometry(mechanism);
-  for (std::size_t i = 0; i + 1 < numbers.size(); ++i) {
-    const GeometricNumber &x = numbers[i], &y = numbers[i + 1];
-    const bool pair = x.label.ends_with(".x") && y.label == x.label.substr(0, x.label.size() - 1) + "y";
-    if (!pair || x.value == 0 || y.value == 0) continue;
+  for (const GeometricNumber& x : numbers) {
+    if (x.label.size() < 2 || x.label[x.label.size() - 2] != '.' || x.label.back() != first || x.value == 0) continue;
     const std::string name = x.label.substr(0, x.label.size() - 1);
-    PolarPoint point{{name + "r", "m", std::hypot(x.value, y.value), {}},
-                     {name + "angle", "rad", std::atan2(y.value, x.value), {}}};
+    const auto y = std::find_if(numbers.begin(), numbers.end(),
+                                [&](const GeometricNumber& other) { return other.label == name + second; });
+    if (y == numbers.end() || y->value == 0 || y->places.size() != x.places.size()) continue;
+    PolarPoint point{{name + "r", "m", std::hypot(x.value, y->value), {}},
+                     {name + "angle", "rad", std::atan2(y->value, x.value), {}},
+                     x.label,
+                     y->label};
     for (std::size_t p = 0; p < x.places.size(); ++p) {
       point.distance.places.push_back(x.places[p]);
-      point.distance.places.push_back(y.places[p]);
+      point.distance.places.push_back(y->places[p]);
     }
     point.angle.places = point.distance.places;
     points.push_back(std::move(point));

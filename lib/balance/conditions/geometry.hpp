@@ -42,11 +42,14 @@ struct GeometricNumber {
 /// lengths and the size of gravity. Points that have a name stand once, however many use them.
 std::vector<GeometricNumber> list_geometry(const Mechanism& mechanism);
 
-/// In the plane, the same points by distance and direction where neither coordinate is zero ("link1.B.r", "link1.B.angle" [rad]):
-/// both of a number's places are x, then y of each use.
+/// Points by distance and direction, where neither coordinate is zero ("link1.B.r", "link1.B.angle" [rad]): both of a number's
+/// places are the first, then the second coordinate of each use.
 struct PolarPoint {
   GeometricNumber distance, angle;
+  std::string first, second;  ///< labels of the two coordinates
 };
+/// In the plane, and in space where everything moves in parallel planes across the same axis of all bodies: from the next of the
+/// axes x, y, z (after z comes x) to the one after it.
 std::vector<PolarPoint> list_polar_points(const Mechanism& mechanism);
 
 /// The mechanism with the direction of a point turned, at all its places.

@@ -89,10 +89,9 @@ void name_by_angles(const Mechanism& mechanism, const Conditions& conditions, st
   std::vector<bool> replaced(names.symbols.size(), false), is_angle(names.symbols.size(), false);
   for (const PolarPoint& point : list_polar_points(mechanism)) {
     // lengths that the spec names stay
-    const std::string stem = point.distance.label.substr(0, point.distance.label.size() - 1);
     bool own = false;
     for (std::size_t s = 0; s < replaced.size(); ++s)
-      if (names.symbols[s].label == stem + "x" || names.symbols[s].label == stem + "y") own = replaced[s] = true;
+      if (names.symbols[s].label == point.first || names.symbols[s].label == point.second) own = replaced[s] = true;
     if (!own) continue;
     for (const auto* number : {&point.distance, &point.angle}) {
       const bool angle = number == &point.angle;
