@@ -76,7 +76,7 @@ TEST_CASE("the note of a near pass gives the least mobility there, whatever the 
           "law: cycloidal, path: {waypoints: [{joints: {A0: " + exact(distance) + "}}], times: [0.37]}";
       const balance::Study study = balance::read_spec(spec({part}, space, way), "near.yaml");
       double first = 0;
-      for (const long samples : {2L, 5L, 10L, 101L, 1000L, 5000L}) {
+      for (const long samples : {2L, 5L, 10L, 101L, 2000L}) {
         const auto [mobility, when] = near_pass(go(study, samples).notes);
         INFO(samples << " samples: " << mobility << " at " << when);
         CHECK(std::abs(when - 0.37) < 2e-4);  // the mechanism is nearly at rest there
