@@ -172,12 +172,7 @@ MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, Vec
 template <class S>
 double LoopDynamics<S>::mobility() const {
   if (open_tree()) return 1;
-  const int rows = equations_->rows();
-  MatrixX matrix(rows, columns());
-  for (int r = 0; r < rows; ++r)
-    for (int c = 0; c < columns(); ++c) matrix(r, c) = equations_->entry(r, c);
-  const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
-  return values[values.size() - 1];
+  return equations_->least_singular_value();
 }
 
 /// τ = Sᵀu + Jᵀλ with τ what the tree's motion takes.

@@ -211,6 +211,22 @@ bool Equations<S>::near_kept(double limit) {
 }
 
 template <class S>
+double Equations<S>::least_singular_value() {
+  constexpr int large = 48;
+  const int n = columns();
+  if (!redundant_ && n > large && factorise())
+    if (const std::optional<double> value = least_singular_by_inverse(sparse_)) return *value;
+  Eigen::Map<Samples> normal(least_singular_.normal(n), n, n);
+  if (redundant_) {
+    normal.noalias() = dense_.transpose() * dense_;
+  } else {  // in the order of the storage, which changes no singular value
+    const Eigen::Map<const Samples> matrix(sparse_.storage(), n, n);
+    normal.noalias() = matrix.transpose().lazyProduct(matrix);
+  }
+  return least_singular_.of_normal();
+}
+
+template <class S>
 void Equations<S>::solve(double* x) {
   if (redundant_) {
     const VectorX solution = qr_.solve(Eigen::Map<const VectorX>(x, rows()));

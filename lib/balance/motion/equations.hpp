@@ -4,6 +4,7 @@
 /// Private to motion and dynamics.
 
 #include "balance/base/block_triangular.hpp"
+#include "balance/base/least_singular.hpp"
 #include "balance/base/tall_matrix.hpp"
 #include "balance/kinematics/drive.hpp"
 #include "balance/model/drive_sample.hpp"
@@ -45,6 +46,8 @@ class Equations {
   /// Whether every matrix on the straight way from the kept one to the one last factorised is regular by a margin: the
   /// pseudo-inverse of the latter times their difference is at most `limit` < 1. See docs/theory.md, section 2.
   bool near_kept(double limit);
+  /// Smallest singular value of the scaled matrix last filled.
+  double least_singular_value();
   /// Counts the calls of fill().
   long filled() const { return filled_; }
 
@@ -95,6 +98,7 @@ class Equations {
   MassDistribution<S> masses_;
   Matrix3 gap_matrix_ = Matrix3::Identity();  ///< of the tool's rotation where last filled
   BlockTriangular sparse_;
+  LeastSingular least_singular_;
   Samples dense_;
   MatrixX kept_;  ///< of dense_
   long filled_ = 0;

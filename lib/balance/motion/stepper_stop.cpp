@@ -12,10 +12,7 @@ namespace balance {
 template <class S>
 double Stepper<S>::mobility() {
   if (direct_) return 1;
-  const MatrixX matrix = equations_.dense();
-  const MatrixX normal = matrix.transpose() * matrix;
-  const double smallest = Eigen::SelfAdjointEigenSolver<MatrixX>(normal, Eigen::EigenvaluesOnly).eigenvalues()[0];
-  return std::sqrt(std::max(0.0, smallest));
+  return equations_.least_singular_value();
 }
 
 /// On from the last good moment, nearer to the singular configuration than results are wanted: to where steps fail for good, or to

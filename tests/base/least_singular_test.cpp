@@ -1,0 +1,65 @@
+#include "balance/base/least_singular.hpp"
+
+#include "balance/base/factorizations.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+using namespace balance;
+
+namespace {
+
+double least_singular(const MatrixX& matrix) {
+  LeastSingular least;
+  const auto n = matrix.cols();
+  Eigen::Map<Samples>(least.normal(static_cast<int>(n)), n, n) = matrix.transpose() * matrix;
+  return least.of_normal();
+}
+
+}  // namespace
+
+TEST_CASE("the smallest singular value is the one that singular value decomposition finds") {
+  std::mt19937 random(7);
+  std::normal_distribution<double> number;
+  for (int n = 1; n <= 40; ++n)
+    for (int more = 0; more <= 3; ++more) {
+      const MatrixX matrix = MatrixX::NullaryExpr(n + more, n, [&] { return number(random); });
+      const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
+      // λ = σ² is known to the round-off of the largest one
+      const double doubt = 1e-14 * n * values[0] * values[0] / values[n - 1];
+      CAPTURE(n);
+      CHECK(std::abs(least_singular(matrix) - values[n - 1]) <= doubt + 1e-13 * values[n - 1]);
+    }
+}
+
+TEST_CASE("a large sparse matrix has the smallest singular value of the dense one") {
+  std::mt19937 random(11);
+  std::normal_distribution<double> number;
+  const int n = 120;
+  MatrixX matrix = MatrixX::Zero(n, n);  // a chain of pairs, each with its neighbours
+  for (int i = 0; i < n; ++i)
+    for (int j = std::max(0, i - 3); j <= std::min(n - 1, i + 1); ++j) matrix(i, j) = (i == j ? 3 : 0) + number(random);
+  BlockTriangular sparse;
+  REQUIRE(sparse.analyse((matrix.array() != 0).cast<int>().matrix()));
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j)
+      if (matrix(i, j) != 0) sparse.at(i, j) = matrix(i, j);
+  REQUIRE(sparse.factorise() > 0);
+  const std::optional<double> found = least_singular_by_inverse(sparse);
+  REQUIRE(found);
+  CHECK(*found == doctest::Approx(Eigen::JacobiSVD<MatrixX>(matrix).singularValues()[n - 1]).epsilon(1e-9));
+}
+
+TEST_CASE("the smallest singular value of matrices that fall apart, of equal values and of singular ones") {
+  CHECK(least_singular(MatrixX::Identity(6, 6)) == doctest::Approx(1).epsilon(1e-14));
+  CHECK(least_singular(VectorX::LinSpaced(5, 3, 7).asDiagonal().toDenseMatrix()) == doctest::Approx(3).epsilon(1e-14));
+  CHECK(least_singular(MatrixX::Zero(4, 4)) == 0);
+  MatrixX twice = MatrixX::Zero(4, 4);  // blocks [2 1; 1 2] with singular values 1 and 3
+  twice.topLeftCorner(2, 2) << 2, 1, 1, 2;
+  twice.bottomRightCorner(2, 2) = twice.topLeftCorner(2, 2);
+  CHECK(least_singular(twice) == doctest::Approx(1).epsilon(1e-14));
+  CHECK(least_singular(MatrixX::Ones(5, 5)) < 1e-7);
+}
