@@ -76,6 +76,16 @@ double characteristic_length(const Mechanism& mechanism) {
   return length > 0 ? length : 1;
 }
 
+double ground_extent(const Mechanism& mechanism) {
+  double largest = 1;
+  const double length = characteristic_length(mechanism);
+  for (const Joint& joint : mechanism.joints)
+    for (const int side : {joint.first, joint.second})
+      if (side == ground)
+        largest = std::max(largest, (side == joint.first ? joint.point_first : joint.point_second).norm() / length);
+  return largest;
+}
+
 double total_mass(const Mechanism& mechanism) {
   double mass = 0;
   for (const Body& body : mechanism.bodies) mass += body.mass;

@@ -180,6 +180,10 @@ std::vector<Coordinate> list_coordinates(SpaceKind space, const std::vector<Join
 /// origin or, for the ground, between two of its points; positive. It scales every comparison with zero.
 double characteristic_length(const Mechanism& mechanism);
 
+/// Largest distance of a joint's place on the ground from the world's origin, in characteristic lengths, at least 1: what the
+/// round-off of closures is proportional to.
+double ground_extent(const Mechanism& mechanism);
+
 /// Mass of everything that moves: bodies, attachments, discs [kg].
 double total_mass(const Mechanism& mechanism);
 

@@ -294,16 +294,6 @@ void Equations<S>::acceleration_rows(const State<S>& state, const DriveSample& t
   }
 }
 
-double ground_extent(const Mechanism& mechanism) {
-  double largest = 1;
-  const double length = characteristic_length(mechanism);
-  for (const Joint& joint : mechanism.joints)
-    for (const int side : {joint.first, joint.second})
-      if (side == ground)
-        largest = std::max(largest, (side == joint.first ? joint.point_first : joint.point_second).norm() / length);
-  return largest;
-}
-
 template class Equations<Planar>;
 template class Equations<Spatial>;
 

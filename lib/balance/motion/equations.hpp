@@ -105,10 +105,6 @@ class Equations {
   Eigen::ColPivHouseholderQR<MatrixX> qr_;
 };
 
-/// Largest distance of a joint's place on the ground from the world's origin, in characteristic lengths, at least 1: what the
-/// round-off of closures is proportional to.
-double ground_extent(const Mechanism& mechanism);
-
 extern template class Equations<Planar>;
 extern template class Equations<Spatial>;
 
