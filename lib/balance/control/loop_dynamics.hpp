@@ -72,7 +72,7 @@ class LoopDynamics {
   bool near_kept(double limit) { return open_tree() || equations_->near_kept(limit); }
   /// Largest scaled residual of all closures at the poses of state().
   double residual() const;
-  double mobility() const;
+  double mobility();
 
   // Dry friction (loop_friction.cpp). A joint that sticks holds its column at rest, which is chosen to be independent:
   const std::vector<Rubbing>& rubbing() const { return rubbing_; }

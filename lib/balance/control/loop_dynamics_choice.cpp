@@ -170,7 +170,7 @@ MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, Vec
 }
 
 template <class S>
-double LoopDynamics<S>::mobility() const {
+double LoopDynamics<S>::mobility() {
   if (open_tree()) return 1;
   return equations_->least_singular_value();
 }
@@ -245,7 +245,7 @@ double LoopDynamics<S>::residual() const {
   template bool LoopDynamics<S>::choose(const double*, bool);                                           \
   template void LoopDynamics<S>::take_rows(const std::vector<int>&);                                    \
   template MotionOutcome LoopDynamics<S>::assemble(const VectorX&, const VectorX&, VectorX&, VectorX&); \
-  template double LoopDynamics<S>::mobility() const;                                                    \
+  template double LoopDynamics<S>::mobility();                                                          \
   template void LoopDynamics<S>::multipliers(const double*, const double*, const double*, std::vector<double>&);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)
