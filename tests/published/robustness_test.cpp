@@ -197,8 +197,14 @@ TEST_CASE("too many actuators share the work with least norm, and the power is t
   const Result alone = run(study.mechanism, t);
   study.mechanism.actuators.push_back(static_cast<int>(coordinate(study.mechanism, "B1")));
   const Result shared = run(study.mechanism, t);
-  REQUIRE(shared.outcome.notes.size() == 1);
+  REQUIRE(shared.outcome.notes.size() == 2);
   CHECK(shared.outcome.notes[0].find("over-actuated") != std::string::npos);
+  // The motors without A1 would stop there, which they do when A1 is left out.
+  CHECK(shared.outcome.notes[1].find("singularity of the actuators other than A1") != std::string::npos);
+  study.mechanism.actuators.erase(study.mechanism.actuators.begin());
+  const Result without = balance::simulate(study.mechanism, t);
+  CHECK(without.outcome.status == MotionStatus::actuation_singularity);
+  CHECK(without.outcome.time == doctest::Approx(0.0380672).epsilon(1e-5));
   const double power = alone.power.rowwise().sum().cwiseAbs().maxCoeff();
   for (long k = 0; k < 51; ++k) {
     CHECK(std::abs(shared.power.row(k).sum() - alone.power.row(k).sum()) < 1e-10 * power);
