@@ -22,7 +22,8 @@ double factorise_block(double* a, int* pivots, int size) {
     for (int i = k + 1; i < n; ++i)
       if (std::abs(a[i * n + k]) > largest) largest = std::abs(a[i * n + k]), best = i;
     pivots[k] = best;
-    for (int j = 0; best != k && j < n; ++j) std::swap(a[k * n + j], a[best * n + j]);
+    if (best != k)
+      for (int j = 0; j < n; ++j) std::swap(a[k * n + j], a[best * n + j]);
     smallest = std::min(smallest, largest);
     if (!(largest > 0)) return 0;
     const double inverse = 1 / a[k * n + k];

@@ -2,6 +2,7 @@
 
 #include "balance/control/plant_engine.hpp"
 #include "balance/control/tree_state.hpp"
+#include "balance/motion/regularity.hpp"
 #include "balance/motion/wording.hpp"
 
 #include <algorithm>
@@ -16,9 +17,6 @@ constexpr double smallest_step = 1e-9;  // of the longest one
 constexpr double singular = 1e-3;       // regularity of the closures that explains steps too short to go on
 constexpr double enormous = 1e60;       // of coordinates, rates, efforts and accelerations
 constexpr double open = 1e-9;           // residual of redundant rows that says that they are not redundant here
-// What a step may change of the closures' matrix: less than 1 together, so that it stays regular in between (docs/theory.md, section 2).
-constexpr double most_straight = 0.7;  // along the straight way
-constexpr double most_bent = 0.2;      // how far the way may lie off the straight one
 
 }  // namespace
 
@@ -161,7 +159,7 @@ bool EngineOf<S>::may_have_been_singular(double step) {
     const double rate = std::max(std::abs(dy_[c]) / loops_.scale()[c], std::abs(last_x_[n + c]));
     way = std::max(way, std::max(std::abs(y_[c] / loops_.scale()[c] - last_x_[c]), step * rate));
   }
-  return !(way * way <= most_bent * loops_.regularity()) || !loops_.near_kept(most_straight);
+  return !(way * way <= most_bend * loops_.regularity()) || !loops_.near_kept(most_change);
 }
 
 template <class S>

@@ -26,7 +26,6 @@ class LoopRanks {
 
  private:
   void add_joint(const LoopStep& step, const State<S>& poses, const typename S::Vector& about, MatrixX& twists) const;
-  void add_cut_joint(int joint, const State<S>& poses, const typename S::Vector& about, MatrixX& twists) const;
 
   const Mechanism& mechanism_;
   const Tree<S>& tree_;

@@ -1,5 +1,5 @@
 #pragma once
-/// How near to a singular configuration results can still be trusted. Private to motion and dynamics.
+/// How near to a singular configuration results can still be trusted. Private to motion, dynamics and control.
 
 namespace balance {
 
@@ -10,5 +10,9 @@ inline constexpr double least_regularity = 3e-6;
 /// Smallest pivot below which a motion is told to come near a singularity: rates and forces are of the order of its reciprocal, and
 /// round-off leaves 1e-10 of them uncertain.
 inline constexpr double near_singular = 1e-3;
+
+/// What a step may change of a matrix: less than 1 together, so that it stays regular in between (docs/theory.md, section 2).
+inline constexpr double most_change = 0.7;  ///< along the straight way
+inline constexpr double most_bend = 0.2;    ///< how far the way may lie off the straight one
 
 }  // namespace balance

@@ -26,7 +26,6 @@ class Scout {
   bool visit(const MotionMoment& a, const MotionMoment& b, double time);
   const Equations<S>& equations() const { return equations_; }
   const State<S>& state() const { return state_; }
-  const VectorX& y() const { return y_; }
 
  private:
   const Tree<S>& tree_;

@@ -16,9 +16,6 @@ constexpr double solved = 1e-12;            // scaled residual after which one c
 constexpr double longest_correction = 0.1;  // of a prediction, in radians or characteristic lengths
 constexpr int newton_steps = 8;
 constexpr int halvings = 24;
-// What a step may change of a matrix: less than 1 together, so that it stays regular in between (docs/theory.md, section 2).
-constexpr double most_change = 0.7;  // along the straight way
-constexpr double most_bend = 0.2;    // how far the way may lie off the straight one
 
 /// Columns whose coordinate changes entries of the equations' matrix.
 template <class S>

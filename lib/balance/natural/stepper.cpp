@@ -1,5 +1,6 @@
 #include "balance/natural/stepper.hpp"
 
+#include "balance/motion/regularity.hpp"
 #include "balance/motion/wording.hpp"
 
 #include <algorithm>
@@ -13,9 +14,6 @@ namespace {
 constexpr double longest_correction = 0.1;  // of a prediction, in radians or characteristic lengths
 constexpr int halvings = 24;
 constexpr double singular = 1e-7;  // smallest pivot: half of the digits are lost
-// What a step may change of a matrix: less than 1 together, so that it stays regular in between (docs/theory.md, section 2).
-constexpr double most_change = 0.7;  // along the straight way
-constexpr double most_bend = 0.2;    // how far the way may lie off the straight one
 
 }  // namespace
 
