@@ -22,20 +22,35 @@ std::optional<SpecError> error_of(const std::string& text, const ReadOptions& op
   return std::nullopt;
 }
 
-/// The key paths of all mistakes in a spec.
-std::vector<std::string> keys_of(const std::string& text) {
-  std::vector<std::string> keys;
-  if (const auto error = error_of(text))
-    for (const balance::Mistake& mistake : error->mistakes()) keys.push_back(mistake.place.key);
+/// Key paths of mistakes.
+using Keys = std::vector<std::string>;
+
+Keys keys_of(const std::vector<balance::Mistake>& mistakes) {
+  Keys keys;
+  for (const balance::Mistake& mistake : mistakes) keys.push_back(mistake.place.key);
   return keys;
+}
+
+/// Of all mistakes in a spec.
+Keys keys_of(const std::string& text) {
+  const auto error = error_of(text);
+  return error ? keys_of(error->mistakes()) : Keys{};
+}
+
+std::vector<balance::Mistake> suite_mistakes(const std::string& text) {
+  try {
+    read_suite(text, "suite.yaml");
+  } catch (const SpecError& error) {
+    return error.mistakes();
+  }
+  FAIL("it was read");
+  return {};
 }
 
 std::string replaced(std::string text, const std::vector<std::pair<std::string, std::string>>& changes) {
   for (const auto& [from, to] : changes) text = specs::with(text, from, to);
   return text;
 }
-
-using Keys = std::vector<std::string>;
 
 }  // namespace
 
@@ -143,14 +158,7 @@ TEST_CASE("all mistakes of a suite are told, and none about names that mistakes 
       "  c: {}\n"
       "baseline: a\n"
       "require: ['peak(torque[J]) < base', 'peak(torque[J]) <', 'peak(power, b) < 1']\n";
-  try {
-    read_suite(text, "suite.yaml");
-    FAIL("it was read");
-  } catch (const SpecError& error) {
-    Keys keys;
-    for (const balance::Mistake& mistake : error.mistakes()) keys.push_back(mistake.place.key);
-    CHECK(keys == Keys{"defaults.samples", "cases.a.sett", "cases.b.design", "require[1]"});
-  }
+  CHECK(keys_of(suite_mistakes(text)) == Keys{"defaults.samples", "cases.a.sett", "cases.b.design", "require[1]"});
 }
 
 TEST_CASE("requirements are read although no case and no baseline is right, and have their parts (D7)") {
@@ -158,18 +166,12 @@ TEST_CASE("requirements are read although no case and no baseline is right, and 
       "cases: {a: {spec: a.yaml, samples: x}, b c: {spec: a.yaml}}\n"
       "baseline: z\n"
       "require: ['peak(torque) < base', 'peak(torque) <']\n";
-  try {
-    read_suite(text, "suite.yaml");
-    FAIL("it was read");
-  } catch (const SpecError& error) {
-    Keys keys;
-    for (const balance::Mistake& mistake : error.mistakes()) keys.push_back(mistake.place.key);
-    CHECK(keys == Keys{"cases.a.samples", "cases.b c", "baseline", "require[1]"});
-    const balance::Mistake& last = error.mistakes().back();
-    CHECK(last.expected == "a requirement such as 'peak(shaking_force) <= 0.9 * base'");
-    CHECK(last.found == "'peak(torque) <'");
-    CHECK(last.hint.find("column 15: ") == 0);
-  }
+  const std::vector<balance::Mistake> mistakes = suite_mistakes(text);
+  REQUIRE(keys_of(mistakes) == Keys{"cases.a.samples", "cases.b c", "baseline", "require[1]"});
+  const balance::Mistake& last = mistakes.back();
+  CHECK(last.expected == "a requirement such as 'peak(shaking_force) <= 0.9 * base'");
+  CHECK(last.found == "'peak(torque) <'");
+  CHECK(last.hint.find("column 15: ") == 0);
 }
 
 TEST_CASE("'body' and 'on' are the same, but not both at once (D8)") {
