@@ -7,10 +7,10 @@
 #include "balance/base/error.hpp"
 #include "balance/batch/folder.hpp"
 #include "balance/batch/summary.hpp"
+#include "balance/write/json_parts.hpp"
 #include "balance/write/pending_file.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <memory>
 
@@ -26,7 +26,7 @@ std::string in_words(const BatchProgress& progress) {
 
 /// The cases and the files that they are made of, for scripts.
 ExitCode list(const Plan& plan, const BatchCommandOptions& options, const std::optional<Shard>& shard) {
-  nlohmann::ordered_json json = {{"suite", plan.suite.name}, {"cases", nlohmann::ordered_json::array()}};
+  Json json = {{"suite", plan.suite.name}, {"cases", Json::array()}};
   std::string names;
   for (const SuiteCase& one : plan.suite.cases) {
     if (shard && !belongs(one.name, *shard)) continue;
@@ -38,7 +38,7 @@ ExitCode list(const Plan& plan, const BatchCommandOptions& options, const std::o
     json["files"].push_back(spec.path);
     for (const std::string& table : spec.tables) json["files"].push_back(table);
   }
-  print(options.json ? json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n" : names);
+  print(options.json ? dump(json) : names);
   return ExitCode::done;
 }
 
@@ -63,14 +63,14 @@ void tell_failures(const BatchOutcome& outcome, const BatchCommandOptions& optio
 ExitCode report_shard(const BatchOutcome& outcome, const BatchCommandOptions& options) {
   int code = 0;
   std::string text;
-  nlohmann::ordered_json json = {{"shard", options.shard}, {"cases", nlohmann::ordered_json::array()}};
+  Json json = {{"shard", options.shard}, {"cases", Json::array()}};
   for (const CaseRecord& record : outcome.records) {
     code = std::max(code, record.exit_code());
     text += record.name + ": " + record.status + (record.message.empty() ? "" : ": " + record.message) + "\n";
     json["cases"].push_back({{"name", record.name}, {"status", record.status}, {"message", record.message}});
   }
   if (options.json)
-    print(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+    print(dump(json));
   else if (!options.quiet)
     print_text(text);
   return static_cast<ExitCode>(code);

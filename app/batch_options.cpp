@@ -3,7 +3,7 @@
 #include "failure.hpp"
 #include "suggestion.hpp"
 
-#include "balance/read/nearest.hpp"
+#include "balance/base/nearest.hpp"
 
 #include <charconv>
 #include <cmath>
@@ -24,7 +24,7 @@ std::pair<double, std::string> split_number(const std::string& text, const std::
 }
 
 double parse_seconds(const std::string& text) {
-  const std::string complaint = "--case-timeout needs seconds, such as 60, or 0 for none, not " + read::in_quotes(text);
+  const std::string complaint = "--case-timeout needs seconds, such as 60, or 0 for none, not " + in_quotes(text);
   const auto [number, unit] = split_number(text, complaint);
   for (const auto& [name, seconds] : {std::pair("", 1.0), {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}})
     if (unit == name) return number * seconds;
@@ -33,7 +33,7 @@ double parse_seconds(const std::string& text) {
 
 std::uintmax_t parse_bytes(const std::string& text) {
   const std::string complaint =
-      "--case-memory needs MiB, such as 512, or a size such as 2GiB, or 0 for no limit, not " + read::in_quotes(text);
+      "--case-memory needs MiB, such as 512, or a size such as 2GiB, or 0 for no limit, not " + in_quotes(text);
   const auto [number, unit] = split_number(text, complaint);
   constexpr double kibi = 1024, mebi = kibi * kibi;
   for (const auto& [name, bytes] : {std::pair("", mebi),

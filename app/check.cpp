@@ -2,12 +2,12 @@
 #include "console.hpp"
 #include "failure.hpp"
 
+#include "balance/analysis/check.hpp"
+#include "balance/analysis/verify.hpp"
 #include "balance/base/error.hpp"
-#include "balance/study/check.hpp"
-#include "balance/study/verify.hpp"
-#include "balance/write/json.hpp"
-#include "balance/write/text.hpp"
-#include "balance/write/verify_text.hpp"
+#include "balance/present/check_json.hpp"
+#include "balance/present/check_text.hpp"
+#include "balance/present/verify_text.hpp"
 
 #include <memory>
 #include <optional>

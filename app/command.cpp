@@ -3,7 +3,7 @@
 #include "failure.hpp"
 
 #include "balance/base/error.hpp"
-#include "balance/read/suite.hpp"
+#include "balance/spec/named_files.hpp"
 #include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 

@@ -3,7 +3,7 @@
 
 #include "exit_code.hpp"
 
-#include "balance/read/read_spec.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <CLI/CLI.hpp>
 

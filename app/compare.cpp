@@ -4,12 +4,12 @@
 #include "failure.hpp"
 #include "signals.hpp"
 
+#include "balance/base/nearest.hpp"
 #include "balance/compare/run_names.hpp"
-#include "balance/read/nearest.hpp"
+#include "balance/present/comparison_json.hpp"
+#include "balance/present/comparison_text.hpp"
 #include "balance/read/requirement.hpp"
 #include "balance/read/result_file.hpp"
-#include "balance/write/comparison_json.hpp"
-#include "balance/write/comparison_text.hpp"
 #include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 
@@ -47,7 +47,7 @@ std::vector<Verdict> judge(const std::vector<std::string>& texts, const std::vec
       check_quantities(requirement, quantities);
       for (Verdict& verdict : judge_all(requirement, tables)) verdicts.push_back(std::move(verdict));
     } catch (const RequirementError& error) {
-      throw UsageError("--require " + read::in_quotes(text) + ": " + error.what());
+      throw UsageError("--require " + in_quotes(text) + ": " + error.what());
     }
   }
   return verdicts;

@@ -3,8 +3,8 @@
 #include "views.hpp"
 
 #include "balance/conditions/latex.hpp"
-#include "balance/write/conditions_json.hpp"
-#include "balance/write/conditions_text.hpp"
+#include "balance/present/conditions_json.hpp"
+#include "balance/present/conditions_text.hpp"
 
 #include <memory>
 

@@ -4,8 +4,8 @@
 #include "progress_line.hpp"
 #include "run_output.hpp"
 
+#include "balance/analysis/control.hpp"
 #include "balance/base/error.hpp"
-#include "balance/study/control.hpp"
 
 #include <memory>
 

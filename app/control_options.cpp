@@ -2,7 +2,7 @@
 
 #include "failure.hpp"
 
-#include "balance/read/nearest.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
@@ -54,8 +54,8 @@ Controller find_controller(const std::string& name, const Study& study) {
     if (controller.name == name) return controller;
   }
   if (!name.empty())
-    throw UsageError(fmt::format("{} has no controller {}, only {}{}", study.spec_file, read::in_quotes(name),
-                                 fmt::join(names, ", "), read::nearest_hint(name, names)));
+    throw UsageError(fmt::format("{} has no controller {}, only {}{}", study.spec_file, in_quotes(name),
+                                 fmt::join(names, ", "), nearest_hint(name, names)));
   // The built-in ones stand behind those of the spec.
   const bool listed = study.controllers.size() > built_in_controllers().size() ||
                       study.controllers.front().name != built_in_controllers().front().name;

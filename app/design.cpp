@@ -3,10 +3,10 @@
 #include "signals.hpp"
 #include "views.hpp"
 
+#include "balance/present/design_hdf5.hpp"
+#include "balance/present/design_json.hpp"
+#include "balance/present/design_text.hpp"
 #include "balance/write/balanced_spec.hpp"
-#include "balance/write/design_hdf5.hpp"
-#include "balance/write/design_json.hpp"
-#include "balance/write/design_text.hpp"
 
 #include <memory>
 

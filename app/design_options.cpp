@@ -4,8 +4,8 @@
 #include "suggestion.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/base/version.hpp"
-#include "balance/read/nearest.hpp"
 #include "balance/write/file_identity.hpp"
 #include "balance/write/run_description.hpp"
 
@@ -39,8 +39,8 @@ void choose_algorithm(const std::string& name, SearchOptions& search) {
   } else if (contains(local_algorithms, name)) {
     search.local = name;
   } else {
-    throw UsageError(fmt::format("--algorithm {}: expected {}{}", read::in_quotes(name), read::one_of(algorithms()),
-                                 read::nearest_hint(name, algorithms())));
+    throw UsageError(fmt::format("--algorithm {}: expected {}{}", in_quotes(name), one_of(algorithms()),
+                                 nearest_hint(name, algorithms())));
   }
 }
 

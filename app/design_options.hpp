@@ -3,7 +3,7 @@
 
 #include "goals.hpp"
 
-#include "balance/study/design_study.hpp"
+#include "balance/analysis/design_study.hpp"
 #include "balance/write/write_options.hpp"
 
 #include <string>

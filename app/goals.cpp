@@ -3,10 +3,10 @@
 #include "failure.hpp"
 #include "suggestion.hpp"
 
+#include "balance/analysis/start_pose.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/conditions/modular.hpp"
 #include "balance/conditions/nearby.hpp"
-#include "balance/read/nearest.hpp"
-#include "balance/study/start_pose.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -41,20 +41,20 @@ std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, W
   for (const std::string& name : options.goals) {
     const std::optional<Goal> goal = find_goal(name);
     if (!goal) {
-      throw UsageError(fmt::format("--goal {}: expected {}{}", read::in_quotes(name), read::one_of(goal_names()),
-                                   read::nearest_hint(name, goal_names())));
+      throw UsageError(fmt::format("--goal {}: expected {}{}", in_quotes(name), one_of(goal_names()),
+                                   nearest_hint(name, goal_names())));
     }
     if (std::find(goals.begin(), goals.end(), *goal) == goals.end()) goals.push_back(*goal);
   }
   if (goals.empty()) goals = study.design.goals;
   if (goals.empty() && without == WithoutGoal::needs_goal) {
     throw UsageError(
-        fmt::format("{} has no design: goal, so --goal is needed: {}", study.spec_file, read::one_of(goal_names())));
+        fmt::format("{} has no design: goal, so --goal is needed: {}", study.spec_file, one_of(goal_names())));
   }
   if (goals.empty() && without == WithoutGoal::needs_minimize) {
     throw UsageError(
         fmt::format("{} has neither design: goal nor design: minimize, so --goal ({}) or --minimize is needed",
-                    study.spec_file, read::one_of(goal_names())));
+                    study.spec_file, one_of(goal_names())));
   }
   return goals;
 }
@@ -69,8 +69,8 @@ std::vector<std::string> choose_without(const GoalOptions& options, const Mechan
       name.erase(0, name.find_first_not_of(' '));
       name.erase(name.find_last_not_of(' ') + 1);
       if (std::find(known.begin(), known.end(), name) == known.end())
-        throw UsageError(fmt::format("--without {}: expected {}{}", read::in_quotes(name), read::one_of(known),
-                                     read::nearest_hint(name, known)));
+        throw UsageError(
+            fmt::format("--without {}: expected {}{}", in_quotes(name), one_of(known), nearest_hint(name, known)));
       if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
     }
   }
@@ -79,8 +79,8 @@ std::vector<std::string> choose_without(const GoalOptions& options, const Mechan
 
 bool is_modular(const GoalOptions& options) {
   if (std::find(strategies.begin(), strategies.end(), options.strategy) == strategies.end()) {
-    throw UsageError(fmt::format("--strategy {}: expected {}{}", read::in_quotes(options.strategy),
-                                 read::one_of(strategies), read::nearest_hint(options.strategy, strategies)));
+    throw UsageError(fmt::format("--strategy {}: expected {}{}", in_quotes(options.strategy), one_of(strategies),
+                                 nearest_hint(options.strategy, strategies)));
   }
   return options.strategy == "modular";
 }

@@ -6,7 +6,7 @@
 #include "failure.hpp"
 #include "man_page.hpp"
 
-#include "balance/read/nearest.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/write/pending_file.hpp"
 
 #include <fmt/format.h>
@@ -26,8 +26,7 @@ const CommandHelp& find(const ProgramHelp& help, const std::string& name) {
     if (command.name == name) return command;
     names.push_back(command.name);
   }
-  throw UsageError(fmt::format("{} is no command: {}{}", read::in_quotes(name), read::one_of(names),
-                               read::nearest_hint(name, names)));
+  throw UsageError(fmt::format("{} is no command: {}{}", in_quotes(name), one_of(names), nearest_hint(name, names)));
 }
 
 void write(const std::string& path, const std::string& text) {
@@ -58,8 +57,8 @@ ExitCode run_completion(const std::string& shell, CLI::App& program) {
   } else if (shell == "zsh") {
     print(zsh_completion(help));
   } else {
-    throw UsageError(fmt::format("there is no completion for {}: expected {}{}", read::in_quotes(shell),
-                                 read::one_of(shells), read::nearest_hint(shell, shells)));
+    throw UsageError(fmt::format("there is no completion for {}: expected {}{}", in_quotes(shell), one_of(shells),
+                                 nearest_hint(shell, shells)));
   }
   return ExitCode::done;
 }

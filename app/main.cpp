@@ -7,8 +7,8 @@
 #include "signals.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/base/version.hpp"
-#include "balance/read/nearest.hpp"
 #include "balance/write/json.hpp"
 #include "balance/write/pending_file.hpp"
 
@@ -79,13 +79,12 @@ std::string cure_for(const std::string& word) {
   for (const Command& command : commands) {
     if (!command.parser->get_group().empty()) names.push_back(command.parser->get_name());  // not the hidden ones
   }
-  if (words.empty()) throw CallError("a command is needed: " + read::one_of(names));
+  if (words.empty()) throw CallError("a command is needed: " + one_of(names));
   if (const std::string cure = cure_for(words.front()); !cure.empty()) throw CallError(words.front() + cure);
   if (words.front().starts_with('-')) {
-    throw CallError(read::in_quotes(words.front()) + " must stand behind a command: " + read::one_of(names));
+    throw CallError(in_quotes(words.front()) + " must stand behind a command: " + one_of(names));
   }
-  throw CallError(read::in_quotes(words.front()) + " is no command: " + read::one_of(names) +
-                  read::nearest_hint(words.front(), names));
+  throw CallError(in_quotes(words.front()) + " is no command: " + one_of(names) + nearest_hint(words.front(), names));
 }
 
 /// Where the list of commands shows one, by its purpose.
@@ -99,6 +98,9 @@ ExitCode parse_and_run(int argc, char** argv) {
   program.set_version_flag("-V,--version", std::string("balance ") + version(), "Print the version and exit");
   program.footer(footer);
   const std::vector<Command> commands = {
+#ifdef BALANCE_SIMULATE_ONLY
+      in_group("Move", setup_simulate(program)),
+#else
       in_group("Describe", setup_new(program)),
       in_group("Describe", setup_check(program)),
       in_group("Balance", setup_conditions(program)),
@@ -111,6 +113,7 @@ ExitCode parse_and_run(int argc, char** argv) {
       in_group("Show", setup_report(program)),
       setup_completion(program),
       setup_man(program),
+#endif
   };
   program.require_subcommand(0, 1);
   program.allow_extras();  // after the commands, which would inherit it: only here can the message be a good one

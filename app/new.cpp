@@ -4,10 +4,10 @@
 #include "starters.hpp"
 #include "suggestion.hpp"
 
-#include "balance/read/nearest.hpp"
+#include "balance/base/nearest.hpp"
+#include "balance/write/json_parts.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <memory>
 
@@ -28,8 +28,8 @@ std::vector<std::string> kinds() {
 const Starter& find(const std::string& kind) {
   for (const Starter& starter : starters())
     if (starter.kind == kind) return starter;
-  throw UsageError(fmt::format("there is no starter {}: expected {}{}", read::in_quotes(kind), read::one_of(kinds()),
-                               read::nearest_hint(kind, kinds())));
+  throw UsageError(fmt::format("there is no starter {}: expected {}{}", in_quotes(kind), one_of(kinds()),
+                               nearest_hint(kind, kinds())));
 }
 
 std::string list_text() {
@@ -39,15 +39,13 @@ std::string list_text() {
 }
 
 std::string list_json() {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  Json list = Json::array();
   for (const Starter& starter : starters()) list.push_back({{"kind", starter.kind}, {"summary", starter.summary()}});
-  return nlohmann::ordered_json{{"kinds", list}}.dump(2) + "\n";
+  return dump({{"kinds", list}});
 }
 
 std::string starter_json(const Starter& starter) {
-  return nlohmann::ordered_json{{"kind", starter.kind}, {"summary", starter.summary()}, {"spec", starter.text}}.dump(
-             2) +
-         "\n";
+  return dump({{"kind", starter.kind}, {"summary", starter.summary()}, {"spec", starter.text}});
 }
 
 ExitCode run(const NewOptions& options) {

@@ -7,16 +7,13 @@
 #include "balance/base/error.hpp"
 #include "balance/report/draw_picture.hpp"
 #include "balance/write/file_identity.hpp"
+#include "balance/write/json_parts.hpp"
 #include "balance/write/pending_file.hpp"
-
-#include <nlohmann/json.hpp>
 
 #include <memory>
 
 namespace balance::app {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::string description(const Picture& picture, const PageOptions& page, const std::string& file) {
   Json panels = Json::array();
@@ -26,9 +23,7 @@ std::string description(const Picture& picture, const PageOptions& page, const s
       lines.push_back({{"label", line.label}, {"colour", line.pen.colour}, {"dashes", line.pen.dashes}});
     panels.push_back({{"quantity", panel.name}, {"axis", panel.y_label}, {"lines", lines}});
   }
-  return Json{{"width", page.width}, {"height", page.height}, {"panels", panels}, {"files", {file}}}.dump(
-             2, ' ', false, Json::error_handler_t::replace) +
-         "\n";
+  return dump({{"width", page.width}, {"height", page.height}, {"panels", panels}, {"files", {file}}});
 }
 
 std::string draw(const Picture& picture, const PageOptions& page) {

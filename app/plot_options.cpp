@@ -4,7 +4,7 @@
 #include "failure.hpp"
 #include "suggestion.hpp"
 
-#include "balance/read/nearest.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 
@@ -28,8 +28,8 @@ constexpr double least_letter = 4, greatest_letter = 72;  // pt
 std::size_t position(const char* option, const std::string& word, const std::vector<std::string>& words) {
   const auto found = std::find(words.begin(), words.end(), word);
   if (found == words.end())
-    throw UsageError(fmt::format("{} {}: expected {}{}", option, read::in_quotes(word), read::one_of(words),
-                                 read::nearest_hint(word, words)));
+    throw UsageError(
+        fmt::format("{} {}: expected {}{}", option, in_quotes(word), one_of(words), nearest_hint(word, words)));
   return static_cast<std::size_t>(found - words.begin());
 }
 
@@ -38,7 +38,7 @@ PictureFormat choose_format(const std::string& output) {
   std::string suffix = std::filesystem::path(output).extension().string();
   if (!suffix.empty()) suffix.erase(0, 1);
   if (std::find(suffixes.begin(), suffixes.end(), suffix) == suffixes.end())
-    throw UsageError(fmt::format("--output {}: the name must end with .svg, .pdf or .png", read::in_quotes(output)));
+    throw UsageError(fmt::format("--output {}: the name must end with .svg, .pdf or .png", in_quotes(output)));
   return static_cast<PictureFormat>(position("--output", suffix, suffixes));
 }
 
@@ -55,7 +55,7 @@ void choose_size(const std::string& text, PageOptions& page) {
                     parse(std::string_view(text).substr(cross + 1), least_side, greatest_side, page.height);
   if (!good)
     throw UsageError(fmt::format("--size {}: expected WIDTHxHEIGHT in mm, each from {:g} to {:g}, such as 120x80",
-                                 read::in_quotes(text), least_side, greatest_side));
+                                 in_quotes(text), least_side, greatest_side));
 }
 
 void choose_font(const std::string& text, PageOptions& page) {
@@ -70,7 +70,7 @@ void choose_font(const std::string& text, PageOptions& page) {
     throw UsageError(
         fmt::format("--font {}: expected NAME or NAME,SIZE, the name of letters, digits, blanks and hyphens, the "
                     "size from {:g} to {:g} pt, such as 'Times,10'",
-                    read::in_quotes(text), least_letter, greatest_letter));
+                    in_quotes(text), least_letter, greatest_letter));
 }
 
 /// What tells a file from the others: its name without folder and suffix, and its group.
@@ -114,8 +114,8 @@ void check_names(const std::vector<std::string>& names, const std::vector<RunFil
     const std::vector<std::string> known = list_plot_names(file.result);
     for (const std::string& name : names)
       if (std::find(known.begin(), known.end(), name) == known.end())
-        throw UsageError(fmt::format("--quantity {}: {} has no such quantity{}", read::in_quotes(name), file.path,
-                                     read::nearest_hint(name, known)));
+        throw UsageError(fmt::format("--quantity {}: {} has no such quantity{}", in_quotes(name), file.path,
+                                     nearest_hint(name, known)));
   }
 }
 

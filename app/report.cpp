@@ -7,23 +7,24 @@
 #include "signals.hpp"
 #include "views.hpp"
 
+#include "balance/analysis/check.hpp"
+#include "balance/analysis/control.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/version.hpp"
+#include "balance/motion/names.hpp"
+#include "balance/present/check_json.hpp"
+#include "balance/present/conditions_json.hpp"
+#include "balance/present/design_json.hpp"
+#include "balance/present/names.hpp"
 #include "balance/read/result_file.hpp"
 #include "balance/report/page.hpp"
-#include "balance/study/check.hpp"
-#include "balance/study/control.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
 #include "balance/write/balanced_spec.hpp"
-#include "balance/write/conditions_json.hpp"
-#include "balance/write/design_json.hpp"
 #include "balance/write/file_identity.hpp"
-#include "balance/write/json.hpp"
-#include "balance/write/names.hpp"
+#include "balance/write/json_parts.hpp"
 #include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <filesystem>
@@ -150,9 +151,9 @@ Page make_page(const ReportOptions& options, const DesignSpace& space) {
 }
 
 std::string summary_json(const Page& page, const std::string& file, std::size_t bytes) {
-  nlohmann::ordered_json json = {{"mechanism", page.before.name}, {"trajectories", nlohmann::ordered_json::array()}};
+  Json json = {{"mechanism", page.before.name}, {"trajectories", Json::array()}};
   for (const PageTrajectory& t : page.trajectories) {
-    nlohmann::ordered_json shown = {{"trajectory", t.name}, {"before", name_of(t.before->outcome.status)}};
+    Json shown = {{"trajectory", t.name}, {"before", name_of(t.before->outcome.status)}};
     if (t.after) shown["after"] = name_of(t.after->outcome.status);
     json["trajectories"].push_back(std::move(shown));
   }
@@ -160,7 +161,7 @@ std::string summary_json(const Page& page, const std::string& file, std::size_t 
   json["design"] = !page.design.empty();
   json["bytes"] = bytes;
   json["files"] = {file};
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return dump(json);
 }
 
 void write_page(const ReportOptions& options, const std::string& file, const std::string& html) {

@@ -2,7 +2,7 @@
 
 #include "failure.hpp"
 
-#include "balance/read/nearest.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 #include "balance/write/run_description.hpp"
@@ -41,8 +41,8 @@ std::vector<std::string> choose_trajectories(const ReportOptions& options, const
   for (const Trajectory& trajectory : study.trajectories) names.push_back(trajectory.name);
   for (const std::string& wish : options.trajectories) {
     if (std::find(names.begin(), names.end(), wish) == names.end())
-      throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file, read::in_quotes(wish),
-                                   fmt::join(names, ", "), read::nearest_hint(wish, names)));
+      throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file, in_quotes(wish),
+                                   fmt::join(names, ", "), nearest_hint(wish, names)));
   }
   for (const std::string& name : names) {
     const auto& wishes = options.trajectories;

@@ -3,7 +3,7 @@
 
 #include "simulate_options.hpp"
 
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 
 namespace balance::app {
 

@@ -4,8 +4,8 @@
 #include "simulate_options.hpp"
 
 #include "balance/base/error.hpp"
-#include "balance/study/simulate.hpp"
-#include "balance/study/simulate_natural.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/simulation/simulate_natural.hpp"
 
 #include <memory>
 

@@ -4,8 +4,8 @@
 #include "suggestion.hpp"
 
 #include "balance/base/error.hpp"
-#include "balance/read/limits.hpp"
-#include "balance/read/nearest.hpp"
+#include "balance/base/nearest.hpp"
+#include "balance/spec/limits.hpp"
 #include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 #include "balance/write/run_description.hpp"
@@ -88,7 +88,7 @@ void check_formulation(const SimulateOptions& options, const Study& study) {
   const std::vector<std::string> known = formulations();
   if (std::find(known.begin(), known.end(), options.formulation) == known.end()) {
     throw UsageError(fmt::format("--formulation needs {}, not {}{}", fmt::join(known, " or "),
-                                 read::in_quotes(options.formulation), read::nearest_hint(options.formulation, known)));
+                                 in_quotes(options.formulation), nearest_hint(options.formulation, known)));
   }
   if (options.formulation == "natural" && study.mechanism.space == SpaceKind::spatial) {
     throw UsageError(study.spec_file + " is spatial: --formulation natural is for planar mechanisms");
@@ -105,9 +105,8 @@ Trajectory choose_trajectory(const SimulateOptions& options, const Study& study)
     if (trajectory.name == options.trajectory) chosen = &trajectory;
   }
   if (chosen == nullptr) {
-    throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file,
-                                 read::in_quotes(options.trajectory), fmt::join(names, ", "),
-                                 read::nearest_hint(options.trajectory, names)));
+    throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file, in_quotes(options.trajectory),
+                                 fmt::join(names, ", "), nearest_hint(options.trajectory, names)));
   }
   Trajectory trajectory = *chosen;
   if (options.samples) trajectory.samples = *options.samples;

@@ -2,11 +2,12 @@
 
 #include "failure.hpp"
 
+#include "balance/analysis/occurrence.hpp"
+#include "balance/analysis/start_pose.hpp"
 #include "balance/base/error.hpp"
+#include "balance/motion/names.hpp"
+#include "balance/present/names.hpp"
 #include "balance/read/symbols.hpp"
-#include "balance/study/occurrence.hpp"
-#include "balance/study/start_pose.hpp"
-#include "balance/write/names.hpp"
 
 #include <limits>
 #include <stdexcept>

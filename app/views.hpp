@@ -3,8 +3,8 @@
 
 #include "goals.hpp"
 
-#include "balance/study/design_study.hpp"
-#include "balance/write/design_view.hpp"
+#include "balance/analysis/design_study.hpp"
+#include "balance/present/design_view.hpp"
 
 namespace balance::app {
 

@@ -22,6 +22,4 @@ pkg_check_modules(clp REQUIRED IMPORTED_TARGET clp)
 find_package(CLI11 2.1 REQUIRED)
 find_package(Boost 1.74 REQUIRED) # headers only: Odeint
 
-set(balance_private_libraries yaml-cpp muparser::muparser hdf5::hdf5 hdf5::hdf5_hl fmt::fmt
-                              nlohmann_json::nlohmann_json OpenSSL::Crypto ZLIB::ZLIB PkgConfig::nlopt PkgConfig::clp)
 set(balance_app_libraries CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json)

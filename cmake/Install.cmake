@@ -3,7 +3,7 @@
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/balance)
 
-install(TARGETS balance EXPORT balanceTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(TARGETS balance ${balance_parts} EXPORT balanceTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 if(TARGET balance_app)
   install(TARGETS balance_app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()

@@ -46,7 +46,7 @@ if(BALANCE_PAGE AND EXISTS "${page_stamp}")
     COMMENT "Bundling the report's page"
     VERBATIM)
   add_custom_target(balance_page DEPENDS ${page_outputs})
-  add_dependencies(balance balance_page)
+  add_dependencies(balance_pages balance_page)
   set_source_files_properties(
     ${PROJECT_SOURCE_DIR}/lib/balance/report/page_assets.cpp
     PROPERTIES COMPILE_DEFINITIONS BALANCE_PAGE_BUNDLE="${page_bundle}" OBJECT_DEPENDS "${page_outputs}")

@@ -4,8 +4,8 @@
 #include "balance/batch/run.hpp"
 #include "balance/batch/summary.hpp"
 #include "balance/compare/metric_table.hpp"
-#include "balance/read/read_spec.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/read_spec.hpp"
 #include "balance/write/result_hdf5.hpp"
 #include "balance/write/run_description.hpp"
 

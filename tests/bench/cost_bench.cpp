@@ -2,7 +2,7 @@
 
 #include "fixtures.hpp"
 
-#include "balance/study/trajectory_cost.hpp"
+#include "balance/cost/trajectory_cost.hpp"
 
 #include <benchmark/benchmark.h>
 

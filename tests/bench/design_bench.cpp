@@ -2,9 +2,9 @@
 
 #include "fixtures.hpp"
 
+#include "balance/analysis/design_study.hpp"
 #include "balance/design/solve.hpp"
-#include "balance/read/read_spec.hpp"
-#include "balance/study/design_study.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <benchmark/benchmark.h>
 

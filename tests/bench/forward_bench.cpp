@@ -4,7 +4,7 @@
 #include "fixtures.hpp"
 
 #include "balance/control/plant.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -2,7 +2,7 @@
 
 #include "fixtures.hpp"
 
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
 #include "balance/write/result_hdf5.hpp"
 
 #include <benchmark/benchmark.h>

@@ -2,7 +2,7 @@
 
 #include "balance/conditions/conditions.hpp"
 #include "balance/conditions/text.hpp"
-#include "balance/read/read_spec.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

@@ -6,7 +6,7 @@
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/modular.hpp"
 #include "balance/conditions/rows.hpp"
-#include "balance/read/read_spec.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

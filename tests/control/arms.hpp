@@ -1,8 +1,8 @@
 #pragma once
 /// A one-joint arm whose motion can be told by hand, and runs of it and of the 5R.
 
-#include "balance/read/read_spec.hpp"
-#include "balance/study/control.hpp"
+#include "balance/analysis/control.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

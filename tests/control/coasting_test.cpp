@@ -4,7 +4,7 @@
 
 #include "plant_cases.hpp"
 
-#include "balance/study/control.hpp"
+#include "balance/analysis/control.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -2,7 +2,7 @@
 
 #include "plant_cases.hpp"
 
-#include "balance/study/control.hpp"
+#include "balance/analysis/control.hpp"
 
 using namespace plants;
 

@@ -2,8 +2,8 @@
 /// Mechanisms of configs/ as plants, and where they start from.
 
 #include "balance/control/plant.hpp"
-#include "balance/read/read_spec.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

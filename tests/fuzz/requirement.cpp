@@ -2,7 +2,7 @@
 
 #include "targets.hpp"
 
-#include "balance/read/read_spec.hpp"
+#include "balance/spec/read_spec.hpp"
 
 namespace balance::fuzz {
 

@@ -1,7 +1,7 @@
 #include "targets.hpp"
 
-#include "balance/read/read_spec.hpp"
 #include "balance/read/symbols.hpp"
+#include "balance/spec/read_spec.hpp"
 #include "balance/write/balanced_spec.hpp"
 
 #include <cstdio>

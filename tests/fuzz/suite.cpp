@@ -1,4 +1,5 @@
 #include "balance/read/suite.hpp"
+#include "balance/spec/named_files.hpp"
 
 #include "targets.hpp"
 

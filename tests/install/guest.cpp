@@ -1,7 +1,7 @@
 // Reads a spec, moves the mechanism and prints its peak shaking force: the library as a stranger uses it.
 #include <balance/base/version.hpp>
-#include <balance/read/read_spec.hpp>
-#include <balance/study/simulate.hpp>
+#include <balance/simulation/simulate.hpp>
+#include <balance/spec/read_spec.hpp>
 
 #include <cstdio>
 

@@ -27,3 +27,7 @@ said=$("$folder/guest/guest" "$spec")
 echo "guest says: $said"
 # 869.7 N is the peak that the literature's data give for the cycloidal motion.
 [[ $said == *"peak shaking force 869.7"* ]]
+
+"$cmake" -G Ninja -S "$here" -B "$folder/core" -DCORE_ALONE=ON -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE=Debug >/dev/null
+"$cmake" --build "$folder/core"
+"$folder/core/guest"

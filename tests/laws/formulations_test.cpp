@@ -2,7 +2,7 @@
 
 #include "random_mechanisms.hpp"
 
-#include "balance/study/verify.hpp"
+#include "balance/analysis/verify.hpp"
 
 #include <doctest/doctest.h>
 

@@ -4,9 +4,9 @@
 
 #include "instant.hpp"
 
+#include "balance/analysis/check.hpp"
 #include "balance/base/rotation.hpp"
 #include "balance/conditions/conditions.hpp"
-#include "balance/study/check.hpp"
 
 #include <doctest/doctest.h>
 

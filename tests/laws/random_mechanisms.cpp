@@ -3,7 +3,7 @@
 #include "runs.hpp"
 
 #include "balance/base/rotation.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
 
 #include <algorithm>
 #include <random>

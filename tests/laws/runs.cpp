@@ -4,8 +4,8 @@
 
 #include "balance/base/rotation.hpp"
 #include "balance/motion/law.hpp"
-#include "balance/read/read_spec.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

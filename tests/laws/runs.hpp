@@ -3,7 +3,7 @@
 /// the joint coordinates over time alone: poses by walking from joint to joint, velocities and accelerations by differences,
 /// masses as clouds of points. Nothing here uses the engine's trees or recursions.
 
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 #include "balance/study/study.hpp"
 
 #include <functional>

@@ -3,8 +3,8 @@
 #include "runs.hpp"
 #include "transforms.hpp"
 
-#include "balance/study/control.hpp"
-#include "balance/study/simulate_natural.hpp"
+#include "balance/analysis/control.hpp"
+#include "balance/simulation/simulate_natural.hpp"
 
 #include <doctest/doctest.h>
 

@@ -3,10 +3,10 @@
 #include "runs.hpp"
 #include "transforms.hpp"
 
+#include "balance/analysis/check.hpp"
+#include "balance/analysis/design_study.hpp"
 #include "balance/conditions/conditions.hpp"
-#include "balance/read/read_spec.hpp"
-#include "balance/study/check.hpp"
-#include "balance/study/design_study.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

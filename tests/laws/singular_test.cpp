@@ -2,7 +2,7 @@
 
 #include "verdict.hpp"
 
-#include "balance/read/read_spec.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

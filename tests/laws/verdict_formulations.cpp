@@ -1,7 +1,7 @@
 #include "verdict.hpp"
 
 #include "balance/control/forward_dynamics.hpp"
-#include "balance/study/simulate_natural.hpp"
+#include "balance/simulation/simulate_natural.hpp"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // A centre of mass that stands still cannot drive anything, and that is what is said (A10).
 
-#include "balance/read/read_spec.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

@@ -3,7 +3,7 @@
 
 #include "side_by_side.hpp"
 
-#include "balance/study/simulate_natural.hpp"
+#include "balance/simulation/simulate_natural.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 // A planar linkage that is written in space is the same mechanism: the same mode, the same components, the same figures.
 
-#include "balance/read/read_spec.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

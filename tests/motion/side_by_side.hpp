@@ -1,8 +1,8 @@
 #pragma once
 /// Slider-cranks and four-bars side by side, whose singular configurations are known in closed form.
 
-#include "balance/read/read_spec.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <cmath>
 #include <cstddef>

@@ -2,8 +2,8 @@
 // All of them with BALANCE_MUTATE_ALL in the environment, else a sample.
 
 #include "balance/base/error.hpp"
-#include "balance/read/node.hpp"
-#include "balance/read/read_spec.hpp"
+#include "balance/spec/node.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

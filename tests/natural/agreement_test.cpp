@@ -1,7 +1,7 @@
 /// Both formulations on every planar mechanism and trajectory of configs/.
 
-#include "balance/read/read_spec.hpp"
-#include "balance/study/verify.hpp"
+#include "balance/analysis/verify.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

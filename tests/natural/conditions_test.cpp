@@ -3,10 +3,10 @@
 
 #include "random_linkages.hpp"
 
+#include "balance/analysis/verify.hpp"
 #include "balance/natural/momentum.hpp"
-#include "balance/read/read_spec.hpp"
-#include "balance/study/simulate_natural.hpp"
-#include "balance/study/verify.hpp"
+#include "balance/simulation/simulate_natural.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 /// Numbers that are known for the 3RRR of P3 with its corrected Table 1, by natural coordinates alone.
 
-#include "balance/read/read_spec.hpp"
-#include "balance/study/simulate_natural.hpp"
+#include "balance/simulation/simulate_natural.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

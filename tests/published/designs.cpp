@@ -1,6 +1,6 @@
 #include "designs.hpp"
 
-#include "balance/read/read_spec.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 #pragma once
 /// Designs, and the motions that judge them: a design's own conditions are never asked.
 
-#include "balance/study/design_study.hpp"
+#include "balance/analysis/design_study.hpp"
 #include "published.hpp"
 
 #include <string>

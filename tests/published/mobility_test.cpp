@@ -2,7 +2,7 @@
 
 #include "published.hpp"
 
-#include "balance/study/check.hpp"
+#include "balance/analysis/check.hpp"
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,7 @@
 
 #include "published.hpp"
 
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
 
 #include <doctest/doctest.h>
 

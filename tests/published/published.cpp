@@ -1,7 +1,7 @@
 #include "published.hpp"
 
-#include "balance/read/read_spec.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Runs of the mechanisms in configs/, and mechanisms put together in code.
 
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 #include "balance/study/study.hpp"
 
 #include <random>

@@ -1,4 +1,4 @@
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
 
 #include "specs.hpp"
 

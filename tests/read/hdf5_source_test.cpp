@@ -1,8 +1,8 @@
 // What a child process says of a file is checked like any stranger's words.
 
-#include "balance/read/hdf5_source.hpp"
-#include "balance/read/hdf5_server.hpp"
-#include "balance/read/wire.hpp"
+#include "balance/hdf5/server.hpp"
+#include "balance/hdf5/source.hpp"
+#include "balance/hdf5/wire.hpp"
 
 #include <doctest/doctest.h>
 
@@ -12,9 +12,9 @@
 #include <array>
 #include <thread>
 
-namespace {
+using namespace balance;
 
-using namespace balance::read;
+namespace {
 
 const std::string table = std::string(BALANCE_TEST_DATA) + "/joints.h5";
 

@@ -2,9 +2,9 @@
 
 #include "balance/read/result_file.hpp"
 #include "balance/base/error.hpp"
-#include "balance/read/read_spec.hpp"
-#include "balance/study/result_layout.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/result/quantities.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/read_spec.hpp"
 #include "balance/write/result_hdf5.hpp"
 
 #include <doctest/doctest.h>

@@ -2,7 +2,7 @@
 /// Two complete specs, and a way to spoil them.
 
 #include "balance/base/error.hpp"
-#include "balance/read/read_spec.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,11 +1,11 @@
 #include "balance/report/page.hpp"
 
 #include "balance/base/error.hpp"
-#include "balance/read/read_spec.hpp"
 #include "balance/report/base64.hpp"
-#include "balance/study/result_layout.hpp"
-#include "balance/study/round_off.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/result/quantities.hpp"
+#include "balance/result/round_off.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/read_spec.hpp"
 #include "balance/write/sha256.hpp"
 
 #include <doctest/doctest.h>

@@ -1,8 +1,8 @@
-#include "balance/read/read_spec.hpp"
 #include "balance/report/draw_picture.hpp"
 #include "balance/report/plot_layout.hpp"
 #include "balance/report/plot_script.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

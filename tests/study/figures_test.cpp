@@ -1,8 +1,8 @@
 /// Figures of a run do not depend on how few samples are kept of it, and numbers that overflow are no figures.
 
-#include "balance/read/read_spec.hpp"
-#include "balance/study/simulate.hpp"
-#include "balance/study/simulate_natural.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/simulation/simulate_natural.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

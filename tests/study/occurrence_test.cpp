@@ -1,5 +1,5 @@
-#include "balance/study/occurrence.hpp"
-#include "balance/read/read_spec.hpp"
+#include "balance/analysis/occurrence.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

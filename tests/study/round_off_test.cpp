@@ -1,11 +1,11 @@
-#include "balance/study/round_off.hpp"
+#include "balance/result/round_off.hpp"
+#include "balance/analysis/control.hpp"
 #include "balance/compare/comparison.hpp"
 #include "balance/compare/difference.hpp"
-#include "balance/read/read_spec.hpp"
-#include "balance/study/control.hpp"
-#include "balance/study/result_layout.hpp"
-#include "balance/study/simulate.hpp"
-#include "balance/study/simulate_natural.hpp"
+#include "balance/result/quantities.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/simulation/simulate_natural.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 #include <fmt/format.h>

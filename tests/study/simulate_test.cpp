@@ -1,5 +1,5 @@
-#include "balance/study/simulate.hpp"
-#include "balance/read/read_spec.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
-#include "balance/read/read_spec.hpp"
-#include "balance/study/check.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/analysis/check.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

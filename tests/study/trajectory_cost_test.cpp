@@ -1,10 +1,10 @@
 // Figures as functions of the parameters against simulations of mechanisms that have these parameters.
 
-#include "balance/study/trajectory_cost.hpp"
+#include "balance/cost/trajectory_cost.hpp"
 
 #include "balance/base/rotation.hpp"
-#include "balance/read/read_spec.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
-#include "balance/write/comparison_json.hpp"
-#include "balance/write/comparison_text.hpp"
+#include "balance/present/comparison_json.hpp"
+#include "balance/present/comparison_text.hpp"
 #include "balance/write/csv_field.hpp"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
-#include "balance/write/conditions_json.hpp"
-#include "balance/write/conditions_text.hpp"
+#include "balance/present/conditions_json.hpp"
+#include "balance/present/conditions_text.hpp"
 #include "design_sample.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 #pragma once
 /// A made-up design of two free numbers, three conditions on five parameters and two trajectories.
 
-#include "balance/write/design_view.hpp"
+#include "balance/present/design_view.hpp"
 #include "sample.hpp"
 
 #include <limits>

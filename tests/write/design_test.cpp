@@ -1,6 +1,6 @@
-#include "balance/write/design_hdf5.hpp"
-#include "balance/write/design_json.hpp"
-#include "balance/write/design_text.hpp"
+#include "balance/present/design_hdf5.hpp"
+#include "balance/present/design_json.hpp"
+#include "balance/present/design_text.hpp"
 #include "design_sample.hpp"
 #include "hdf5_reader.hpp"
 

@@ -1,5 +1,5 @@
-#include "balance/write/junit.hpp"
-#include "balance/write/xml_text.hpp"
+#include "balance/present/junit.hpp"
+#include "balance/present/xml_text.hpp"
 
 #include <doctest/doctest.h>
 

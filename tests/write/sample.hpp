@@ -2,7 +2,7 @@
 /// Made-up results whose every value is different, so that no two places can be mistaken for each other.
 
 #include "balance/model/mechanism.hpp"
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 #include "balance/write/write_options.hpp"
 
 #include <unistd.h>

@@ -1,5 +1,7 @@
 #include "balance/write/text.hpp"
 
+#include "balance/present/check_json.hpp"
+#include "balance/present/check_text.hpp"
 #include "balance/write/json.hpp"
 #include "balance/write/sha256.hpp"
 #include "balance/write/table.hpp"

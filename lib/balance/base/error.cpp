@@ -2,8 +2,6 @@
 
 #include "balance/base/plain_text.hpp"
 
-#include <fmt/format.h>
-
 #include <utility>
 
 namespace balance {
@@ -12,7 +10,8 @@ namespace {
 /// @param kept those that are told one by one
 std::string counted(std::size_t kept, std::size_t more) {
   const bool stopped = kept + more >= SpecError::most_counted;
-  return fmt::format("and {}{} more mistake{}", stopped ? "at least " : "", more, more == 1 ? "" : "s");
+  return std::string("and ") + (stopped ? "at least " : "") + std::to_string(more) + " more mistake" +
+         (more == 1 ? "" : "s");
 }
 
 std::string all_lines(const std::vector<Mistake>& mistakes, std::size_t more) {
@@ -35,7 +34,7 @@ std::vector<Mistake> first_of(std::vector<Mistake> mistakes) {
 
 std::string SpecPlace::text() const {
   std::string place = file;
-  if (line > 0) place += fmt::format(":{}:{}", line, column);
+  if (line > 0) place += ":" + std::to_string(line) + ":" + std::to_string(column);
   if (key.empty()) return place;
   return place.empty() ? key : place + ": " + key;
 }

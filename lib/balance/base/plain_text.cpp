@@ -1,8 +1,8 @@
 #include "balance/base/plain_text.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <iterator>
 
 namespace balance {
@@ -57,6 +57,13 @@ bool is_letter(std::uint32_t code) {
   return !is_unseen(code) && !is_among(no_letters, code);
 }
 
+/// A number in hexadecimal digits. @param form of printf, for one unsigned int
+std::string in_digits(const char* form, unsigned code) {
+  std::array<char, 16> digits{};
+  std::snprintf(digits.data(), digits.size(), form, code);
+  return digits.data();
+}
+
 std::string shown(std::string_view text, bool lines) {
   std::string out;
   while (!text.empty()) {
@@ -64,9 +71,9 @@ std::string shown(std::string_view text, bool lines) {
     const std::size_t bytes = std::max<std::size_t>(one.bytes, 1);
     const bool kept = lines && (one.code == '\n' || one.code == '\t');
     if (one.bytes == 0 || (one.code < 0x80 && !kept && is_unseen(one.code)))
-      out += fmt::format("\\x{:02x}", static_cast<unsigned>(static_cast<unsigned char>(text[0])));
+      out += in_digits("\\x%02x", static_cast<unsigned char>(text[0]));
     else if (!kept && is_unseen(one.code))
-      out += fmt::format("<U+{:04X}>", one.code);
+      out += in_digits("<U+%04X>", one.code);
     else
       out += text.substr(0, bytes);
     text.remove_prefix(bytes);

@@ -1,7 +1,7 @@
 #pragma once
 /// What is remembered of a case that has been computed: all that summaries need, and by what to recognise that it is finished.
 
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 
 #include <limits>
 #include <optional>

@@ -1,7 +1,7 @@
 #include "balance/batch/fence.hpp"
 
 #include "balance/base/error.hpp"
-#include "balance/base/hdf5_turn.hpp"
+#include "balance/hdf5/turn.hpp"
 
 #include <poll.h>
 #include <sys/prctl.h>

@@ -3,7 +3,8 @@
 #include "balance/base/error.hpp"
 #include "balance/base/version.hpp"
 #include "balance/batch/build_identity.hpp"
-#include "balance/read/text_file.hpp"
+#include "balance/spec/named_files.hpp"
+#include "balance/spec/text_file.hpp"
 #include "balance/write/sha256.hpp"
 
 #include <fmt/format.h>

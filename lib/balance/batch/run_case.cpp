@@ -1,15 +1,16 @@
 #include "balance/batch/run_case.hpp"
 
+#include "balance/analysis/control.hpp"
+#include "balance/analysis/design_study.hpp"
 #include "balance/base/error.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/compare/metric_table.hpp"
-#include "balance/read/nearest.hpp"
-#include "balance/read/problem.hpp"
-#include "balance/read/read_spec.hpp"
-#include "balance/study/control.hpp"
-#include "balance/study/design_study.hpp"
-#include "balance/study/simulate.hpp"
+#include "balance/motion/names.hpp"
+#include "balance/present/names.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/spec/problem.hpp"
+#include "balance/spec/read_spec.hpp"
 #include "balance/write/balanced_spec.hpp"
-#include "balance/write/names.hpp"
 #include "balance/write/result_hdf5.hpp"
 #include "balance/write/run_description.hpp"
 #include "balance/write/sha256.hpp"
@@ -85,10 +86,9 @@ class CaseRun {
 
   [[noreturn]] void fail_choice(const char* what, const Study& study, const std::vector<std::string>& names,
                                 const std::string& found) const {
-    const read::Complaint complaint{
-        .expected = fmt::format("a {} of {} ({})", what, study.spec_file, read::one_of(names)),
-        .found = read::in_quotes(found),
-        .hint = read::nearest_is(found, names)};
+    const read::Complaint complaint{.expected = fmt::format("a {} of {} ({})", what, study.spec_file, one_of(names)),
+                                    .found = in_quotes(found),
+                                    .hint = nearest_is(found, names)};
     throw SpecError({wanted_.place_of(what), complaint.text(), complaint.expected, complaint.found, complaint.hint});
   }
 

@@ -2,9 +2,9 @@
 
 #include "balance/batch/summary_table.hpp"
 #include "balance/compare/metric_table.hpp"
+#include "balance/present/junit.hpp"
 #include "balance/write/csv_field.hpp"
 #include "balance/write/json_parts.hpp"
-#include "balance/write/junit.hpp"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 
 #include "balance/compare/interpolant.hpp"
 #include "balance/compare/series.hpp"
-#include "balance/study/round_off.hpp"
+#include "balance/result/round_off.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 #pragma once
 /// The figures of one run under the name that comparisons and requirements call it by.
 
-#include "balance/study/result.hpp"
-#include "balance/study/trajectory_cost.hpp"
+#include "balance/result/figure.hpp"
+#include "balance/result/result.hpp"
 
 #include <limits>
 #include <string>

@@ -1,6 +1,6 @@
 #include "balance/compare/series.hpp"
 
-#include "balance/study/round_off.hpp"
+#include "balance/result/round_off.hpp"
 
 #include <string_view>
 #include <unordered_map>

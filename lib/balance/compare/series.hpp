@@ -1,7 +1,7 @@
 #pragma once
 /// The samples behind each metric of a run.
 
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 
 #include <string>
 #include <vector>
@@ -13,7 +13,7 @@ struct QuantitySeries {
   std::string quantity;  ///< as in Result::metrics: "torque[A1]", "shaking_force"; the worst of several is none
   const Samples* samples = nullptr;
   int first = 0, count = 1;  ///< columns
-  double round_off = 0;      ///< of each of them (study/round_off.hpp)
+  double round_off = 0;      ///< of each of them (result/round_off.hpp)
 };
 
 /// Quantities without samples are left out.

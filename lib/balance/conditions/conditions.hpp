@@ -1,9 +1,9 @@
 #pragma once
 /// The complete balancing conditions of any mechanism: which linear combinations of its parameters must vanish.
 
-#include "balance/conditions/goal.hpp"
 #include "balance/conditions/known_terms.hpp"
 #include "balance/conditions/parameter.hpp"
+#include "balance/study/goal.hpp"
 
 #include <cstdint>
 #include <memory>

@@ -2,8 +2,8 @@
 /// A controller at work: efforts from what it measures, what it should do and what it believes of the mechanism.
 /// P0 section 1.3; derivations and what they prove are in docs/control.md.
 
-#include "balance/control/controller.hpp"
 #include "balance/control/forward_dynamics.hpp"
+#include "balance/study/controller.hpp"
 
 namespace balance {
 

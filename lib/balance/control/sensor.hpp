@@ -1,7 +1,7 @@
 #pragma once
 /// What a controller gets to see: quantised, noisy samples. The same seed gives the same numbers on every machine.
 
-#include "balance/control/controller.hpp"
+#include "balance/study/controller.hpp"
 
 #include <random>
 

@@ -21,11 +21,11 @@ struct Method {
   std::string_view name;
   nlopt_algorithm algorithm;
 };
-constexpr std::array local_methods = {
+constexpr std::array local_searches = {
     Method{"slsqp", NLOPT_LD_SLSQP},   Method{"auglag", NLOPT_AUGLAG},  Method{"cobyla", NLOPT_LN_COBYLA},
     Method{"bobyqa", NLOPT_LN_BOBYQA}, Method{"sbplx", NLOPT_LN_SBPLX},
 };
-constexpr std::array global_methods = {
+constexpr std::array global_searches = {
     Method{"direct", NLOPT_GN_DIRECT_L}, Method{"crs", NLOPT_GN_CRS2_LM},  Method{"isres", NLOPT_GN_ISRES},
     Method{"esch", NLOPT_GN_ESCH},       Method{"mlsl", NLOPT_G_MLSL_LDS},
 };
@@ -170,14 +170,12 @@ class Run {
 
 }  // namespace
 
-bool is_local_method(const std::string& name) { return name == "auto" || find(local_methods, name) != nullptr; }
-bool is_global_method(const std::string& name) { return find(global_methods, name) != nullptr; }
 bool wants_gradients(const std::string& local_method) { return local_method == "slsqp" || local_method == "auglag"; }
 
 Found search_locally(const std::string& method, const Program& program, const VectorX& start,
                      const SearchLimits& limits) {
   // BOBYQA's quadratic model needs two dimensions
-  const Method* found = find(local_methods, method == "bobyqa" && program.size == 1 ? "sbplx" : method);
+  const Method* found = find(local_searches, method == "bobyqa" && program.size == 1 ? "sbplx" : method);
   if (found == nullptr) throw std::invalid_argument("no local search is called " + method);
   Run run(program, found->algorithm, limits);
   if (method != "bobyqa" && method != "sbplx") run.add_constraints();
@@ -195,7 +193,7 @@ Found search_locally(const std::string& method, const Program& program, const Ve
 
 Found search_globally(const std::string& method, const Program& program, const VectorX& start,
                       const SearchLimits& limits, std::uint64_t seed, bool gradients) {
-  const Method* found = find(global_methods, method);
+  const Method* found = find(global_searches, method);
   if (found == nullptr) throw std::invalid_argument("no global search is called " + method);
   nlopt_srand(static_cast<unsigned long>(seed));
   Run run(program, found->algorithm, limits);

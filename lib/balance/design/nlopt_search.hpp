@@ -42,8 +42,6 @@ Found search_locally(const std::string& method, const Program& program, const Ve
 Found search_globally(const std::string& method, const Program& program, const VectorX& start,
                       const SearchLimits& limits, std::uint64_t seed, bool gradients);
 
-bool is_local_method(const std::string& name);
-bool is_global_method(const std::string& name);
 /// The method asks for gradients.
 bool wants_gradients(const std::string& local_method);
 

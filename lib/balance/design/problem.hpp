@@ -2,8 +2,8 @@
 /// A design problem: which numbers are free, which goals they are to meet, what to prefer among exact solutions.
 
 #include "balance/conditions/conditions.hpp"
+#include "balance/study/search_options.hpp"
 
-#include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -33,19 +33,6 @@ struct Objective {
   bool size =
       false;  ///< of the design (added mass), not of its motion: smallest when nothing is balanced at all, so that
               ///< a compromise first meets the conditions as well as it can
-};
-
-/// How to search where the solution does not follow directly.
-struct SearchOptions {
-  std::string global = "crs";  ///< direct, crs, isres, esch, mlsl
-  std::string local = "auto";  ///< slsqp, auglag, cobyla, bobyqa, sbplx; auto: slsqp where gradients exist, else cobyla
-  std::uint64_t seed = 1;      ///< of restarts and global search
-  int restarts = 40;           ///< of Gauss–Newton, 1…10000
-  int evaluations = 20000;     ///< of a global search, 1…10^8; a twentieth where every one is a simulation
-  double seconds = 60;         ///< of computing, for everything that one design does, positive
-
-  /// @throws std::invalid_argument
-  void validate() const;
 };
 
 struct DesignProblem {

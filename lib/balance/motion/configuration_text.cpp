@@ -1,6 +1,7 @@
 #include "balance/motion/configuration_text.hpp"
 
-#include <fmt/format.h>
+#include <array>
+#include <cstdio>
 
 namespace balance {
 
@@ -12,7 +13,9 @@ std::string configuration_text(const Mechanism& mechanism, const Tree<S>& tree, 
     const CoordinateSource& source = tree.sources[c];
     if (source.column < 0 || tree.joint_floats[mechanism.coordinates[c].joint]) continue;
     const double value = source.ratio * y[source.column] + source.offset;
-    out += fmt::format("{}{} {:.6g}", out.empty() ? "" : ", ", mechanism.coordinates[c].name, value);
+    std::array<char, 32> digits{};
+    std::snprintf(digits.data(), digits.size(), "%.6g", value);
+    out += (out.empty() ? "" : ", ") + mechanism.coordinates[c].name + " " + digits.data();
   }
   return out;
 }

@@ -1,8 +1,8 @@
 #include "balance/read/requirement.hpp"
 
-#include "balance/read/calculator.hpp"
-#include "balance/read/nearest.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/read/requirement_text.hpp"
+#include "balance/spec/calculator.hpp"
 
 #include <fmt/format.h>
 
@@ -15,7 +15,6 @@ namespace {
 
 using read::Calculator;
 using read::ExpressionError;
-using read::in_quotes;
 
 template <class See>
 void for_each_figure(const Requirement& requirement, See&& see) {
@@ -112,7 +111,7 @@ void check_quantities(const Requirement& requirement, const std::vector<std::str
     const bool known = std::find(quantities.begin(), quantities.end(), figure.quantity) != quantities.end();
     if (!figure.figure || known) return;
     throw RequirementError(figure.column, fmt::format("no run has a quantity {}{}", in_quotes(figure.quantity),
-                                                      read::nearest_hint(figure.quantity, quantities)));
+                                                      nearest_hint(figure.quantity, quantities)));
   });
 }
 

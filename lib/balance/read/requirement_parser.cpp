@@ -1,4 +1,4 @@
-#include "balance/read/nearest.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/read/requirement_text.hpp"
 
 #include <fmt/format.h>

@@ -1,11 +1,11 @@
 #include "balance/read/result_file.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/base/plain_text.hpp"
-#include "balance/read/hdf5_source.hpp"
-#include "balance/read/nearest.hpp"
-#include "balance/study/result_layout.hpp"
-#include "balance/study/round_off.hpp"
+#include "balance/hdf5/source.hpp"
+#include "balance/result/quantities.hpp"
+#include "balance/result/round_off.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,9 +17,6 @@
 namespace balance {
 
 namespace {
-
-using read::Hdf5Error;
-using read::Hdf5Source;
 
 constexpr const char* convention = "balance-1";
 constexpr double most_iterations = 1e9;  // of one sample: an int holds them
@@ -167,7 +164,7 @@ class Reader {
   }
 
   static void expect(bool good, const std::string& name) {
-    if (!good) throw Hdf5Error(read::in_quotes(name) + " is not as a result has it: the file is damaged");
+    if (!good) throw Hdf5Error(in_quotes(name) + " is not as a result has it: the file is damaged");
   }
 
   const Hdf5Source& file_;
@@ -186,11 +183,11 @@ std::vector<std::string> runs_in(const Hdf5Source& file) {
 void check_group(const Hdf5Source& file, const std::string& group) {
   if (group.empty() ? file.has("time") : file.has(group + "/time")) return;
   const auto runs = runs_in(file);
-  if (runs.empty()) throw Hdf5Error(group.empty() ? "has no run" : "has no group " + read::in_quotes(group));
+  if (runs.empty()) throw Hdf5Error(group.empty() ? "has no run" : "has no group " + in_quotes(group));
   if (group.empty())
     throw Hdf5Error(fmt::format("is a design with several runs: put one of them behind it, such as :{}", runs.back()));
-  throw Hdf5Error(fmt::format("has no run {}, only {}{}", read::in_quotes(group), fmt::join(runs, ", "),
-                              read::nearest_hint(group, runs)));
+  throw Hdf5Error(
+      fmt::format("has no run {}, only {}{}", in_quotes(group), fmt::join(runs, ", "), nearest_hint(group, runs)));
 }
 
 RunFile read_run(const Hdf5Source& file, const Place& place) {

@@ -1,7 +1,7 @@
 #pragma once
 /// Reading back what a run was written to; docs/file-format.md describes the file.
 
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 
 #include <string>
 

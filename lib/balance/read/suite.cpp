@@ -1,9 +1,9 @@
 #include "balance/read/suite.hpp"
 
 #include "balance/base/error.hpp"
-#include "balance/read/nearest.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/read/suite_case.hpp"
-#include "balance/read/text_file.hpp"
+#include "balance/spec/text_file.hpp"
 
 #include <fmt/format.h>
 
@@ -104,15 +104,6 @@ void read_references(const Later& later, Suite& suite, SuiteDraft& draft) {
         [&, &index = index, &at = at] { draft.cases[index].require = read_requirements(at, names, draft); });
 }
 
-void list_files(const Node& node, std::vector<std::string>& files) {
-  for (std::size_t i = 0; i < node.items.size(); ++i) {
-    const Node& item = node.items[i];
-    const bool named = node.kind == Node::Kind::map && node.keys[i].text == "file" && item.kind == Node::Kind::scalar;
-    if (named) files.push_back(item.text);
-    list_files(item, files);
-  }
-}
-
 }  // namespace
 }  // namespace read
 
@@ -145,18 +136,5 @@ Suite read_suite(const std::string& text, const std::string& file_name) {
 }
 
 Suite read_suite_file(const std::string& path) { return read_suite(read_text_file(path, "suite"), shown_name(path)); }
-
-std::vector<std::string> files_named_in(const std::string& spec_text) {
-  std::vector<std::string> files;
-  read::Problems problems("");
-  try {
-    read::list_files(read::parse_yaml(spec_text, problems), files);
-  } catch (const read::Problem&) {
-    return {};  // whoever reads the spec will say what is wrong with it
-  } catch (const SpecError&) {
-    return {};
-  }
-  return files;
-}
 
 }  // namespace balance

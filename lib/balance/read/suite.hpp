@@ -2,8 +2,8 @@
 /// A suite: many cases, what they are compared with and what is required of them. The language is described in docs/suite.md.
 
 #include "balance/base/error.hpp"
-#include "balance/conditions/goal.hpp"
 #include "balance/read/requirement.hpp"
+#include "balance/study/goal.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -60,8 +60,5 @@ Suite read_suite(const std::string& text, const std::string& file_name);
 
 /// @throws SystemError if the file cannot be read; SpecError as above
 Suite read_suite_file(const std::string& path);
-
-/// Values of the keys `file` anywhere in a spec: tables that it is read with. Nothing if the text is no YAML.
-std::vector<std::string> files_named_in(const std::string& spec_text);
 
 }  // namespace balance

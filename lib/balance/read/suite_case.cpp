@@ -1,10 +1,10 @@
 #include "balance/read/suite_case.hpp"
 
+#include "balance/base/nearest.hpp"
 #include "balance/base/plain_text.hpp"
-#include "balance/read/flow_text.hpp"
-#include "balance/read/goals.hpp"
-#include "balance/read/limits.hpp"
-#include "balance/read/nearest.hpp"
+#include "balance/spec/flow_text.hpp"
+#include "balance/spec/goals.hpp"
+#include "balance/spec/limits.hpp"
 
 #include <fmt/format.h>
 

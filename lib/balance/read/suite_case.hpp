@@ -1,8 +1,8 @@
 #pragma once
 /// One case of a suite, and what a matrix makes of several values. Private to read.
 
-#include "balance/read/cursor.hpp"
 #include "balance/read/suite.hpp"
+#include "balance/spec/cursor.hpp"
 
 #include <set>
 #include <string>

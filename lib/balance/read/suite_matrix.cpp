@@ -1,6 +1,6 @@
 // Every spec with every trajectory with every value of each parameter.
 
-#include "balance/read/nearest.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/read/suite_case.hpp"
 
 #include <fmt/format.h>

@@ -1,9 +1,9 @@
 #include "balance/read/symbols.hpp"
 
 #include "balance/base/error.hpp"
-#include "balance/read/node.hpp"
-#include "balance/read/parameters.hpp"
-#include "balance/read/units.hpp"
+#include "balance/spec/node.hpp"
+#include "balance/spec/parameters.hpp"
+#include "balance/spec/units.hpp"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 /// The lengths and ratios of a mechanism under the names that its spec gives them.
 
 #include "balance/conditions/naming.hpp"
-#include "balance/read/read_spec.hpp"
+#include "balance/spec/read_spec.hpp"
 
 namespace balance {
 

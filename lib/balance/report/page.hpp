@@ -2,7 +2,7 @@
 /// The page that a designer hands to a colleague: one HTML file with everything in it. docs/report.md describes its data.
 
 #include "balance/model/mechanism.hpp"
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 
 #include <optional>
 #include <string>

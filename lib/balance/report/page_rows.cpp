@@ -1,6 +1,6 @@
 #include "balance/report/page_rows.hpp"
 
-#include "balance/study/result_layout.hpp"
+#include "balance/result/quantities.hpp"
 
 #include <algorithm>
 #include <cmath>

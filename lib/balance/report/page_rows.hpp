@@ -1,7 +1,7 @@
 #pragma once
 /// Which samples a page shows of runs that have more of them than a screen could tell apart. Private to the page.
 
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 
 #include <vector>
 

@@ -2,9 +2,9 @@
 
 #include "balance/report/base64.hpp"
 #include "balance/report/page_rows.hpp"
-#include "balance/study/body_poses.hpp"
-#include "balance/study/result_layout.hpp"
-#include "balance/study/round_off.hpp"
+#include "balance/result/body_poses.hpp"
+#include "balance/result/quantities.hpp"
+#include "balance/result/round_off.hpp"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 /// One run as the page shows it. Private to the page: it knows the JSON library.
 
 #include "balance/model/mechanism.hpp"
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 #include "balance/write/json_parts.hpp"
 
 #include <vector>

@@ -1,7 +1,7 @@
 #pragma once
 /// From samples to the points of a line in a picture: jumps upright, no more points than a page can show.
 
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 
 #include <vector>
 

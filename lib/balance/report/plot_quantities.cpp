@@ -1,7 +1,7 @@
 #include "balance/report/plot_quantities.hpp"
 
-#include "balance/study/result_layout.hpp"
-#include "balance/study/round_off.hpp"
+#include "balance/result/quantities.hpp"
+#include "balance/result/round_off.hpp"
 
 #include <algorithm>
 

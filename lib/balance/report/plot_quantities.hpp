@@ -2,7 +2,7 @@
 /// Quantities of a run by the names that a user types: `shaking_force`, `shaking_force.x`, `torque`, `torque[A1]`,
 /// `joint_force[B1].y`.
 
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 
 #include <optional>
 #include <string>

@@ -1,12 +1,12 @@
 #pragma once
 /// Everything that one spec asks for, complete and validated.
 
-#include "balance/conditions/goal.hpp"
-#include "balance/control/controller.hpp"
-#include "balance/design/problem.hpp"
 #include "balance/model/mechanism.hpp"
 #include "balance/motion/trajectory.hpp"
-#include "balance/study/trajectory_cost.hpp"
+#include "balance/result/figure.hpp"
+#include "balance/study/controller.hpp"
+#include "balance/study/goal.hpp"
+#include "balance/study/search_options.hpp"
 
 #include <cstddef>
 #include <string>

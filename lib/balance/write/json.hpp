@@ -1,11 +1,9 @@
 #pragma once
-/// Results, checks and errors as JSON for programs.
+/// Results and errors as JSON for programs.
 
 #include "balance/base/error.hpp"
-#include "balance/model/mechanism.hpp"
-#include "balance/study/check.hpp"
-#include "balance/study/result.hpp"
-#include "balance/study/verify.hpp"
+#include "balance/motion/motion.hpp"
+#include "balance/result/result.hpp"
 #include "balance/write/write_options.hpp"
 
 #include <string>
@@ -16,11 +14,6 @@ namespace balance {
 /// One object: what was run, how it ended, the metrics and the files written; ends with a line feed.
 std::string result_json(const Result& result, const FileDescription& description,
                         const std::vector<std::string>& files);
-
-/// One object with everything of the report.
-/// @param verified adds "verification", what verify_json says of it, if not null
-std::string check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings,
-                       const VerifyReport* verified = nullptr);
 
 /// {"error": {"kind": …, "message": …}}; what stopped early adds its status, a motion the time too.
 std::string error_json(const std::string& kind, const std::string& message);

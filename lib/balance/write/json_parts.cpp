@@ -1,83 +1,15 @@
 #include "balance/write/json_parts.hpp"
 
 #include "balance/base/plain_text.hpp"
-#include "balance/conditions/latex.hpp"
-#include "balance/write/names.hpp"
+#include "balance/motion/names.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string_view>
 
 namespace balance {
 namespace {
-
-Json terms_json(const ConditionsView& view, int row) {
-  const Conditions& c = view.conditions;
-  const double largest = c.matrix.row(row).cwiseAbs().maxCoeff();
-  Json terms = Json::array();
-  for (Eigen::Index p = 0; p < c.own_columns(); ++p) {
-    const double coefficient = c.matrix(row, p);
-    if (std::abs(coefficient) <= 1e-12 * largest) continue;
-    Json term = {{"parameter", c.parameters[static_cast<std::size_t>(p)].name}, {"coefficient", coefficient}};
-    if (const Formula* formula = view.names.find(row, static_cast<int>(p)))
-      term["name"] = formula_text(*formula, view.names.symbols);
-    terms.push_back(std::move(term));
-  }
-  return terms;
-}
-
-/// The right-hand side: known terms, with what they come to.
-void add_right_hand_side(Json& json, const ConditionsView& view, int row) {
-  const Conditions& c = view.conditions;
-  const double largest = c.matrix.row(row).cwiseAbs().maxCoeff();
-  double sum = 0;
-  Json terms = Json::array();
-  for (Eigen::Index p = c.own_columns(); p < c.matrix.cols(); ++p) {
-    const double coefficient = -c.matrix(row, p);
-    if (std::abs(coefficient) <= 1e-12 * largest) continue;
-    const double value = c.known[p - c.own_columns()];
-    terms.push_back(
-        {{"term", c.parameters[static_cast<std::size_t>(p)].name}, {"coefficient", coefficient}, {"value", value}});
-    sum += coefficient * value;
-  }
-  json["known"] = std::move(terms);
-  json["right_hand_side"] = sum;
-}
-
-Json staying_json(const ConditionsView& view) {
-  Json list = Json::array();
-  for (const Staying& staying : view.staying) {
-    const Bearer bearer = staying.remainder.bearer;
-    Json one = {{"kind", bearer == Bearer::friction ? "friction"
-                         : bearer == Bearer::spring ? "spring"
-                                                    : "load"},
-                {"name", staying.remainder.name},
-                {"text", staying.text},
-                {"terms", Json::array()},
-                {"efforts", Json::array()},
-                {"unknown", Json::array()}};
-    for (const auto& unknown : staying.unknown)
-      one["unknown"].push_back({{"along", unknown.trajectory}, {"reason", unknown.reason}});
-    for (const int term : staying.remainder.terms)
-      one["terms"].push_back(view.conditions.parameters[static_cast<std::size_t>(term)].name);
-    for (const StayingEffort& effort : staying.efforts)
-      one["efforts"].push_back({{"along", effort.trajectory.empty() ? Json(nullptr) : Json(effort.trajectory)},
-                                {"actuator", effort.actuator},
-                                {"peak", effort.size},
-                                {"unit", effort.unit}});
-    list.push_back(std::move(one));
-  }
-  return list;
-}
-
-Json free_json(const ConditionsView& view, int row) {
-  Json free = Json::array();
-  for (const int number : view.occurring[static_cast<std::size_t>(row)])
-    free.push_back(view.numbers[static_cast<std::size_t>(number)].path);
-  return free;
-}
 
 /// Characters that are not seen stand in strings alone, where they may be written as escapes.
 std::string seen_json(std::string_view json) {
@@ -119,49 +51,6 @@ Json outcome_json(const MotionOutcome& outcome) {
   json["time"] = outcome.time;
   json["reason"] = outcome.reason;
   return json;
-}
-
-Json goals_json(const std::vector<Goal>& goals) {
-  if (goals.size() == 1) return name_of(goals.front());
-  Json names = Json::array();
-  for (const Goal& goal : goals) names.push_back(name_of(goal));
-  return names;
-}
-
-Json conditions_list_json(const ConditionsView& view) {
-  Json list = Json::array();
-  for (int row = 0; row < view.own_rows(); ++row) {
-    list.push_back({{"text", condition_text(view.conditions, row, view.names)},
-                    {"terms", terms_json(view, row)},
-                    {"residual", view.residuals[row]},
-                    {"met", view.is_met(row)},
-                    {"by_definition", static_cast<bool>(view.by_definition[static_cast<std::size_t>(row)])},
-                    {"scale", view.conditions.scale[row]},
-                    {"free", free_json(view, row)},
-                    {"latex", condition_latex(view.conditions, row, view.names)}});
-    add_right_hand_side(list.back(), view, row);
-  }
-  return list;
-}
-
-void add_conditions(Json& json, const ConditionsView& view) {
-  const Conditions& c = view.conditions;
-  json["rank"] = view.own_rows();
-  json["gap"] = c.gap;
-  json["gap_decades"] = c.gap > 0 ? Json(std::log10(c.gap)) : Json(nullptr);
-  json["singular_values"] = {{"smallest_kept", c.smallest_kept}, {"largest_dropped", c.largest_dropped}};
-  json["samples"] = c.samples;
-  json["parameters"] = Json::array();
-  for (Eigen::Index p = 0; p < c.own_columns(); ++p)
-    json["parameters"].push_back(c.parameters[static_cast<std::size_t>(p)].name);
-  json["symbols"] = Json::array();
-  for (const Symbol& s : view.names.symbols)
-    json["symbols"].push_back({{"name", s.label}, {"value", s.value}, {"unit", s.unit}});
-  json["conditions"] = conditions_list_json(view);
-  json["staying"] = staying_json(view);
-  Json notes = c.notes;
-  for (const std::string& note : view.names.notes) notes.push_back(note);
-  json["notes"] = std::move(notes);
 }
 
 }  // namespace balance

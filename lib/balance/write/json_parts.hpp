@@ -2,9 +2,7 @@
 /// Pieces that several JSON documents share. Private to the writers: it knows the JSON library.
 
 #include "balance/motion/motion.hpp"
-#include "balance/study/result.hpp"
-#include "balance/study/study.hpp"
-#include "balance/write/conditions_view.hpp"
+#include "balance/result/result.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -22,14 +20,5 @@ Json vector_json(const Vector3& vector, int axes);
 Json numbers_json(const VectorX& numbers);
 Json metric_json(const Metric& metric);
 Json outcome_json(const MotionOutcome& outcome);
-
-/// One name, or a list if there are several.
-Json goals_json(const std::vector<Goal>& goals);
-
-/// Text, LaTeX, terms, residual, … of every condition.
-Json conditions_list_json(const ConditionsView& view);
-
-/// Rank, gap and singular values, the parameters' names, the symbols, the conditions and the notes, added to an object.
-void add_conditions(Json& json, const ConditionsView& view);
 
 }  // namespace balance

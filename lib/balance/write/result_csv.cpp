@@ -1,6 +1,6 @@
 #include "balance/write/result_csv.hpp"
 
-#include "balance/study/result_layout.hpp"
+#include "balance/result/quantities.hpp"
 #include "balance/write/csv_field.hpp"
 #include "balance/write/pending_file.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 /// A Result as one table of comma-separated values.
 
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 #include "balance/write/write_options.hpp"
 
 #include <string>

@@ -1,8 +1,8 @@
 #include "balance/write/result_group.hpp"
 
-#include "balance/study/result_layout.hpp"
-#include "balance/study/round_off.hpp"
-#include "balance/write/names.hpp"
+#include "balance/motion/names.hpp"
+#include "balance/result/quantities.hpp"
+#include "balance/result/round_off.hpp"
 #include "balance/write/sha256.hpp"
 
 #include <optional>

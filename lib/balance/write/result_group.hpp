@@ -1,8 +1,8 @@
 #pragma once
 /// A Result as a group of an HDF5 file: the root of a run's own file, or one of several runs in a design's.
 
-#include "balance/study/result.hpp"
-#include "balance/write/hdf5_file.hpp"
+#include "balance/hdf5/file.hpp"
+#include "balance/result/result.hpp"
 #include "balance/write/write_options.hpp"
 
 namespace balance {

@@ -1,6 +1,6 @@
 #include "balance/write/result_hdf5.hpp"
 
-#include "balance/write/hdf5_file.hpp"
+#include "balance/hdf5/file.hpp"
 #include "balance/write/pending_file.hpp"
 #include "balance/write/result_group.hpp"
 

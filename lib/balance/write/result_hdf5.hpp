@@ -1,7 +1,7 @@
 #pragma once
 /// A Result as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
 
-#include "balance/study/result.hpp"
+#include "balance/result/result.hpp"
 #include "balance/write/write_options.hpp"
 
 #include <string>

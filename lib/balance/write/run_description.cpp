@@ -1,7 +1,7 @@
 #include "balance/write/run_description.hpp"
 
 #include "balance/base/version.hpp"
-#include "balance/write/names.hpp"
+#include "balance/motion/names.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -3,92 +3,8 @@
 #include "balance/write/table.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace balance {
-namespace {
-
-constexpr std::size_t label_width = 20;
-constexpr std::size_t line_width = 100;
-
-std::string line(const std::string& label, const std::string& value) {
-  return fmt::format("{:<{}}{}\n", label, label_width, value);
-}
-
-/// Items between commas, on as many lines as they need.
-std::string wrapped(const std::string& label, const std::vector<std::string>& items) {
-  std::string text, current;
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    const std::string item = items[i] + (i + 1 < items.size() ? "," : "");
-    if (!current.empty() && label_width + current.size() + 1 + item.size() > line_width) {
-      text += line(text.empty() ? label : "", current);
-      current.clear();
-    }
-    current += (current.empty() ? "" : " ") + item;
-  }
-  return text + line(text.empty() ? label : "", current);
-}
-
-std::string list_or_none(const std::string& label, const std::vector<std::string>& items) {
-  if (items.empty()) return line(label, "none");
-  std::string text;
-  for (const std::string& item : items) text += line(&item == &items.front() ? label : "", item);
-  return text;
-}
-
-std::string plural(std::size_t count, const char* noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
-}
-
-std::string position_text(const Vector3& position, SpaceKind space) {
-  return space == SpaceKind::planar
-             ? fmt::format("({:.6g}, {:.6g}) m", position.x(), position.y())
-             : fmt::format("({:.6g}, {:.6g}, {:.6g}) m", position.x(), position.y(), position.z());
-}
-
-std::string loops_text(const CheckReport& report) {
-  if (report.loops.empty()) return line("loops", "none");
-  std::string text = line("loops", std::to_string(report.loops.size()));
-  for (const Loop& loop : report.loops) {
-    text += line("  cut at " + loop.cut_joint,
-                 fmt::format("{}; {}", fmt::join(loop.bodies, " - "), plural(loop.constraints, "equation")));
-  }
-  return text;
-}
-
-std::string freedom_text(const CheckReport& report) {
-  const std::string by_rank =
-      report.closure_equations == 0
-          ? plural(report.tree_coordinates, "coordinate")
-          : fmt::format("{} - {} independent of {}", plural(report.tree_coordinates, "coordinate"), report.closure_rank,
-                        plural(report.closure_equations, "closure equation"));
-  return line("degrees of freedom", fmt::format("{} ({}); by counting {}", report.degrees_of_freedom, by_rank,
-                                                report.degrees_of_freedom_by_counting));
-}
-
-std::string start_text(const CheckReport& report, const Mechanism& mechanism) {
-  if (report.start.size() != mechanism.coordinates.size() || report.start.empty()) return "";
-  std::vector<std::string> values;
-  for (std::size_t i = 0; i < report.start.size(); ++i) {
-    const Coordinate& coordinate = mechanism.coordinates[i];
-    const char* unit = coordinate.kind == CoordinateKind::angle ? "rad" : "m";
-    values.push_back(fmt::format("{} = {:.6g} {}", coordinate.name, report.start[i], unit));
-  }
-  return wrapped("start pose", values);
-}
-
-std::string modes_text(const CheckReport& report) {
-  if (report.modes.empty()) return "";
-  std::string text = line("assembly modes", fmt::format("{} found at the start pose", report.modes.size()));
-  for (const AssemblyMode& mode : report.modes) {
-    if (mode.assembly_line.empty()) continue;  // nothing to choose
-    text += fmt::format("  {} {}{}\n", mode.selected ? "*" : " ", mode.assembly_line,
-                        mode.selected ? "   # the one that the spec picks" : "");
-  }
-  return text;
-}
-
-}  // namespace
 
 std::string summary_text(const Result& result, const FileDescription& description) {
   const double duration = result.time.size() == 0 ? 0 : result.time[result.time.size() - 1] - result.time[0];
@@ -108,26 +24,6 @@ std::string summary_text(const Result& result, const FileDescription& descriptio
   }
   return text + format_table(table) +
          fmt::format("\nenergy moved by the actuators: {} J\n", format_number(result.energy));
-}
-
-std::string check_text(const CheckReport& report, const Mechanism& mechanism) {
-  std::string text =
-      fmt::format("{} ({})\n\n", mechanism.name, mechanism.space == SpaceKind::planar ? "planar" : "spatial");
-  text += line("bodies", fmt::format("{} moving", report.bodies));
-  text += line("joints", std::to_string(report.joints));
-  text += wrapped("spanning tree", report.tree_joints);
-  text += loops_text(report);
-  text += line("total mass", fmt::format("{:.6g} kg", report.total_mass));
-  if (report.outcome.status == MotionStatus::done) {
-    text += freedom_text(report);
-    text += list_or_none("redundant", report.redundant);
-    text += list_or_none("idle freedoms", report.idle);
-    text += line("centre of mass", position_text(report.com, mechanism.space) + " at the start pose");
-    text += start_text(report, mechanism);
-    text += modes_text(report);
-  }
-  for (const std::string& note : report.notes) text += "note: " + note + "\n";
-  return text;
 }
 
 }  // namespace balance

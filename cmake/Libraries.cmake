@@ -1,0 +1,55 @@
+# The library's parts. Each is made of rooms (folders of lib/balance) and stands on the parts before it, so that whoever wants
+# dynamics alone needs Eigen alone. scripts/check_layers watches the rooms' order.
+
+# balance_part(<part> ROOMS <room>… [STANDS_ON <part>…] [LINK <foreign library>…])
+function(balance_part part)
+  cmake_parse_arguments(PARSE_ARGV 1 given "" "" "ROOMS;STANDS_ON;LINK")
+  set(sources "")
+  foreach(room IN LISTS given_ROOMS)
+    file(GLOB_RECURSE found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/balance/${room}/*.cpp)
+    list(APPEND sources ${found})
+  endforeach()
+  set(target balance_${part})
+  add_library(${target} STATIC ${sources})
+  add_library(balance::${part} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${part})
+  set_property(GLOBAL APPEND PROPERTY balance_foreign_libraries ${given_LINK})
+  list(TRANSFORM given_STANDS_ON PREPEND balance_)
+  target_link_libraries(${target} PUBLIC ${given_STANDS_ON} PRIVATE ${given_LINK})
+  balance_compile_options(${target})
+  balance_harden(${target})
+  balance_count_lines(${target})
+  balance_compile_together(${target})
+  set_property(GLOBAL APPEND PROPERTY balance_parts ${target})
+endfunction()
+
+# The long ones stay alone, so that two processors share them.
+set_source_files_properties(
+  lib/balance/base/factorizations.cpp lib/balance/base/factorizations_svd.cpp lib/balance/conditions/farkas_cone.cpp
+  PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+
+balance_part(core ROOMS base model kinematics motion dynamics natural result simulation study)
+target_link_libraries(balance_core PUBLIC Eigen3::Eigen)
+target_compile_features(balance_core PUBLIC cxx_std_20)
+target_include_directories(
+  balance_core PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/lib> $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/generated>
+                      $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+# Three-vectors and 3×3 matrices written in pairs and read one by one (or the other way round) stall the processor's store
+# buffer: without this the recursions take a third longer.
+target_compile_definitions(balance_core PUBLIC EIGEN_UNALIGNED_VECTORIZE=0)
+
+balance_part(reading ROOMS hdf5 spec STANDS_ON core
+             LINK yaml-cpp muparser::muparser hdf5::hdf5 hdf5::hdf5_hl fmt::fmt ZLIB::ZLIB)
+balance_part(writing ROOMS write STANDS_ON reading LINK fmt::fmt nlohmann_json::nlohmann_json OpenSSL::Crypto)
+balance_part(design ROOMS control conditions design cost analysis STANDS_ON core LINK fmt::fmt PkgConfig::nlopt PkgConfig::clp)
+target_include_directories(balance_design SYSTEM PRIVATE ${Boost_INCLUDE_DIRS}) # headers only: Odeint
+balance_part(comparing ROOMS compare read present batch STANDS_ON design writing LINK fmt::fmt nlohmann_json::nlohmann_json)
+balance_part(pages ROOMS report STANDS_ON comparing LINK fmt::fmt nlohmann_json::nlohmann_json)
+
+# All of them.
+get_property(balance_parts GLOBAL PROPERTY balance_parts)
+get_property(balance_foreign_libraries GLOBAL PROPERTY balance_foreign_libraries)
+list(REMOVE_DUPLICATES balance_foreign_libraries)
+add_library(balance INTERFACE)
+add_library(balance::balance ALIAS balance)
+target_link_libraries(balance INTERFACE ${balance_parts})

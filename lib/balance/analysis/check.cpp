@@ -1,0 +1,227 @@
+#include "balance/analysis/check.hpp"
+
+#include "balance/base/factorizations.hpp"
+#include "balance/dynamics/actuation.hpp"
+#include "balance/kinematics/joint_coordinates.hpp"
+#include "balance/motion/missing_start.hpp"
+#include "balance/motion/wording.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace balance {
+
+namespace {
+
+/// @param scale what counts as one: a radian, the characteristic length
+/// @param unit what the spec tells it in
+std::string rounded(double value, double scale, double unit) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", std::abs(value) < 1e-6 * scale ? 0.0 : value / unit);
+  return text;
+}
+
+template <class S>
+class Checker {
+ public:
+  explicit Checker(const Study& study)
+      : study_(study),
+        mechanism_(study.mechanism),
+        tree_(compile<S>(mechanism_, needed(study))),
+        from_(start_equations()),
+        system_(tree_, from_.drive) {}
+
+  CheckReport run() {
+    count();
+    const Solution start = find_pose(mechanism_, tree_, system_, from_.target);
+    if (!start.found) {
+      report_.outcome = explain_missing_start(mechanism_, tree_, start);
+      return report_;
+    }
+    ranks(start.y);
+    describe_start(start.y);
+    find_modes(start.y);
+    judge_actuators();
+    report_.outcome.status = MotionStatus::done;
+    return report_;
+  }
+
+ private:
+  static std::vector<int> needed(const Study& study) {
+    return study.trajectories.empty() ? std::vector<int>{} : prescribed_coordinates(study.trajectories.front());
+  }
+
+  /// The first trajectory's start pose, else the actuators at their rough values.
+  PoseEquations<S> start_equations() const {
+    if (!study_.trajectories.empty()) return pose_equations(mechanism_, tree_, study_.trajectories.front().from);
+    PoseTarget pose;
+    for (const int actuator : mechanism_.actuators) {
+      double value = 0;
+      for (const CoordinateValue& rough : mechanism_.assembly)
+        if (rough.coordinate == actuator) value = rough.value;
+      pose.joints.push_back({actuator, value});
+    }
+    return pose_equations(mechanism_, tree_, pose);
+  }
+
+  void count() {
+    report_.bodies = static_cast<int>(mechanism_.bodies.size()) - 1;
+    report_.joints = static_cast<int>(mechanism_.joints.size());
+    report_.tree_coordinates = tree_.columns;
+    report_.closure_equations = tree_.closure_rows;
+    report_.degrees_of_freedom_by_counting = count_freedoms(mechanism_);
+    report_.total_mass = tree_.mass;
+    const SpanningTree spanning = span(mechanism_, needed(study_));
+    for (std::size_t j = 0; j < mechanism_.joints.size(); ++j)
+      if (tree_.joint_nodes[j] >= 0) report_.tree_joints.push_back(mechanism_.joints[j].name);
+    for (const Closure<S>& closure : tree_.closures) {
+      Loop loop;
+      loop.cut_joint = mechanism_.joints[closure.joint].name;
+      loop.constraints = static_cast<int>(closure.rows.size());
+      for (const int body : loop_bodies(mechanism_, spanning, closure.joint))
+        loop.bodies.push_back(mechanism_.bodies[body].name);
+      report_.loops.push_back(loop);
+    }
+  }
+
+  void ranks(const VectorX& y) {
+    const RankReport rank = generic_closure_rank(tree_, y);
+    report_.closure_rank = rank.rank;
+    report_.degrees_of_freedom = tree_.columns - rank.rank;
+    if (tree_.closure_rows > rank.rank) name_redundant(y, rank.rank);
+    find_idle();
+  }
+
+  /// Rows of the closures that depend on the others; which of a dependent set is called redundant is a choice: the last ones.
+  void name_redundant(const VectorX& y, int rank) {
+    System<S> closures(tree_, Drive<S>{});
+    VectorX residual;
+    MatrixX jacobian;
+    closures.evaluate(y, {}, residual, jacobian);
+    MatrixX kept(0, tree_.columns);
+    int r = 0;
+    for (const Closure<S>& closure : tree_.closures)
+      for (const ClosureRow& row : closure.rows) {
+        MatrixX more(kept.rows() + 1, tree_.columns);
+        more << kept, jacobian.row(r++);
+        if (kept.rows() < rank && rank_of(more).rank == more.rows())
+          kept = more;
+        else
+          report_.redundant.push_back(mechanism_.joints[closure.joint].name + ": " + meaning(row));
+      }
+  }
+
+  static std::string meaning(const ClosureRow& row) {
+    static const char* const names[] = {"x", "y", "z"};
+    if (row.kind == ClosureRow::Kind::along) return std::string("force along ") + names[row.i] + " of the joint's axes";
+    if (S::dimension == 2) return "moment";
+    return std::string("moment about ") + names[3 - row.i - row.j] + " of the joint's axes";
+  }
+
+  void find_idle() {
+    for (const IdleSpin& spin : tree_.held_spins)
+      report_.idle.push_back(mechanism_.bodies[spin.body].name +
+                             " could spin about the line between its spherical joints " +
+                             mechanism_.joints[spin.joints[0]].name + " and " + mechanism_.joints[spin.joints[1]].name +
+                             "; it is held as if one of them were universal, and not counted");
+  }
+
+  void describe_start(const VectorX& y) {
+    report_.start = read_coordinates(mechanism_, tree_, y);
+    State<S> state(tree_.nodes.size());
+    poses(tree_, y.data(), state);
+    MassDistribution<S> masses(tree_);
+    masses.update(tree_, state);
+    report_.com = to_3d(masses.com());
+  }
+
+  /// Other ways to close the loops at the same start pose.
+  void find_modes(const VectorX& selected) {
+    if (tree_.closures.empty() && from_.drive.linear.size() == static_cast<std::size_t>(tree_.columns)) return;
+    add_mode(selected);
+    const int restarts = std::clamp(6000 / (tree_.columns * tree_.columns + 1), 24, 400);
+    for (int seed = 1; seed <= restarts; ++seed) {
+      const Solution other =
+          solve(system_, random_coordinates(tree_, 1000 + static_cast<std::uint64_t>(seed)), from_.target, 60);
+      if (other.found) add_mode(other.y);
+    }
+    std::sort(report_.modes.begin() + 1, report_.modes.end(),
+              [](const AssemblyMode& a, const AssemblyMode& b) { return a.coordinates < b.coordinates; });
+    for (AssemblyMode& mode : report_.modes) mode.assembly_line = assembly_line(mode.coordinates);
+  }
+
+  void add_mode(const VectorX& y) {
+    // a pose that leaves freedoms open has a continuum of solutions, not modes
+    if (from_.drive.rows() < report_.degrees_of_freedom && !report_.modes.empty()) return;
+    AssemblyMode mode;
+    mode.coordinates = read_coordinates(mechanism_, tree_, y);
+    mode.selected = report_.modes.empty();
+    for (const AssemblyMode& known : report_.modes)
+      if (same(known.coordinates, mode.coordinates)) return;
+    report_.modes.push_back(mode);
+  }
+
+  bool same(const std::vector<double>& a, const std::vector<double>& b) const {
+    for (std::size_t c = 0; c < a.size(); ++c) {
+      const bool angle = mechanism_.coordinates[c].kind == CoordinateKind::angle;
+      const double off = angle ? unwrapped(a[c], b[c]) - b[c] : (a[c] - b[c]) / tree_.length;
+      if (std::abs(off) > 1e-4) return false;
+    }
+    return true;
+  }
+
+  /// The coordinates that tell the modes apart: those of the tree that the pose does not state itself.
+  std::string assembly_line(const std::vector<double>& values) const {
+    std::string line;
+    for (std::size_t c = 0; c < values.size(); ++c) {
+      const CoordinateSource& source = tree_.sources[c];
+      if (source.column < 0 || stated(static_cast<int>(c)) || follows(static_cast<int>(c))) continue;
+      const bool length = mechanism_.coordinates[c].kind == CoordinateKind::length;
+      const double unit = length ? study_.units.length : study_.units.angle;
+      line += (line.empty() ? "" : ", ") + mechanism_.coordinates[c].name + ": " +
+              rounded(values[c], length ? tree_.length : 1, unit);
+    }
+    return "assembly: {" + line + "}";
+  }
+
+  bool stated(int coordinate) const {
+    const CoordinateSource& source = tree_.sources[coordinate];
+    return std::any_of(from_.drive.linear.begin(), from_.drive.linear.end(), [&](const LinearQuantity& quantity) {
+      return quantity.terms.size() == 1 && quantity.terms[0].first == source.column;
+    });
+  }
+
+  bool follows(int coordinate) const {
+    return std::any_of(mechanism_.couplings.begin(), mechanism_.couplings.end(),
+                       [&](const Coupling& coupling) { return coupling.follower == coordinate; });
+  }
+
+  void judge_actuators() {
+    const Actuation<S> actuation(mechanism_, tree_, report_.degrees_of_freedom);
+    if (!actuation.mismatch().empty()) report_.notes.push_back(actuation.mismatch());
+    report_.notes.insert(report_.notes.end(), actuation.notes().begin(), actuation.notes().end());
+    if (from_.drive.rows() < report_.degrees_of_freedom)
+      report_.notes.push_back("the start pose states " + std::to_string(from_.drive.rows()) + " values for " +
+                              std::to_string(report_.degrees_of_freedom) + " degrees of freedom");
+  }
+
+  const Study& study_;
+  const Mechanism& mechanism_;
+  Tree<S> tree_;
+  PoseEquations<S> from_;
+  System<S> system_;
+  CheckReport report_;
+};
+
+}  // namespace
+
+CheckReport check(const Study& study) {
+  CheckReport report =
+      study.mechanism.space == SpaceKind::planar ? Checker<Planar>(study).run() : Checker<Spatial>(study).run();
+  if (report.outcome.status == MotionStatus::done && !(report.com.allFinite() && std::isfinite(report.total_mass)))
+    report.outcome = numbers_overflow(0, "the centre of mass");
+  return report;
+}
+
+}  // namespace balance

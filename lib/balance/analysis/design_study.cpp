@@ -1,0 +1,204 @@
+#include "balance/analysis/design_study.hpp"
+
+#include "balance/analysis/finite_study.hpp"
+#include "balance/analysis/objective.hpp"
+#include "balance/analysis/start_pose.hpp"
+#include "balance/conditions/modular.hpp"
+#include "balance/conditions/proportion.hpp"
+#include "balance/cost/trajectory_cost.hpp"
+#include "balance/simulation/simulate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+/// What a mechanism weighs, and what of it was added to balance it.
+struct Weight {
+  double mass = 0, inertia = 0, added_mass = 0, added_inertia = 0;
+};
+
+/// Of the mechanism before: what every command means by the spec as it stands.
+VectorX start_values(const DesignSpace& space) {
+  const auto& numbers = space.start.free_numbers;
+  VectorX x(static_cast<Eigen::Index>(numbers.size()));
+  for (std::size_t i = 0; i < numbers.size(); ++i) x[static_cast<Eigen::Index>(i)] = numbers[i].start;
+  return x;
+}
+
+/// The study where only the numbers `kept` are free and the others stay at x.
+DesignSpace with_held_numbers(const DesignSpace& space, const VectorX& x, const std::vector<int>& kept) {
+  DesignSpace part;
+  part.start = space.at(x);
+  part.start.free_numbers.clear();
+  for (const int i : kept) {
+    FreeNumber number = space.start.free_numbers[static_cast<std::size_t>(i)];
+    number.start = x[i];
+    part.start.free_numbers.push_back(std::move(number));
+  }
+  part.at = [at = space.at, x, kept](const VectorX& values) {
+    VectorX all = x;
+    all(kept) = values;
+    return at(all);
+  };
+  return part;
+}
+
+/// Motions that a design must be able to make: those that do not depend on masses and can be followed to begin with. Where the
+/// mechanism cannot be assembled to begin with, all that do not depend on masses.
+class Duties {
+ public:
+  explicit Duties(const Study& start) : coordinates_(start_coordinates(start)) {
+    std::vector<Trajectory> all;
+    for (const Trajectory& trajectory : start.trajectories) {
+      if (depends_on_masses(trajectory)) continue;
+      all.push_back(shortened(trajectory));
+      if (why_not(start.mechanism, all.back()).empty()) motions_.push_back(all.back().name);
+    }
+    if (coordinates_.empty())
+      for (const Trajectory& trajectory : all) motions_.push_back(trajectory.name);
+  }
+
+  const std::vector<CoordinateValue>& coordinates() const { return coordinates_; }
+
+  std::string obstacle(const Study& study) const {
+    for (const Trajectory& trajectory : study.trajectories) {
+      if (std::find(motions_.begin(), motions_.end(), trajectory.name) == motions_.end()) continue;
+      const std::string why = why_not(study.mechanism, shortened(trajectory));
+      if (!why.empty()) return fmt::format("'{}' cannot be followed: {}", trajectory.name, why);
+    }
+    return "";
+  }
+
+ private:
+  /// As often looked at as a search needs.
+  static Trajectory shortened(Trajectory trajectory) {
+    constexpr long enough = 201;
+    trajectory.samples = std::min(trajectory.samples, enough);
+    return trajectory;
+  }
+  static std::string why_not(const Mechanism& mechanism, const Trajectory& trajectory) {
+    try {
+      const Result result = simulate(mechanism, trajectory);
+      return result.outcome.status == MotionStatus::done ? "" : result.outcome.reason;
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+  }
+
+  std::vector<CoordinateValue> coordinates_;
+  std::vector<std::string> motions_;
+};
+
+DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& options) {
+  DesignProblem problem;
+  for (const FreeNumber& number : space.start.free_numbers)
+    problem.variables.push_back({number.path, number.lower, number.upper, number.start});
+  const auto duties = std::make_shared<const Duties>(space.start);
+  problem.mechanism_at = [&space, duties](const VectorX& x) {
+    return assembled_at(finite_study(space.at, x).mechanism, duties->coordinates());
+  };
+  problem.obstacle = [&space, duties](const VectorX& x) { return duties->obstacle(finite_study(space.at, x)); };
+  problem.goals = options.goals.empty() ? space.start.design.goals : options.goals;
+  if (problem.variables.empty()) throw std::invalid_argument("a design needs free numbers, and the spec has none");
+  const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
+  if (problem.goals.empty() && terms.empty())
+    throw std::invalid_argument("a design needs a goal or something to minimize");
+  if (!space.start.trajectories.empty()) problem.options.about = space.start.trajectories.front().about;
+  problem.derive = options.modular ? derive_modular_conditions : derive_conditions;
+  problem.modular = options.modular;
+  problem.search = options.search;
+  problem.options.without = options.without;
+  problem.options.loose_springs = find_loose_springs(problem);
+  if (terms.empty()) return problem;
+  problem.objective = build_objective(space, terms, start_values(space), problem.options.loose_springs);
+  problem.objective_at = [&space, terms](const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose) {
+    return build_objective(with_held_numbers(space, x, kept), terms, x(kept), loose);
+  };
+  return problem;
+}
+
+Result run(const Study& study, const std::string& name) {
+  for (const Trajectory& trajectory : study.trajectories) {
+    if (trajectory.name != name) continue;
+    try {
+      return simulate(study.mechanism, trajectory);
+    } catch (const std::invalid_argument& error) {
+      Result result;
+      result.outcome = {MotionStatus::mismatch, 0, error.what(), {}};
+      return result;
+    }
+  }
+  return {};
+}
+
+Weight weigh(const Mechanism& mechanism) {
+  const std::vector<Parameter> parameters = list_parameters(mechanism);
+  const VectorX values = parameter_values(mechanism), added = values.cwiseProduct(is_added(mechanism, parameters));
+  const VectorX mass = mass_coefficients(parameters), inertia = inertia_coefficients(parameters);
+  return {mass.dot(values), inertia.dot(values), mass.dot(added), inertia.dot(added)};
+}
+
+std::string rows_text(const MatrixX& matrix) {
+  std::string rows;
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    rows += i == 0 ? "[" : "; ";
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
+      const double entry = std::abs(matrix(i, j)) < 1e-12 * matrix.norm() ? 0 : matrix(i, j);
+      rows += fmt::format("{}{:.6g}", j == 0 ? "" : ", ", entry);
+    }
+  }
+  return rows + "]";
+}
+
+/// "the centre of mass moves by 0.5 times the tool's displacement"
+std::string law_note(const Mechanism& mechanism, GoalKind kind) {
+  const ComLaw law = com_law(mechanism, kind);
+  const MatrixX& A = law.A;
+  if (A.size() == 0) return "";
+  const double factor = A.trace() / static_cast<double>(A.rows());
+  const bool alike = (A - factor * MatrixX::Identity(A.rows(), A.cols())).norm() < 1e-9 * (1 + A.norm());
+  std::string text = fmt::format("the centre of mass moves by {} times the tool's displacement",
+                                 alike ? fmt::format("{:.6g}", factor) : rows_text(A));
+  if (law.B.norm() > 1e-9 * characteristic_length(mechanism))
+    text += fmt::format(", and by {} m times what the axes of the tool's body change by", rows_text(law.B));
+  return text;
+}
+
+}  // namespace
+
+DesignReport design_study(const DesignSpace& space, const DesignStudyOptions& options) {
+  DesignReport report;
+  report.numbers = space.start.free_numbers;
+  report.before = start_values(space);
+  const DesignProblem problem = state_problem(space, options);
+  report.outcome = solve(problem);
+  if (report.outcome.status == DesignStatus::unsolved) return report;
+
+  report.study_before = space.at(report.before);
+  report.study_after = space.at(report.outcome.x);
+  const Weight before = weigh(report.study_before.mechanism), after = weigh(report.study_after.mechanism);
+  report.mass_before = before.mass;
+  report.mass_after = after.mass;
+  report.inertia_before = before.inertia;
+  report.inertia_after = after.inertia;
+  report.added_mass = after.added_mass;
+  report.added_inertia = after.added_inertia;
+  for (const Goal& goal : problem.goals)
+    if (report.outcome.status == DesignStatus::balanced &&
+        (goal.kind == GoalKind::proportional || goal.kind == GoalKind::affine))
+      report.notes.push_back(law_note(report.study_after.mechanism, goal.kind));
+  if (!options.trajectories) return report;
+  for (const Trajectory& trajectory : report.study_after.trajectories)
+    report.comparisons.push_back(
+        {trajectory.name, run(report.study_before, trajectory.name), run(report.study_after, trajectory.name)});
+  return report;
+}
+
+}  // namespace balance

@@ -1,0 +1,241 @@
+#include "balance/analysis/objective.hpp"
+
+#include "balance/analysis/finite_study.hpp"
+#include "balance/base/error.hpp"
+#include "balance/cost/trajectory_cost.hpp"
+#include "balance/design/features.hpp"
+#include "balance/simulation/simulate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+/// One term of the sum.
+struct Part {
+  double weight = 1;
+  CostFunction of_parameters;  ///< empty: by simulation
+  ObjectiveTerm term;
+};
+
+const Trajectory& trajectory_of(const Study& study, const ObjectiveTerm& term) {
+  for (const Trajectory& trajectory : study.trajectories)
+    if (trajectory.name == term.trajectory) return trajectory;
+  throw std::invalid_argument("there is no trajectory '" + term.trajectory + "' to minimize along");
+}
+
+/// A point in general position: no two numbers at the same part of their bounds.
+VectorX somewhere_else(const std::vector<FreeNumber>& numbers) {
+  VectorX x(static_cast<Eigen::Index>(numbers.size()));
+  double part = 0.41;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    x[static_cast<Eigen::Index>(i)] = numbers[i].lower + part * (numbers[i].upper - numbers[i].lower);
+    part = std::fmod(part + 0.382, 0.8) + 0.1;
+  }
+  return x;
+}
+
+/// The free numbers change neither the places of joints, discs and springs nor the motion along the trajectory.
+bool same_motion(const Study& a, const Study& b, const ObjectiveTerm& term, const LooseSprings& loose) {
+  const VectorX one = designing::geometry(a.mechanism, loose), other = designing::geometry(b.mechanism, loose);
+  if (one.size() != other.size() || (one - other).norm() > 1e-12 * one.norm()) return false;
+  const Result first = simulate(a.mechanism, trajectory_of(a, term));
+  const Result second = simulate(b.mechanism, trajectory_of(b, term));
+  if (first.outcome.status != MotionStatus::done || second.outcome.status != MotionStatus::done) return false;
+  const auto alike = [](const Samples& p, const Samples& q) {
+    return p.rows() == q.rows() && (p - q).norm() <= 1e-9 * (1 + p.norm());
+  };
+  return first.time.isApprox(second.time) && alike(first.joint_position, second.joint_position) &&
+         alike(first.joint_velocity, second.joint_velocity);
+}
+
+/// Whatever the free numbers are.
+bool stays_the_same(const DesignSpace& space, const Study& start, const ObjectiveTerm& term,
+                    const LooseSprings& loose) {
+  try {
+    return same_motion(start, finite_study(space.at, somewhere_else(space.start.free_numbers)), term, loose);
+  } catch (const SpecError&) {
+    return false;  // with these numbers an expression of the spec has no value
+  } catch (const std::invalid_argument&) {
+    return false;  // or there is no motion
+  }
+}
+
+CostFunction linear(VectorX coefficients) {
+  return [coefficients = std::move(coefficients)](const VectorX& parameters, VectorX* gradient) {
+    if (gradient != nullptr) *gradient = coefficients;
+    return coefficients.dot(parameters);
+  };
+}
+
+/// Of everything that moves, or of what was added to balance it: counterweights and discs.
+CostFunction size_function(ObjectiveTerm::Size size, const Mechanism& mechanism, const LooseSprings& loose) {
+  const auto parameters = list_parameters(mechanism, loose);
+  VectorX coefficients =
+      size == ObjectiveTerm::Size::added_inertia ? inertia_coefficients(parameters) : mass_coefficients(parameters);
+  if (size != ObjectiveTerm::Size::total_mass) coefficients.array() *= is_added(mechanism, parameters).array();
+  return linear(std::move(coefficients));
+}
+
+/// Along a motion that stays the same; empty if it does not, or if the quantity is not linear in the parameters.
+CostFunction along_fixed_motion(const DesignSpace& space, const Study& start, const ObjectiveTerm& term,
+                                const LooseSprings& loose) {
+  const Trajectory& trajectory = trajectory_of(start, term);
+  if (depends_on_masses(trajectory) || !stays_the_same(space, start, term, loose)) return {};
+  const TrajectoryCost cost(start.mechanism, trajectory, loose);
+  return cost.figure(term.figure, term.quantity).value_or(CostFunction{});
+}
+
+double by_simulation(const Study& study, const ObjectiveTerm& term) {
+  const Result result = simulate(study.mechanism, trajectory_of(study, term));
+  if (result.outcome.status != MotionStatus::done) return NAN;
+  for (const Metric& metric : result.metrics) {
+    if (metric.quantity != term.quantity) continue;
+    switch (term.figure) {
+      case Figure::peak: return metric.peak;
+      case Figure::rms: return metric.rms;
+      case Figure::mean: return metric.mean;
+      case Figure::range: return metric.range;
+    }
+  }
+  throw std::invalid_argument("a run along '" + term.trajectory + "' has no quantity '" + term.quantity + "'");
+}
+
+/// Absolute values and norms of affine functions are convex; how far values lie apart is, too; a minimum is not.
+bool is_convex(const ObjectiveTerm& term) {
+  return term.size != ObjectiveTerm::Size::none || term.figure != Figure::range || term.quantity.starts_with("torque");
+}
+
+std::function<double(const VectorX&, VectorX*)> sum_of_parameters(std::vector<Part> parts) {
+  return [parts = std::move(parts)](const VectorX& parameters, VectorX* gradient) {
+    double sum = 0;
+    if (gradient != nullptr) gradient->setZero(parameters.size());
+    VectorX own;
+    for (const Part& part : parts) {
+      sum += part.weight * part.of_parameters(parameters, gradient != nullptr ? &own : nullptr);
+      if (gradient != nullptr) *gradient += part.weight * own;
+    }
+    return sum;
+  };
+}
+
+std::function<double(const VectorX&)> sum_of_variables(const DesignSpace& space, std::vector<Part> parts,
+                                                       const LooseSprings& loose) {
+  return [at = space.at, parts = std::move(parts), loose](const VectorX& x) {
+    const Study study = finite_study(at, x);
+    const VectorX parameters = parameter_values(study.mechanism, loose);
+    double sum = 0;
+    for (const Part& part : parts)
+      sum += part.weight *
+             (part.of_parameters ? part.of_parameters(parameters, nullptr) : by_simulation(study, part.term));
+    return sum;
+  };
+}
+
+/// The first trajectory of the terms that cannot be followed, and why.
+std::function<std::string(const VectorX&)> trouble_with(const DesignSpace& space, std::vector<ObjectiveTerm> terms) {
+  return [at = space.at, terms = std::move(terms)](const VectorX& x) -> std::string {
+    const Study study = finite_study(at, x);
+    for (const ObjectiveTerm& term : terms) {
+      if (term.size != ObjectiveTerm::Size::none) continue;
+      const Result result = simulate(study.mechanism, trajectory_of(study, term));
+      if (result.outcome.status != MotionStatus::done)
+        return fmt::format("'{}' cannot be followed: {}", term.trajectory, result.outcome.reason);
+    }
+    return "";
+  };
+}
+
+/// Whether the mechanism has the term's quantity at all, where it can be told.
+void require_quantity(const Study& study, const ObjectiveTerm& term) {
+  try {
+    by_simulation(study, term);
+  } catch (const SpecError&) {
+    // there is no motion with these numbers; with others there may be
+  }
+}
+
+}  // namespace
+
+Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const VectorX& start,
+                          const LooseSprings& loose) {
+  const Study before = space.at(start);
+  std::vector<Part> parts;
+  Objective objective;
+  objective.convex = objective.size = true;
+  for (const ObjectiveTerm& term : terms) {
+    const bool size = term.size != ObjectiveTerm::Size::none;
+    Part part{term.weight,
+              size ? size_function(term.size, before.mechanism, loose) : along_fixed_motion(space, before, term, loose),
+              term};
+    if (!part.of_parameters) require_quantity(before, term);  // says now what does not exist
+    objective.convex = objective.convex && part.of_parameters && is_convex(term);
+    objective.size = objective.size && size;
+    objective.name +=
+        (parts.empty() ? "" : " + ") + (term.weight == 1 ? "" : fmt::format("{:g} ", term.weight)) + name_of(term);
+    parts.push_back(std::move(part));
+  }
+  const bool cheap = std::all_of(parts.begin(), parts.end(), [](const Part& p) { return bool(p.of_parameters); });
+  if (terms.size() == 1 && terms[0].size != ObjectiveTerm::Size::none)
+    objective.unit = terms[0].size == ObjectiveTerm::Size::added_inertia ? "kg m^2" : "kg";
+  if (cheap)
+    objective.of_parameters = sum_of_parameters(std::move(parts));
+  else
+    objective.of_variables = sum_of_variables(space, std::move(parts), loose);
+  objective.trouble = trouble_with(space, terms);
+  return objective;
+}
+
+VectorX is_added(const Mechanism& mechanism, const std::vector<Parameter>& parameters) {
+  VectorX added(static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    const auto index = static_cast<std::size_t>(parameters[p].index);
+    const bool counterweight = parameters[p].bearer == Bearer::attachment &&
+                               mechanism.attachments[index].kind == AttachmentKind::counterweight;
+    added[static_cast<Eigen::Index>(p)] = counterweight || parameters[p].bearer == Bearer::disc ? 1 : 0;
+  }
+  return added;
+}
+
+VectorX mass_coefficients(const std::vector<Parameter>& parameters) {
+  VectorX coefficients(static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t p = 0; p < parameters.size(); ++p)
+    coefficients[static_cast<Eigen::Index>(p)] = parameters[p].kind == ParameterKind::mass ? 1 : 0;
+  return coefficients;
+}
+
+VectorX inertia_coefficients(const std::vector<Parameter>& parameters) {
+  VectorX coefficients(static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t p = 0; p < parameters.size(); ++p)
+    coefficients[static_cast<Eigen::Index>(p)] = parameters[p].kind != ParameterKind::moment_of_inertia ? 0
+                                                 : parameters[p].symbol == "J"                          ? 1
+                                                                                                        : 0.5;
+  return coefficients;
+}
+
+std::string name_of(Figure figure) {
+  switch (figure) {
+    case Figure::peak: return "peak";
+    case Figure::rms: return "rms";
+    case Figure::mean: return "mean";
+    case Figure::range: return "range";
+  }
+  return "";
+}
+
+std::string name_of(const ObjectiveTerm& term) {
+  switch (term.size) {
+    case ObjectiveTerm::Size::added_mass: return "added mass";
+    case ObjectiveTerm::Size::added_inertia: return "added inertia";
+    case ObjectiveTerm::Size::total_mass: return "total mass";
+    case ObjectiveTerm::Size::none: break;
+  }
+  return name_of(term.figure) + "(" + term.quantity + ") along " + term.trajectory;
+}
+
+}  // namespace balance

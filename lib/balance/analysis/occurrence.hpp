@@ -1,0 +1,21 @@
+#pragma once
+/// Which free numbers can change which conditions.
+
+#include "balance/conditions/conditions.hpp"
+#include "balance/study/design_space.hpp"
+
+#include <functional>
+#include <vector>
+
+namespace balance {
+
+/// Per condition the indices of the free numbers that its left-hand side depends on, found by changing each of them at a
+/// point well inside the bounds.
+/// @param conditions of the study at its start
+/// @param derive as they were derived; asked again where lengths or ratios are free
+/// @param loose as the conditions were derived with
+std::vector<std::vector<int>> list_occurring(const DesignSpace& space, const Conditions& conditions,
+                                             const std::function<Conditions(const Mechanism&)>& derive,
+                                             const LooseSprings& loose = {});
+
+}  // namespace balance

@@ -1,0 +1,70 @@
+#pragma once
+/// Forces at one moment of a motion as a matrix times the parameters and a one behind them, which carries what does not depend
+/// on any parameter: loads and friction. Private to cost.
+
+#include "balance/cost/spring_columns.hpp"
+#include "balance/dynamics/actuation.hpp"
+#include "balance/dynamics/regressor.hpp"
+#include "balance/motion/stepper.hpp"
+
+#include <optional>
+#include <string>
+
+namespace balance {
+
+/// What a figure is of.
+struct CostQuantity {
+  enum class Kind { torque, power, shaking_force, shaking_moment, ground_force, ground_moment, kinetic_energy };
+  Kind kind = Kind::torque;
+  std::optional<int> actuator;  ///< torque, power: of this one; nothing: of each, and the worst counts
+
+  bool of_actuators() const { return kind == Kind::torque || kind == Kind::power; }
+};
+
+/// @param name as in Result::metrics
+/// @return nothing if the mechanism has no such quantity, or it is not linear in the parameters
+std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const std::string& name);
+
+template <class S>
+class ForceMatrices {
+ public:
+  /// @param mechanism, tree must outlive the matrices
+  ForceMatrices(const Mechanism& mechanism, const Tree<S>& tree, int freedoms, const Vector3& about,
+                const LooseSprings& loose);
+  ForceMatrices(const ForceMatrices&) = delete;
+  ForceMatrices& operator=(const ForceMatrices&) = delete;
+
+  /// Parameters of elements and springs, and the one behind them.
+  Eigen::Index columns() const { return inertial_ + springs_.count() + 1; }
+  Eigen::Index inertial() const { return inertial_; }
+
+  /// @param stepper its state holds poses and angular velocities, for the kinetic energy also the origins' velocities;
+  ///        accelerations are overwritten
+  /// @param rows one per actuator or component × columns() [SI]
+  /// @return false if the actuators do not hold the mechanism
+  bool at(Stepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+
+ private:
+  Regressor<S> regress(Stepper<S>& stepper, const typename S::Vector& base) const;
+  bool torque(Stepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+  void constant_torque(Stepper<S>& stepper, Eigen::Ref<VectorX> tau);
+  void about_point(const MatrixX& force, MatrixX& moment) const;
+  void ground(Stepper<S>& stepper, bool moment, MatrixX& rows);
+  void kinetic_energy(const State<S>& state, MatrixX& rows) const;
+
+  const Mechanism& mechanism_;
+  const Tree<S>& tree_;
+  typename S::Vector gravity_, about_;
+  Eigen::Index inertial_;
+  Mechanism loaded_;  ///< the loads alone
+  ExternalForces<S> loads_;
+  SpringColumns<S> springs_;
+  Actuation<S> actuation_;
+  std::vector<Wrench<S>> wrenches_;
+  MatrixX projection_, tau_;
+};
+
+extern template class ForceMatrices<Planar>;
+extern template class ForceMatrices<Spatial>;
+
+}  // namespace balance

@@ -1,0 +1,96 @@
+#include "balance/cost/spring_columns.hpp"
+
+namespace balance {
+
+namespace {
+
+/// End points of a loose spring that are tried: the origin and one on every axis.
+template <class S>
+constexpr int tried = S::dimension + 1;
+
+/// End point number i, at the distance `length` from the origin.
+Vector3 end_point(int i, double length) { return i == 0 ? Vector3(Vector3::Zero()) : length * Vector3::Unit(i - 1); }
+
+}  // namespace
+
+template <class S>
+SpringColumns<S>::SpringColumns(const Mechanism& mechanism, const Tree<S>& tree, const LooseSprings& loose)
+    : tree_(tree), wrenches_(tree.nodes.size()) {
+  constexpr Eigen::Index d = S::dimension;
+  for (std::size_t s = 0; s < mechanism.springs.size(); ++s) {
+    loose_.push_back(s < loose.size() && loose[s]);
+    Spring spring = mechanism.springs[s];
+    spring.stiffness = 1;
+    if (!loose_.back()) {
+      add(spring);
+      ++count_;
+      continue;
+    }
+    spring.free_length = 0;
+    for (int i = 0; i < tried<S>; ++i)
+      for (int j = 0; j < tried<S>; ++j) {
+        spring.point_first = end_point(i, tree.length);
+        spring.point_second = end_point(j, tree.length);
+        add(spring);
+      }
+    count_ += 1 + 2 * d + d * d;
+  }
+}
+
+template <class S>
+void SpringColumns<S>::add(const Spring& spring) {
+  Mechanism alone;
+  alone.springs.push_back(spring);
+  units_.emplace_back(alone, tree_);
+}
+
+template <class S>
+VectorX SpringColumns<S>::torque_of(const UnitSpring& spring, const State<S>& state) {
+  for (auto& wrench : wrenches_) wrench = {};
+  Wrench<S> total, loads;
+  spring.subtract(state, 0, wrenches_, total, loads);
+  VectorX torque(tree_.columns);
+  wrench_torques(tree_, state, wrenches_, torque.data());
+  return torque;
+}
+
+template <class S>
+void SpringColumns<S>::at(const State<S>& state, Eigen::Ref<MatrixX> torque) {
+  constexpr Eigen::Index d = S::dimension;
+  std::size_t unit = 0;
+  Eigen::Index column = 0;
+  for (const bool loose : loose_) {
+    if (!loose) {
+      torque.col(column++) = torque_of(units_[unit++], state);
+      continue;
+    }
+    const Eigen::Index width = 1 + 2 * d + d * d;
+    loose_at(unit, state, torque.middleCols(column, width));
+    unit += tried<S> * tried<S>;
+    column += width;
+  }
+}
+
+/// Without a free length the torque is k times a function T(a, b) of the end points that is linear in each of them (the part
+/// that is quadratic in one end point is constant in the energy). Its coefficients are differences between unit end points.
+template <class S>
+void SpringColumns<S>::loose_at(std::size_t first, const State<S>& state, Eigen::Ref<MatrixX> torque) {
+  constexpr Eigen::Index d = S::dimension;
+  MatrixX T(tree_.columns, tried<S> * tried<S>);
+  for (int i = 0; i < tried<S> * tried<S>; ++i)
+    T.col(i) = torque_of(units_[first + static_cast<std::size_t>(i)], state);
+  const auto at = [&](Eigen::Index i, Eigen::Index j) { return T.col(i * tried<S> + j); };
+  const double L = tree_.length;
+  torque.col(0) = at(0, 0);
+  for (Eigen::Index i = 1; i <= d; ++i) {
+    torque.col(i) = (at(i, 0) - at(0, 0)) / L;
+    torque.col(d + i) = (at(0, i) - at(0, 0)) / L;
+    for (Eigen::Index j = 1; j <= d; ++j)
+      torque.col(2 * d + (i - 1) * d + j) = (at(i, j) - at(i, 0) - at(0, j) + at(0, 0)) / (L * L);
+  }
+}
+
+template class SpringColumns<Planar>;
+template class SpringColumns<Spatial>;
+
+}  // namespace balance

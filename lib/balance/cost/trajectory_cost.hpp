@@ -1,0 +1,51 @@
+#pragma once
+/// Figures of a trajectory as functions of the parameters, without moving the mechanism again: along a fixed motion every force
+/// is a matrix times the parameters, and its rms a quadratic form whose size does not depend on the number of samples.
+
+#include "balance/conditions/parameter.hpp"
+#include "balance/motion/motion.hpp"
+#include "balance/motion/trajectory.hpp"
+#include "balance/result/figure.hpp"
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace balance {
+
+/// One figure along one trajectory [SI]: value and, where asked for, gradient.
+/// @param parameters in the order of list_parameters for the same loose springs
+/// @param gradient null, or where to put it: of the parameters' size
+/// @throws std::invalid_argument if there are not as many values as parameters
+using CostFunction = std::function<double(const VectorX& parameters, VectorX* gradient)>;
+
+class TrajectoryCost {
+ public:
+  /// Solves the motion. For com drives it is that of the mechanism's own masses.
+  /// @param loose springs whose parameters are all products of stiffness and end points
+  /// @throws std::invalid_argument if trajectory and mechanism do not fit
+  TrajectoryCost(const Mechanism& mechanism, const Trajectory& trajectory, const LooseSprings& loose = {});
+  ~TrajectoryCost();
+  TrajectoryCost(TrajectoryCost&&) noexcept;
+  TrajectoryCost& operator=(TrajectoryCost&&) noexcept;
+
+  /// Not done: the mechanism cannot follow the trajectory, and there are no figures.
+  const MotionOutcome& outcome() const;
+
+  /// @param quantity as in Result::metrics: "torque", "torque[A1]", "shaking_force", "shaking_moment", "ground_force",
+  ///        "ground_moment", "power", "power[A1]", "kinetic_energy"
+  /// Goes along the motion once (rms) or twice; the function it returns does not, and does not need this object any more. Peak
+  /// and rms are convex; where a figure has a corner the gradient is that of one side.
+  /// @return nothing if the quantity is not linear in the parameters or does not exist
+  std::optional<CostFunction> figure(Figure figure, const std::string& quantity) const;
+
+ private:
+  struct Implementation;
+  std::shared_ptr<const Implementation> implementation_;
+};
+
+/// The prescribed motion itself depends on where the mass is (drive com, or a pose that is stated by the CoM).
+bool depends_on_masses(const Trajectory& trajectory);
+
+}  // namespace balance

@@ -1,0 +1,246 @@
+#include "balance/hdf5/library.hpp"
+
+#include "balance/base/nearest.hpp"
+#include "balance/hdf5/handle.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace balance {
+
+namespace {
+
+static_assert(sizeof(hid_t) == sizeof(std::int64_t));
+
+constexpr hsize_t values_at_a_time = 1 << 17;
+constexpr std::size_t widest_number = 16;  // bytes; no machine's is wider
+
+using hdf5::Handle;
+using hdf5::Silence;
+
+const char* name_in_file(const std::string& path) { return path.empty() ? "/" : path.c_str(); }
+
+[[noreturn]] void unreadable(const std::string& path) {
+  throw Hdf5Error(fmt::format("{}: cannot be read", in_quotes(path)));
+}
+
+[[noreturn]] void elsewhere(const std::string& path) {
+  throw Hdf5Error(fmt::format("{}: lies in another file, which is not followed", in_quotes(path)));
+}
+
+std::vector<std::uint64_t> sizes_in(hid_t space, const std::string& path) {
+  const int count = H5Sget_simple_extent_ndims(space);
+  if (count < 0) unreadable(path);
+  std::vector<hsize_t> extent(static_cast<std::size_t>(count));
+  if (H5Sget_simple_extent_dims(space, extent.data(), nullptr) < 0) unreadable(path);
+  return {extent.begin(), extent.end()};
+}
+
+/// Number of values of what has one dimension at most.
+std::size_t length_in(hid_t space, const std::string& path, std::size_t most) {
+  const std::vector<std::uint64_t> sizes = sizes_in(space, path);
+  if (sizes.size() > 1)
+    throw Hdf5Error(fmt::format("{}: expected one dimension, found {}", in_quotes(path), sizes.size()));
+  const std::uint64_t length = sizes.empty() ? 1 : sizes[0];
+  if (length > most)
+    throw Hdf5Error(fmt::format("{}: expected at most {} values, found {}", in_quotes(path), most, length));
+  return length;
+}
+
+bool is_number(hid_t type) {
+  const H5T_class_t kind = H5Tget_class(type);
+  return (kind == H5T_FLOAT || kind == H5T_INTEGER) && H5Tget_size(type) <= widest_number;
+}
+
+bool is_any_text(hid_t type) { return H5Tget_class(type) == H5T_STRING && H5Tis_variable_str(type) > 0; }
+
+/// Copies texts that the library has made, and gives them back.
+std::vector<std::string> take_texts(std::vector<char*>& pointers, hid_t type, hid_t space) {
+  std::vector<std::string> texts;
+  for (const char* pointer : pointers) texts.emplace_back(pointer == nullptr ? "" : pointer);
+  H5Dvlen_reclaim(type, space, H5P_DEFAULT, static_cast<void*>(pointers.data()));
+  return texts;
+}
+
+struct GroupNames {
+  std::vector<std::string> names;
+  std::size_t most = 0;
+};
+
+herr_t note_group(hid_t owner, const char* name, const H5L_info_t* info, void* data) {
+  if (info->type != H5L_TYPE_HARD) return 0;
+  const Handle object = Handle::attempt(H5Oopen(owner, name, H5P_DEFAULT), H5Oclose);
+  if (!object.valid() || H5Iget_type(object.get()) != H5I_GROUP) return 0;
+  auto& found = *static_cast<GroupNames*>(data);
+  found.names.emplace_back(name);
+  return found.names.size() > found.most ? 1 : 0;
+}
+
+/// @throws Hdf5Error unless all of its values are in this file
+void check_storage(hid_t properties, const std::string& path) {
+  const H5D_layout_t layout = H5Pget_layout(properties);
+  if (layout == H5D_LAYOUT_ERROR) unreadable(path);
+  if (layout == H5D_VIRTUAL || H5Pget_external_count(properties) != 0) elsewhere(path);
+}
+
+}  // namespace
+
+struct Hdf5Library::Dataset::Open {
+  explicit Open(hid_t file, const std::string& path)
+      : dataset(Handle::attempt(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose)),
+        space(Handle::attempt(dataset.valid() ? H5Dget_space(dataset.get()) : -1, H5Sclose)),
+        type(Handle::attempt(dataset.valid() ? H5Dget_type(dataset.get()) : -1, H5Tclose)),
+        properties(Handle::attempt(dataset.valid() ? H5Dget_create_plist(dataset.get()) : -1, H5Pclose)) {
+    if (!dataset.valid())
+      throw Hdf5Error(fmt::format("expected a dataset {}, found something else of that name", in_quotes(path)));
+    if (!space.valid() || !type.valid() || !properties.valid()) unreadable(path);
+    check_storage(properties.get(), path);
+    sizes = sizes_in(space.get(), path);
+  }
+
+  /// Rows that are read at a time: whole chunks, so that each is unpacked once.
+  hsize_t rows_at_a_time() const {
+    hsize_t row = 1;
+    for (std::size_t i = 1; i < sizes.size(); ++i) row *= std::max<std::uint64_t>(sizes[i], 1);
+    const hsize_t rows = std::max<hsize_t>(values_at_a_time / row, 1);
+    std::vector<hsize_t> chunk(sizes.size(), 1);
+    if (H5Pget_layout(properties.get()) == H5D_CHUNKED)
+      H5Pget_chunk(properties.get(), static_cast<int>(chunk.size()), chunk.data());
+    const hsize_t high = std::clamp<hsize_t>(chunk[0], 1, sizes[0]);
+    return std::min<hsize_t>((rows + high - 1) / high * high, sizes[0]);
+  }
+
+  const Silence silence;
+  const Handle dataset, space, type, properties;
+  std::vector<std::uint64_t> sizes;
+};
+
+Hdf5Library::Dataset::Dataset(std::unique_ptr<Open> open) : open_(std::move(open)) {}
+Hdf5Library::Dataset::~Dataset() = default;
+Hdf5Library::Dataset::Dataset(Dataset&&) noexcept = default;
+Hdf5Library::Dataset& Hdf5Library::Dataset::operator=(Dataset&&) noexcept = default;
+
+const std::vector<std::uint64_t>& Hdf5Library::Dataset::sizes() const { return open_->sizes; }
+
+bool Hdf5Library::Dataset::read(const std::function<void(std::span<const double>)>& take) const {
+  const Open& self = *open_;
+  if (std::find(self.sizes.begin(), self.sizes.end(), 0u) != self.sizes.end()) return true;
+  if (self.sizes.empty()) {
+    double value = 0;
+    if (H5Dread(self.dataset.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, &value) < 0) return false;
+    take({&value, 1});
+    return true;
+  }
+  const hsize_t step = self.rows_at_a_time();
+  std::vector<hsize_t> start(self.sizes.size(), 0), count(self.sizes.begin(), self.sizes.end());
+  std::vector<double> values;
+  for (; start[0] < self.sizes[0]; start[0] += step) {
+    count[0] = std::min<hsize_t>(step, self.sizes[0] - start[0]);
+    std::size_t total = 1;
+    for (const hsize_t size : count) total *= size;
+    values.resize(total);
+    const Handle memory =
+        Handle::attempt(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
+    if (H5Sselect_hyperslab(self.space.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr) < 0 ||
+        H5Dread(self.dataset.get(), H5T_NATIVE_DOUBLE, memory.get(), self.space.get(), H5P_DEFAULT, values.data()) < 0)
+      return false;
+    take(values);
+  }
+  return true;
+}
+
+void keep_out_of_other_files() {
+  const Silence silence;
+  H5PLset_loading_state(0);
+  H5Lunregister(H5L_TYPE_EXTERNAL);
+}
+
+Hdf5Library::Hdf5Library(const std::string& file) {
+  const Silence silence;
+  file_ = H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+}
+
+Hdf5Library::~Hdf5Library() {
+  const Silence silence;
+  if (file_ >= 0) H5Fclose(file_);
+}
+
+bool Hdf5Library::has(const std::string& path) const {
+  const Silence silence;
+  std::istringstream parts(path);
+  std::string part, here;
+  while (std::getline(parts, part, '/')) {
+    here += here.empty() ? part : "/" + part;
+    if (part.empty() || H5Lexists(file_, here.c_str(), H5P_DEFAULT) <= 0) return false;
+    H5L_info_t link;
+    if (H5Lget_info(file_, here.c_str(), &link, H5P_DEFAULT) < 0) unreadable(here);
+    if (link.type != H5L_TYPE_HARD && link.type != H5L_TYPE_SOFT) elsewhere(here);
+  }
+  return true;
+}
+
+Hdf5Library::Dataset Hdf5Library::dataset(const std::string& path) const {
+  if (!has(path)) throw Hdf5Error(fmt::format("expected a dataset {}, found none", in_quotes(path)));
+  auto open = std::make_unique<Dataset::Open>(file_, path);
+  if (!is_number(open->type.get()))
+    throw Hdf5Error(fmt::format("{}: expected numbers, found another type", in_quotes(path)));
+  return Dataset(std::move(open));
+}
+
+std::vector<std::string> Hdf5Library::texts(const std::string& path, std::size_t most) const {
+  if (!has(path)) throw Hdf5Error(fmt::format("expected a dataset {}, found none", in_quotes(path)));
+  const Dataset::Open open(file_, path);
+  if (!is_any_text(open.type.get()))
+    throw Hdf5Error(fmt::format("{}: expected texts, found something else", in_quotes(path)));
+  std::vector<char*> pointers(length_in(open.space.get(), path, most), nullptr);
+  if (H5Dread(open.dataset.get(), open.type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, static_cast<void*>(pointers.data())) <
+      0)
+    unreadable(path);
+  return take_texts(pointers, open.type.get(), open.space.get());
+}
+
+std::optional<std::string> Hdf5Library::text_attribute(const std::string& path, const std::string& name,
+                                                       std::size_t most) const {
+  const Silence silence;
+  if (H5Aexists_by_name(file_, name_in_file(path), name.c_str(), H5P_DEFAULT) <= 0) return std::nullopt;
+  const Handle attribute =
+      Handle::attempt(H5Aopen_by_name(file_, name_in_file(path), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const Handle space = Handle::attempt(attribute.valid() ? H5Aget_space(attribute.get()) : -1, H5Sclose);
+  const Handle type = Handle::attempt(attribute.valid() ? H5Aget_type(attribute.get()) : -1, H5Tclose);
+  if (!type.valid() || !is_any_text(type.get()) || H5Sget_simple_extent_npoints(space.get()) != 1)
+    throw Hdf5Error(fmt::format("attribute {}: expected a text, found something else", in_quotes(name)));
+  std::vector<char*> pointers(1, nullptr);
+  if (H5Aread(attribute.get(), type.get(), static_cast<void*>(pointers.data())) < 0) unreadable(name);
+  std::string text = take_texts(pointers, type.get(), space.get()).front();
+  if (text.size() > most)
+    throw Hdf5Error(
+        fmt::format("attribute {}: expected at most {} bytes, found {}", in_quotes(name), most, text.size()));
+  return text;
+}
+
+std::optional<std::vector<double>> Hdf5Library::numbers_attribute(const std::string& path, const std::string& name,
+                                                                  std::size_t most) const {
+  const Silence silence;
+  if (H5Aexists_by_name(file_, name_in_file(path), name.c_str(), H5P_DEFAULT) <= 0) return std::nullopt;
+  const Handle attribute =
+      Handle::attempt(H5Aopen_by_name(file_, name_in_file(path), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const Handle space = Handle::attempt(attribute.valid() ? H5Aget_space(attribute.get()) : -1, H5Sclose);
+  const Handle type = Handle::attempt(attribute.valid() ? H5Aget_type(attribute.get()) : -1, H5Tclose);
+  if (!type.valid() || !is_number(type.get()))
+    throw Hdf5Error(fmt::format("attribute {}: expected numbers, found something else", in_quotes(name)));
+  std::vector<double> values(length_in(space.get(), name, most));
+  if (H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, values.data()) < 0) unreadable(name);
+  return values;
+}
+
+std::vector<std::string> Hdf5Library::groups(const std::string& path, std::size_t most) const {
+  const Silence silence;
+  GroupNames found{{}, most};
+  const Handle group = Handle::attempt(H5Gopen2(file_, name_in_file(path), H5P_DEFAULT), H5Gclose);
+  if (group.valid()) H5Literate(group.get(), H5_INDEX_NAME, H5_ITER_INC, nullptr, note_group, &found);
+  return std::move(found.names);
+}
+
+}  // namespace balance

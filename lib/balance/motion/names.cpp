@@ -1,0 +1,46 @@
+#include "balance/motion/names.hpp"
+
+namespace balance {
+
+const char* name_of(LawKind kind) {
+  switch (kind) {
+    case LawKind::cycloidal: return "cycloidal";
+    case LawKind::bang_bang: return "bang-bang";
+    case LawKind::uniform: return "uniform";
+    case LawKind::cubic: return "cubic";
+    case LawKind::polynomial_345: return "3-4-5";
+    case LawKind::polynomial_4567: return "4-5-6-7";
+    case LawKind::harmonic: return "harmonic";
+    case LawKind::modified_sine: return "modified-sine";
+    case LawKind::modified_trapezoidal: return "modified-trapezoidal";
+    case LawKind::trapezoidal_velocity: return "trapezoidal-velocity";
+  }
+  return "";
+}
+
+const char* name_of(DriveKind kind) {
+  switch (kind) {
+    case DriveKind::joints: return "joints";
+    case DriveKind::tool: return "tool";
+    case DriveKind::com: return "com";
+  }
+  return "";
+}
+
+const char* name_of(MotionStatus status) {
+  switch (status) {
+    case MotionStatus::unsolved: return "unsolved";
+    case MotionStatus::done: return "done";
+    case MotionStatus::not_assembled: return "not-assembled";
+    case MotionStatus::unreachable: return "unreachable";
+    case MotionStatus::drive_singularity: return "drive-singularity";
+    case MotionStatus::constraint_singularity: return "constraint-singularity";
+    case MotionStatus::actuation_singularity: return "actuation-singularity";
+    case MotionStatus::assembly_jump: return "assembly-jump";
+    case MotionStatus::mismatch: return "mismatch";
+    case MotionStatus::overflow: return "overflow";
+  }
+  return "";
+}
+
+}  // namespace balance

@@ -1,0 +1,13 @@
+#pragma once
+/// What the spec language calls laws, drives and the ways a motion ends.
+
+#include "balance/motion/motion.hpp"
+#include "balance/motion/trajectory.hpp"
+
+namespace balance {
+
+const char* name_of(LawKind kind);         ///< "cycloidal", "bang-bang", …
+const char* name_of(DriveKind kind);       ///< "joints", "tool", "com"
+const char* name_of(MotionStatus status);  ///< "done", "drive-singularity", …
+
+}  // namespace balance

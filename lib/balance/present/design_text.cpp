@@ -1,0 +1,248 @@
+#include "balance/present/design_text.hpp"
+
+#include "balance/present/conditions_text.hpp"
+#include "balance/present/names.hpp"
+#include "balance/write/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+namespace {
+
+/// Six digits; an exact zero is just that.
+std::string number_text(double value) {
+  if (std::isnan(value)) return "-";
+  return value == 0 ? "0" : format_number(value);
+}
+
+std::string ratio_text(double before, double after) {
+  if (!(before != 0) || std::isnan(before) || std::isnan(after)) return "-";
+  return after == 0 ? "0" : fmt::format("{:.4g}", after / before);
+}
+
+/// A gap of this part of the value is none.
+constexpr double no_gap = 1e-12;
+
+bool is_proved_best(const DesignView& view) {
+  return view.report.outcome.optimality == Optimality::proved_best && !view.objective.empty();
+}
+
+std::string headline(const DesignView& view) {
+  const DesignOutcome& outcome = view.report.outcome;
+  const std::string goals = list_names(outcome.conditions.goals);
+  switch (outcome.status) {
+    case DesignStatus::unsolved: return "no design for " + goals;
+    case DesignStatus::balanced:
+      if (is_proved_best(view))
+        return fmt::format("balanced exactly for {}, with the least {} there is", goals, view.objective);
+      return "balanced exactly for " + goals;
+    case DesignStatus::compromise: return fmt::format("a compromise: not balanced for {}", goals);
+    case DesignStatus::impossible:
+      return fmt::format("impossible: no choice of the free numbers balances it for {}", goals);
+    case DesignStatus::not_found:
+      return goals.empty() ? "no design was found" : fmt::format("no design for {} was found", goals);
+    case DesignStatus::not_asked:
+      if (is_proved_best(view)) return fmt::format("the least {} there is; no goal was asked for", view.objective);
+      return fmt::format("a small {}; no goal was asked for", view.objective);
+  }
+  return "";
+}
+
+std::string objective_line(const DesignView& view) {
+  const DesignOutcome& outcome = view.report.outcome;
+  if (view.objective.empty() || std::isnan(outcome.objective)) return "";
+  const std::string unit = view.objective_unit.empty() ? "" : " " + view.objective_unit;
+  std::string text = fmt::format("{}: {}{}", view.objective, number_text(outcome.objective), unit);
+  if (!std::isnan(outcome.lower_bound) && outcome.optimality != Optimality::proved_best)
+    text += fmt::format("; at least {}{} is needed", number_text(outcome.lower_bound), unit);
+  return text + "\n";
+}
+
+/// What is known of how good it is.
+std::string optimality_line(const DesignView& view) {
+  const DesignOutcome& outcome = view.report.outcome;
+  const std::string tried = outcome.tried.empty() ? "" : " (" + outcome.tried + ")";
+  const char* what =
+      view.objective.empty() || std::isnan(outcome.objective) ? "the least that is left of the conditions" : "the best";
+  switch (outcome.optimality) {
+    case Optimality::not_asked: return "optimality: not-asked: nothing was to be minimized\n";
+    case Optimality::proved_best:
+      return fmt::format("optimality: proved-best: nothing is below {}, a gap of {:.2g}\n",
+                         number_text(outcome.lower_bound),
+                         outcome.gap() > no_gap * std::abs(outcome.objective) ? outcome.gap() : 0.0);
+    case Optimality::local_best:
+      return fmt::format("optimality: local-best: the best of what was tried{}, not shown to be {}\n", tried, what);
+    case Optimality::stopped:
+      return fmt::format(
+          "optimality: stopped: after the {:g} s that a search may take{}, not shown to be {}; search: {{seconds: "
+          "{:g}}} "
+          "gives it more\n",
+          view.seconds, tried, what, 4 * view.seconds);
+  }
+  return "";
+}
+
+/// How much of the design could be chosen differently.
+std::string freedom_line(const DesignView& view) {
+  const Freedom& freedom = view.report.outcome.freedom;
+  const int count = freedom.left >= 0 ? freedom.left : freedom.of_conditions;
+  if (count < 0) return "";
+  if (count == 0)
+    return fmt::format("freedom: none is left: no other solution {}is near\n",
+                       view.objective.empty() ? "" : "as good ");
+  std::string numbers;
+  for (const int i : freedom.numbers)
+    numbers += (numbers.empty() ? "" : ", ") + view.report.numbers[static_cast<std::size_t>(i)].path;
+  if (freedom.left < 0)
+    return fmt::format("freedom: the conditions leave {}, spent on a small {}: {}\n", count, view.objective, numbers);
+  const bool figure = !view.objective.empty();
+  return fmt::format("freedom: {} {} left{}: one of many solutions; what may still change: {}\n", count,
+                     count == 1 ? "is" : "are", figure ? fmt::format(", with the same {}", view.objective) : "",
+                     numbers);
+}
+
+/// Each sentence once, although several parts of the report may have it.
+class Sentences {
+ public:
+  void add(const std::string& sentence) {
+    if (!sentence.empty() && text_.find(sentence) == std::string::npos) text_ += sentence + "\n";
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+std::string reasons(const DesignView& view) {
+  Sentences sentences;
+  sentences.add(view.report.outcome.reason);
+  if (view.report.outcome.proof) sentences.add(view.report.outcome.proof->sentence);
+  if (view.report.outcome.status == DesignStatus::impossible)
+    sentences.add(view.report.outcome.proved ? "impossibility: proved" : "impossibility: not proved");
+  return sentences.text() + objective_line(view) + optimality_line(view) + freedom_line(view);
+}
+
+std::string numbers_text(const DesignView& view) {
+  const DesignReport& report = view.report;
+  Table table{{"free number [SI]", "lower", "upper", "before (start)", "value", ""},
+              {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
+              {}};
+  for (std::size_t i = 0; i < report.numbers.size(); ++i) {
+    const FreeNumber& number = report.numbers[i];
+    const auto k = static_cast<Eigen::Index>(i);
+    const double value = report.outcome.x[k];
+    const int bound = at_bound(number, value);
+    // What rounding leaves of a zero says nothing.
+    const bool zero = std::abs(value) < 1e-12 * (number.upper - number.lower);
+    table.rows.push_back({number.path, fmt::format("{:g}", number.lower), fmt::format("{:g}", number.upper),
+                          number_text(report.before[k]), number_text(zero ? 0 : value),
+                          bound < 0 ? "at its lower bound" : (bound > 0 ? "at its upper bound" : "")});
+  }
+  return format_table(table) + "\n";
+}
+
+std::string residual_text(double residual) {
+  if (std::isnan(residual)) return "-";
+  return std::abs(residual) <= met ? "met" : fmt::format("{:.2g}", std::abs(residual));
+}
+
+std::string conditions_table(const DesignView& view) {
+  const ConditionsView& c = view.conditions;
+  Table table{{"no", "condition", "before", "after"}, {Align::right, Align::left, Align::right, Align::right}, {}};
+  std::vector<int> hidden;
+  for (int row = 0; row < c.own_rows(); ++row) {
+    if (c.by_definition[static_cast<std::size_t>(row)]) {
+      hidden.push_back(row + 1);
+      continue;
+    }
+    const auto lines = wrapped_condition(c, row, 76);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      table.rows.push_back({i == 0 ? std::to_string(row + 1) : "", lines[i],
+                            i == 0 ? residual_text(view.residuals_before[row]) : "",
+                            i == 0 ? residual_text(c.residuals[row]) : ""});
+  }
+  std::string text = table.rows.empty() ? "" : format_table(table);
+  const std::string symbols = symbols_text(c);
+  if (!symbols.empty()) text += "where " + symbols + "\n";
+  if (!hidden.empty())
+    text += fmt::format("{} {} for every disc that is symmetrical about its axis\n", ranges_text(hidden),
+                        hidden.size() == 1 ? "holds" : "hold");
+  text += staying_text(c);
+  return text.empty() ? "" : text + "\n";
+}
+
+std::string cost_text(const DesignReport& report) {
+  const auto amount = [](double value, double scale) {
+    return std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:.6g}", value);
+  };
+  return fmt::format(
+             "added mass     {} kg of counterweights and discs (everything that moves: {:.6g} kg before, {:.6g} kg "
+             "after)\n",
+             amount(report.added_mass, report.mass_after), report.mass_before, report.mass_after) +
+         fmt::format(
+             "added inertia  {} kg m^2 of them (everything that moves: {:.6g} kg m^2 before, {:.6g} kg m^2 after)\n",
+             amount(report.added_inertia, report.inertia_after), report.inertia_before, report.inertia_after);
+}
+
+/// What a user should know of the motion, once where before and after say the same.
+std::string rerun_notes(const TrajectoryComparison& comparison) {
+  const auto &before = comparison.before.outcome.notes, &after = comparison.after.outcome.notes;
+  const auto has = [](const std::vector<std::string>& notes, const std::string& note) {
+    return std::find(notes.begin(), notes.end(), note) != notes.end();
+  };
+  std::string text;
+  for (const std::string& note : before) text += fmt::format("note{}: {}\n", has(after, note) ? "" : ", before", note);
+  for (const std::string& note : after)
+    if (!has(before, note)) text += fmt::format("note, after: {}\n", note);
+  return text;
+}
+
+std::string comparison_text(const TrajectoryComparison& comparison) {
+  std::string text = fmt::format("\ntrajectory {}\n", comparison.trajectory);
+  const bool moved =
+      comparison.before.outcome.status == MotionStatus::done && comparison.after.outcome.status == MotionStatus::done;
+  for (const auto& [when, result] : {std::pair("before", &comparison.before), std::pair("after", &comparison.after)})
+    if (result->outcome.status != MotionStatus::done)
+      text += fmt::format("cannot be followed {}: {}\n", when, result->outcome.reason);
+  if (!moved) return text + rerun_notes(comparison);
+  Table table{{"quantity", "unit", "peak before", "after", "ratio", "rms before", "after", "ratio"}, {}, {}};
+  table.align.assign(table.heading.size(), Align::right);
+  table.align[0] = table.align[1] = Align::left;
+  const std::vector<Change> changes = list_changes(comparison);
+  const std::size_t actuators = comparison.before.actuator_names.size();
+  for (std::size_t i = 0; i + 1 < changes.size(); i += 2) {
+    const bool worst = changes[i].quantity == "torque";
+    if (worst && actuators == 1) continue;  // it has a line of its own
+    std::vector<std::string> row = {worst ? "torque, the worst" : changes[i].quantity, changes[i].unit};
+    for (const Change& change : {changes[i], changes[i + 1]}) {
+      row.push_back(number_text(change.before));
+      row.push_back(number_text(change.after));
+      row.push_back(ratio_text(change.before, change.after));
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return (table.rows.empty() ? text : text + format_table(table)) + rerun_notes(comparison);
+}
+
+std::string notes_text(const DesignView& view) {
+  std::string text;
+  for (const auto* notes : {&view.report.outcome.notes, &view.report.notes, &view.conditions.conditions.notes,
+                            &view.conditions.names.notes})
+    for (const std::string& note : *notes)
+      if (text.find(note) == std::string::npos) text += "note: " + note + "\n";
+  return text.empty() ? "" : "\n" + text;
+}
+
+}  // namespace
+
+std::string design_text(const DesignView& view) {
+  std::string text = fmt::format("{}: {}\n{}\n", view.conditions.title, headline(view), reasons(view));
+  text += numbers_text(view) + conditions_table(view) + cost_text(view.report);
+  for (const TrajectoryComparison& comparison : view.report.comparisons) text += comparison_text(comparison);
+  return text + notes_text(view);
+}
+
+}  // namespace balance

@@ -1,0 +1,99 @@
+#include "balance/present/design_view.hpp"
+
+#include "balance/result/round_off.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace balance {
+namespace {
+
+std::string figure_name(Figure figure) {
+  switch (figure) {
+    case Figure::peak: return "peak";
+    case Figure::rms: return "rms";
+    case Figure::mean: return "mean";
+    case Figure::range: return "range";
+  }
+  return "";
+}
+
+std::string term_text(const ObjectiveTerm& term) {
+  switch (term.size) {
+    case ObjectiveTerm::Size::added_mass: return "added mass";
+    case ObjectiveTerm::Size::added_inertia: return "added inertia";
+    case ObjectiveTerm::Size::total_mass: return "total mass";
+    case ObjectiveTerm::Size::none: break;
+  }
+  return fmt::format("{} of {} along {}", figure_name(term.figure), term.quantity, term.trajectory);
+}
+
+bool is_shown(const std::string& quantity) {
+  return quantity.starts_with("torque") || quantity.starts_with("shaking_");
+}
+
+const Metric* find(const Result& result, const std::string& quantity) {
+  for (const Metric& metric : result.metrics)
+    if (metric.quantity == quantity) return &metric;
+  return nullptr;
+}
+
+}  // namespace
+
+std::string objective_text(const std::vector<ObjectiveTerm>& terms) {
+  std::string text;
+  for (const ObjectiveTerm& term : terms) {
+    if (!text.empty()) text += " + ";
+    if (term.weight != 1) text += fmt::format("{:g} ", term.weight);
+    text += term_text(term);
+  }
+  return text;
+}
+
+std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism) {
+  if (terms.size() != 1 || terms.front().weight != 1) return "";
+  const ObjectiveTerm& term = terms.front();
+  if (term.size == ObjectiveTerm::Size::added_inertia) return "kg m^2";
+  if (term.size != ObjectiveTerm::Size::none) return "kg";
+  const std::string& quantity = term.quantity;
+  if (quantity.starts_with("power")) return "W";
+  if (quantity == "kinetic_energy") return "J";
+  if (quantity.ends_with("_force")) return "N";
+  if (quantity.ends_with("_moment")) return "N m";
+  for (const int actuator : mechanism.actuators) {
+    const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(actuator)];
+    if (quantity == "torque[" + coordinate.name + "]") return coordinate.kind == CoordinateKind::angle ? "N m" : "N";
+  }
+  const bool turning = std::all_of(mechanism.actuators.begin(), mechanism.actuators.end(), [&](int actuator) {
+    return mechanism.coordinates[static_cast<std::size_t>(actuator)].kind == CoordinateKind::angle;
+  });
+  return turning ? "N m" : "";
+}
+
+int at_bound(const FreeNumber& number, double value) {
+  const double near = 1e-9 * (number.upper - number.lower);
+  return value <= number.lower + near ? -1 : value >= number.upper - near ? 1 : 0;
+}
+
+std::vector<Change> list_changes(const TrajectoryComparison& comparison) {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  const Result &before = comparison.before, &after = comparison.after;
+  std::vector<Change> changes;
+  for (const Metric& metric : (before.metrics.empty() ? after : before).metrics) {
+    if (!is_shown(metric.quantity)) continue;
+    const Metric *old = find(before, metric.quantity), *fresh = find(after, metric.quantity);
+    // what the terms of either mechanism leave of zero
+    const double round_off = std::max(old != nullptr ? old->round_off : 0, fresh != nullptr ? fresh->round_off : 0);
+    const auto add = [&](const char* figure, double Metric::*value) {
+      const double was = old != nullptr ? old->*value : unknown, is = fresh != nullptr ? fresh->*value : unknown;
+      changes.push_back({metric.quantity, metric.unit, figure, above(round_off, was), above(round_off, is)});
+    };
+    add("peak", &Metric::peak);
+    add("rms", &Metric::rms);
+  }
+  return changes;
+}
+
+}  // namespace balance

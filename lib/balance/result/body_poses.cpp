@@ -1,0 +1,112 @@
+#include "balance/result/body_poses.hpp"
+
+#include "balance/base/rotation.hpp"
+
+#include <stdexcept>
+
+namespace balance {
+namespace {
+
+/// A body's frame in another one.
+struct Frame3 {
+  Matrix3 rotation = Matrix3::Identity();
+  Vector3 origin = Vector3::Zero();
+};
+
+/// What a joint's coordinates do: from its point on the first body to that on the second, and the turn, in the first's axes.
+struct Displacement {
+  Matrix3 turn = Matrix3::Identity();
+  Vector3 place = Vector3::Zero();
+};
+
+Displacement displace(const Joint& joint, const double* q) {
+  const Vector3& u = joint.axis;
+  switch (joint.type) {
+    case JointType::fixed: return {};
+    case JointType::revolute: return {rotation_about(u, q[0]), Vector3::Zero()};
+    case JointType::prismatic: return {Matrix3::Identity(), q[0] * u};
+    case JointType::pin_slot: return {rotation_about(Vector3::UnitZ(), q[1]), q[0] * u};
+    case JointType::cylindrical: return {rotation_about(u, q[0]), q[1] * u};
+    case JointType::universal: return {rotation_about(u, q[0]) * rotation_about(joint.axis2, q[1]), Vector3::Zero()};
+    case JointType::spherical:
+      return {rotation_about(Vector3::UnitX(), q[0]) * rotation_about(Vector3::UnitY(), q[1]) *
+                  rotation_about(Vector3::UnitZ(), q[2]),
+              Vector3::Zero()};
+    case JointType::planar: return {rotation_about(u, q[2]), q[0] * joint.axis2 + q[1] * u.cross(joint.axis2)};
+  }
+  return {};
+}
+
+/// A joint on the way from the ground to a body.
+struct Step {
+  int joint = 0;
+  bool forward = true;  ///< towards the joint's second body
+  Eigen::Index first_coordinate = 0;
+};
+
+/// Joints that reach every body, nearest to the ground first. All coordinates of a run are known, so any tree will do.
+std::vector<Step> steps_from_ground(const Mechanism& mechanism) {
+  std::vector<Eigen::Index> first;
+  Eigen::Index count = 0;
+  for (const Joint& joint : mechanism.joints) {
+    first.push_back(count);
+    count += freedom(joint.type);
+  }
+  std::vector<bool> reached(mechanism.bodies.size(), false);
+  reached[ground] = true;
+  std::vector<Step> steps;
+  for (bool grows = true; grows;) {
+    grows = false;
+    const std::vector<bool> before = reached;
+    for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
+      const auto a = static_cast<std::size_t>(mechanism.joints[j].first);
+      const auto b = static_cast<std::size_t>(mechanism.joints[j].second);
+      const bool forward = before[a] && !reached[b], backward = before[b] && !reached[a];
+      if (!forward && !backward) continue;
+      reached[forward ? b : a] = true;
+      steps.push_back({static_cast<int>(j), forward, first[j]});
+      grows = true;
+    }
+  }
+  return steps;
+}
+
+void take(const Step& step, const Joint& joint, const double* q, std::vector<Frame3>& frames) {
+  const Displacement d = displace(joint, q + step.first_coordinate);
+  const Matrix3 rotation = d.turn * joint.rotation;  // of the second body's frame in the first one's
+  const Vector3 origin = joint.point_first + d.place - rotation * joint.point_second;
+  Frame3 &first = frames[static_cast<std::size_t>(joint.first)],
+         &second = frames[static_cast<std::size_t>(joint.second)];
+  if (step.forward) {
+    second.rotation = first.rotation * rotation;
+    second.origin = first.origin + first.rotation * origin;
+  } else {
+    first.rotation = second.rotation * rotation.transpose();
+    first.origin = second.origin - first.rotation * origin;
+  }
+}
+
+}  // namespace
+
+BodyPoses body_poses(const Mechanism& mechanism, const Result& result) {
+  if (result.coordinate_names.size() != mechanism.coordinates.size())
+    throw std::invalid_argument("the run belongs to another mechanism: it has other joint coordinates");
+  const Eigen::Index rows = result.time.size(), bodies = static_cast<Eigen::Index>(mechanism.bodies.size());
+  BodyPoses poses{Samples(rows, 3 * bodies), Samples(rows, 4 * bodies)};
+  const std::vector<Step> steps = steps_from_ground(mechanism);
+  std::vector<Frame3> frames(mechanism.bodies.size());
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    const double* q = result.joint_position.row(k).data();
+    for (const Step& step : steps) take(step, mechanism.joints[static_cast<std::size_t>(step.joint)], q, frames);
+    for (Eigen::Index b = 0; b < bodies; ++b) {
+      const Frame3& frame = frames[static_cast<std::size_t>(b)];
+      Eigen::Vector4d turn = quaternion_of(frame.rotation);
+      if (k > 0 && poses.orientation.row(k - 1).segment<4>(4 * b).dot(turn) < 0) turn = -turn;
+      poses.position.row(k).segment<3>(3 * b) = frame.origin;
+      poses.orientation.row(k).segment<4>(4 * b) = turn;
+    }
+  }
+  return poses;
+}
+
+}  // namespace balance

@@ -1,0 +1,19 @@
+#pragma once
+/// Where every body is during a run: what a picture needs beyond the joint coordinates.
+
+#include "balance/model/mechanism.hpp"
+#include "balance/result/result.hpp"
+
+namespace balance {
+
+/// Row k of both belongs to result.time[k]; B bodies, the ground among them. World axes.
+struct BodyPoses {
+  Samples position;     ///< N×3B: the bodies' origins [m]; z = 0 in planar mechanisms
+  Samples orientation;  ///< N×4B: unit quaternions w x y z, of the two signs the one that goes on smoothly
+};
+
+/// @param result a run of this mechanism that is done
+/// @throws std::invalid_argument if the run has other coordinates than the mechanism
+BodyPoses body_poses(const Mechanism& mechanism, const Result& result);
+
+}  // namespace balance

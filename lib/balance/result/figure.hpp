@@ -1,0 +1,8 @@
+#pragma once
+/// Which number stands for a quantity over a whole run.
+
+namespace balance {
+
+enum class Figure { peak, rms, mean, range };  ///< of the same names in Metric
+
+}  // namespace balance

@@ -1,0 +1,43 @@
+#include "balance/result/overflow.hpp"
+
+#include "balance/motion/wording.hpp"
+#include "balance/result/quantities.hpp"
+
+#include <cmath>
+
+namespace balance {
+
+namespace {
+
+struct Overflow {
+  double time = INFINITY;
+  std::string what;
+};
+
+/// @param rows that are filled
+void look(const Result& result, long rows, Overflow& first) {
+  for (const Quantity& quantity : list_quantities(result)) {
+    const auto filled = quantity.samples->topRows(rows);
+    if (filled.allFinite()) continue;
+    for (long row = 0; row < rows && result.time[row] < first.time; ++row)
+      if (!filled.row(row).allFinite()) first = {result.time[row], quantity.name};
+  }
+}
+
+}  // namespace
+
+std::optional<MotionOutcome> find_overflow(const Result& result, const BetweenSamples& between) {
+  Overflow first;
+  look(result, result.time.size(), first);
+  look(between.rows, static_cast<long>(between.next_sample.size()), first);
+  for (const Metric& metric : result.metrics) {  // squares overflow long before what they are squares of
+    const bool finite = std::isfinite(metric.peak) && std::isfinite(metric.rms) && std::isfinite(metric.mean) &&
+                        std::isfinite(metric.range);
+    if (!finite && metric.peak_time < first.time) first = {metric.peak_time, metric.quantity};
+  }
+  if (!std::isfinite(result.energy) && first.what.empty()) first = {result.time[0], "the energy moved"};
+  if (first.what.empty()) return std::nullopt;
+  return numbers_overflow(first.time, first.what);
+}
+
+}  // namespace balance

@@ -1,0 +1,73 @@
+#pragma once
+/// Everything that one run along one trajectory found. Row k of every Samples belongs to time[k]. World axes, SI.
+/// At a jump of the acceleration the row holds the value just after it; at the end just before.
+
+#include "balance/base/types.hpp"
+#include "balance/dynamics/term_sizes.hpp"
+#include "balance/motion/motion.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// The figures of one quantity's magnitude. What is no larger than round-off is 0.
+struct Metric {
+  std::string
+      quantity;  ///< "torque[A1]", "torque" (worst actuator: the largest of them), "shaking_force", "shaking_moment", "power", …
+  std::string unit;      ///< "N", "N m", "W", …
+  double peak = 0;       ///< largest magnitude; both sides of every jump count
+  double peak_time = 0;  ///< [s]
+  double rms = 0;        ///< root of the time average of the squared magnitude (trapezoidal rule, jumps honoured)
+  double mean = 0;       ///< time average of the magnitude
+  double range = 0;      ///< largest minus smallest: of the signed value for scalars, of the magnitude for vectors
+  double round_off = 0;  ///< what is no larger was computed but means 0 (result/round_off.hpp)
+};
+
+struct Result {
+  MotionOutcome outcome;
+
+  // what the columns are called
+  std::vector<std::string> coordinate_names;  ///< C columns of joint_position
+  std::vector<std::string> coordinate_units;  ///< "rad" or "m"
+  std::vector<std::string> joint_names;       ///< J joints; joint_force has axes() columns for each
+  std::vector<std::string> actuator_names;    ///< A
+  std::vector<std::string> actuator_units;    ///< "N m" or "N"
+  int axes = 2;                               ///< 2 planar, 3 spatial: columns of a vector
+  int moment_axes = 1;                        ///< 1 planar (about z), 3 spatial
+  Vector3 about = Vector3::Zero();            ///< the point that moments are about
+
+  VectorX time;                                                ///< N [s]
+  Samples joint_position, joint_velocity, joint_acceleration;  ///< N×C [rad or m, …/s, …/s^2]; angles run on past ±π
+  Samples torque, power;                                       ///< N×A [N m or N; W]
+  Samples com_position, com_velocity, com_acceleration;        ///< N×axes [m, m/s, m/s^2]
+  Samples tool_position;                                       ///< N×axes [m]; empty without a tool
+  Samples tool_orientation;  ///< planar N×1 angle [rad], spatial N×4 quaternion w x y z; empty without a tool
+  Samples shaking_force,
+      shaking_moment;  ///< N×axes [N], N×moment_axes [N m]: rate of momentum; the frame feels the opposite
+  Samples ground_force, ground_moment;  ///< what the frame feels, weight included; moment about `about`
+  Samples joint_force,
+      joint_moment;  ///< N×(J axes), N×(J moment_axes): on the second body, moment about the joint's point on it
+  Samples kinetic_energy, potential_energy;  ///< N×1 [J]
+  Samples mobility;                          ///< N×1: smallest singular value of the scaled drive Jacobian
+  Eigen::VectorXi newton_iterations;         ///< N
+
+  // of a run under control; empty else
+  std::vector<std::string> sliding_names;     ///< K coordinates that the controller has a sliding variable for
+  std::vector<std::string> sliding_units;     ///< "rad/s" or "m/s"
+  Samples desired_position, tracking_error;   ///< N×C: of the joint coordinates; desired − actual [rad or m]
+  Samples desired_tool_position, tool_error;  ///< N×axes: desired − actual [m]
+  Samples tool_angle_error;  ///< N×1: planar desired − actual; spatial: the angle between them [rad]
+  Samples sliding_variable;  ///< N×K: −(ė + λ e) of the true motion [rad/s or m/s]
+  Samples torque_variation;  ///< N×A: Σ |changes of the torque| so far [N m or N]
+  Samples saturation;        ///< N×A: 1 while the torque is cut by its limit, else 0
+
+  std::vector<Metric> metrics;
+  double energy = 0;  ///< ∫ Σ|power| dt: what the actuators move back and forth [J]
+
+  TermSizes term_sizes;  ///< largest in the run; not in files
+  TermSizes round_off;   ///< what samples that ought to be zero may be; the samples themselves are as computed
+};
+
+}  // namespace balance

@@ -1,0 +1,37 @@
+#pragma once
+/// Which values of a run are round-off: no larger than a few hundred units in the last place of the terms that they are the sum
+/// of (dynamics/term_sizes.hpp), over the mobility where that is below one.
+
+#include "balance/result/result.hpp"
+
+#include <cmath>
+
+namespace balance {
+
+/// Of the terms' size; a sum of a hundred terms, each of which has gone through a few rotations.
+inline constexpr double round_off_part = 256 * 2.220446049250313e-16;
+
+/// Takes both of a run's sizes over.
+/// @param terms largest sizes
+/// @param grown largest sizes over the mobility
+void set_round_off(Result& result, const TermSizes& terms, const TermSizes& grown);
+
+/// One number per label of an array's columns, or a single one; null for arrays that have none.
+VectorX TermSizes::*term_size_of(Samples Result::*array);
+
+/// Of one column of one of the result's arrays, in its unit; 0 where nothing is known.
+/// @param sizes the result's `term_sizes` or its `round_off`
+double of_column(const Result& result, const TermSizes& sizes, Samples Result::*array, Eigen::Index column);
+
+/// The same of its `round_off`.
+double round_off_of(const Result& result, Samples Result::*array, Eigen::Index column);
+
+/// The value, or 0 if it is round-off.
+inline double above(double round_off, double value) {
+  return std::abs(value) <= round_off && std::isfinite(round_off) ? 0 : value;
+}
+
+/// An array with 0 in the place of round-off.
+Samples above_round_off(const Result& result, Samples Result::*array);
+
+}  // namespace balance

@@ -1,0 +1,157 @@
+#include "balance/simulation/simulate_natural.hpp"
+
+#include "balance/dynamics/observer.hpp"
+#include "balance/kinematics/joint_coordinates.hpp"
+#include "balance/motion/walk.hpp"
+#include "balance/natural/simulation.hpp"
+#include "balance/result/columns.hpp"
+#include "balance/result/metrics.hpp"
+#include "balance/result/overflow.hpp"
+#include "balance/simulation/simulate.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace balance {
+
+NaturalStart find_start(const Mechanism& mechanism, const Trajectory& trajectory) {
+  Tree<Planar> tree = compile<Planar>(mechanism, prescribed_coordinates(trajectory));
+  const Plan<Planar> plan = make_plan(mechanism, tree, trajectory);
+  NaturalStart found{plan.outcome, {}};
+  if (plan.outcome.status != MotionStatus::done) return found;
+  Observer<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
+  if (!observer.actuation().mismatch().empty()) {
+    found.outcome = {MotionStatus::mismatch, 0, observer.actuation().mismatch(), {}};
+    return found;
+  }
+  Stepper<Planar> stepper(mechanism, tree, plan);
+  if (!stepper.begin()) {
+    found.outcome = stepper.outcome();
+    return found;
+  }
+  observer.observe(stepper, Detail::forces);
+  found.start = {observer.last().position, observer.last().tool_angle};
+  return found;
+}
+
+NaturalStart find_start(const Mechanism& mechanism) {
+  const Tree<Planar> tree = compile<Planar>(mechanism, {});
+  System<Planar> closures(tree, Drive<Planar>{});
+  const Solution found = find_pose(mechanism, tree, closures, {});
+  NaturalStart result;
+  if (!found.found) {
+    result.outcome = {MotionStatus::not_assembled, 0, "the loops cannot be closed", {}};
+    return result;
+  }
+  result.outcome.status = MotionStatus::done;
+  result.start.coordinates = read_coordinates(mechanism, tree, found.y);
+  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
+    const CoordinateSource& source = tree.sources[c];
+    if (source.column >= 0)  // with its whole turns
+      result.start.coordinates[c] = source.ratio * found.y[source.column] + source.offset;
+  }
+  return result;
+}
+
+namespace {
+
+Vector2 vector(natural::Complex z) { return {z.real(), z.imag()}; }
+
+class NaturalRun {
+ public:
+  NaturalRun(const Mechanism& mechanism, const Trajectory& trajectory, const natural::Start& start)
+      : mechanism_(mechanism), trajectory_(trajectory), simulation_(mechanism, trajectory, start) {}
+
+  Result run() {
+    Result result;
+    result.outcome = simulation_.outcome();
+    if (result.outcome.status != MotionStatus::done) return result;
+    name_columns(mechanism_, result);
+    result.about = trajectory_.about;
+    BetweenSamples between;
+    name_columns(mechanism_, between.rows);
+    const Schedule& schedule = simulation_.schedule();
+    size_arrays(mechanism_, trajectory_.samples, Contents::without_reactions, result);
+    size_arrays(mechanism_, most_rows_between(schedule, trajectory_.samples), Contents::without_reactions,
+                between.rows);
+    const bool done = walk(simulation_, schedule, trajectory_.samples, [&](const Stop& stop) {
+      if (stop.kind == Stop::Kind::sample) return record(result, stop.index);
+      if (stop.followed && stop.kind == Stop::Kind::after_jump) return true;
+      return record(between.rows, between.add(stop.next_sample));
+    });
+    if (!done) {
+      Result stopped;
+      stopped.outcome = simulation_.outcome();
+      return stopped;
+    }
+    measure_terms(result);
+    add_metrics(result, between);
+    if (const auto overflow = find_overflow(result, between)) {
+      Result stopped;
+      stopped.outcome = *overflow;
+      return stopped;
+    }
+    result.outcome = {MotionStatus::done, schedule.duration(), "", simulation_.notes()};
+    if (const std::string note = sampling_note(result, between); !note.empty()) result.outcome.notes.push_back(note);
+    return result;
+  }
+
+ private:
+  /// The terms are the mechanism's, not the formulation's: the first one measures them, at a few places.
+  void measure_terms(Result& result) const {
+    Trajectory few = trajectory_;
+    few.samples = std::min(few.samples, 101L);
+    const Result measured = simulate(mechanism_, few);
+    result.term_sizes = measured.term_sizes;
+    result.round_off = measured.round_off;
+  }
+
+  bool record(Result& result, long row) {
+    if (!simulation_.observe()) return false;
+    const natural::Observation& seen = simulation_.last();
+    result.time[row] = simulation_.time();
+    const auto put = [row](Samples& array, const std::vector<double>& values) {
+      for (std::size_t k = 0; k < values.size(); ++k) array(row, static_cast<Eigen::Index>(k)) = values[k];
+    };
+    put(result.joint_position, seen.position);
+    put(result.joint_velocity, seen.velocity);
+    put(result.joint_acceleration, seen.acceleration);
+    put(result.torque, seen.effort);
+    put(result.power, seen.power);
+    result.com_position.row(row) = vector(seen.com);
+    result.com_velocity.row(row) = vector(seen.com_velocity);
+    result.com_acceleration.row(row) = vector(seen.com_acceleration);
+    result.shaking_force.row(row) = vector(seen.shaking_force);
+    result.shaking_moment(row, 0) = seen.shaking_moment;
+    result.ground_force.row(row) = vector(seen.ground_force);
+    result.ground_moment(row, 0) = seen.ground_moment;
+    result.kinetic_energy(row, 0) = seen.kinetic_energy;
+    result.potential_energy(row, 0) = seen.potential_energy;
+    result.newton_iterations[row] = simulation_.iterations();
+    if (!mechanism_.tool) return true;
+    result.tool_position.row(row) = vector(seen.tool);
+    result.tool_orientation(row, 0) = seen.tool_angle;
+    return true;
+  }
+
+  const Mechanism& mechanism_;
+  const Trajectory& trajectory_;
+  natural::Simulation simulation_;
+};
+
+}  // namespace
+
+Result simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory) {
+  if (mechanism.space != SpaceKind::planar)
+    throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
+  if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
+  const NaturalStart found = find_start(mechanism, trajectory);
+  if (found.outcome.status != MotionStatus::done) {
+    Result result;
+    result.outcome = found.outcome;
+    return result;
+  }
+  return NaturalRun(mechanism, trajectory, found.start).run();
+}
+
+}  // namespace balance

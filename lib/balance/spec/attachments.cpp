@@ -1,0 +1,166 @@
+// What bodies carry: counterweights, payloads, discs.
+
+#include "balance/base/nearest.hpp"
+#include "balance/spec/inertia.hpp"
+#include "balance/spec/sections.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace balance::read {
+
+namespace {
+
+/// The keys that everything carried has.
+struct Carried {
+  std::optional<int> body;
+  std::optional<Cursor> at, mass, inertia;
+};
+
+int read_carrier(const Cursor& at, const Draft& draft) {
+  const int body = read_body(at, draft);
+  if (body == ground) at.fail({.expected = "a moving body", .found = "the ground"});
+  return body;
+}
+
+std::vector<Field> carried_fields(Carried& carried, Draft& draft) {
+  return {{"body", Need::required, [&](const Cursor& c) { carried.body = read_carrier(c, draft); }, "on"},
+          {"at", Need::required, [&](const Cursor& c) { carried.at = c; }},
+          {"mass", Need::required, [&](const Cursor& c) { carried.mass = c; }},
+          {"inertia", Need::optional, [&](const Cursor& c) { carried.inertia = c; }}};
+}
+
+void read_attachment(const Cursor& at, Draft& draft, Attachment& attachment) {
+  Carried carried;
+  read_fields(at, "a mass {body, at, mass}", carried_fields(carried, draft));
+  attachment.body = carried.body.value_or(ground);
+  if (carried.at) draft.problems.guard([&] { attachment.position = read_place(*carried.at, draft, carried.body); });
+  if (carried.mass)
+    draft.problems.guard(
+        [&] { attachment.mass = read_number(*carried.mass, draft, dimension::mass, Sign::not_negative); });
+  if (!carried.inertia) return;
+  draft.problems.guard([&] {
+    attachment.inertia = read_inertia_value(*carried.inertia, draft);
+    check_inertia(*carried.inertia, attachment.inertia, draft, Bearer::attachment);
+  });
+}
+
+/// What a disc's mapping says, before its parts are put together.
+struct DiscText {
+  Carried carried;
+  std::optional<int> follows;
+  std::optional<Cursor> ratio, axis;
+};
+
+/// The direction of the followed joint's axis in the carrier's axes; it must stand still in the carrier.
+Vector3 followed_axis(const Cursor& at, const Draft& draft, const DiscText& text, const Disc& disc) {
+  if (!text.carried.body || !text.follows) throw Consequence();
+  const Mechanism& mechanism = draft.study.mechanism;
+  const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(disc.follows)];
+  const Joint& joint = mechanism.joints[static_cast<std::size_t>(coordinate.joint)];
+  if (draft.problems.spoilt("joints." + joint.name)) throw Consequence();
+  const bool on_first = disc.body == joint.first;
+  const bool on_second = disc.body == joint.second;
+  const bool universal = joint.type == JointType::universal;
+  // Turning by the first coordinate leaves the first axis in the first body, by the second the second axis in the second body.
+  const bool own_axis =
+      joint.type != JointType::spherical && (!universal || (coordinate.index == 0 ? on_first : on_second));
+  if ((!on_first && !on_second) || !own_axis)
+    at.fail({.kind = "missing key",
+             .expected = fmt::format("'axis', the direction about which the disc turns in {}, because the axis of {} "
+                                     "does not stand still there",
+                                     in_quotes(mechanism.bodies[static_cast<std::size_t>(disc.body)].name),
+                                     in_quotes(coordinate.name))});
+  const Vector3 axis = universal && coordinate.index == 1 ? joint.axis2 : joint.axis;
+  return on_first ? axis : Vector3(joint.rotation.transpose() * axis);
+}
+
+/// A number (planar); {axial, transverse}, three or six numbers (spatial).
+Matrix3 read_disc_inertia(const Cursor& at, Draft& draft, const Vector3& axis) {
+  if (draft.planar() || at.is_list()) return read_inertia_value(at, draft);
+  double axial = 0, transverse = 0;
+  const bool read = read_fields(
+      at, "an inertia {axial, transverse}, [Ixx, Iyy, Izz] or six numbers",
+      {{"axial", Need::required, [&](const Cursor& c) { axial = read_number(c, draft, dimension::inertia); }},
+       {"transverse", Need::required,
+        [&](const Cursor& c) { transverse = read_number(c, draft, dimension::inertia); }}});
+  if (!read) return Matrix3::Zero();
+  return transverse * Matrix3::Identity() + (axial - transverse) * axis * axis.transpose();
+}
+
+/// Zero is fine where a free number may change it.
+bool is_stuck_at_zero(const Cursor& at, double value, const Draft& draft) {
+  return draft.judging() && value == 0 && at.is_scalar();
+}
+
+double read_disc_ratio(const Cursor& at, Draft& draft, const Disc& disc) {
+  const auto followed = dimension_of(draft.mechanism().coordinates[static_cast<std::size_t>(disc.follows)].kind);
+  const double ratio = read_number(at, draft, dimension::angle / followed);
+  if (is_stuck_at_zero(at, ratio, draft))
+    at.fail({.expected = "a ratio other than 0 (a disc that does not turn is a counterweight)", .found = "0"});
+  return ratio;
+}
+
+void put_disc_together(const Cursor& at, const DiscText& text, Draft& draft, Disc& disc) {
+  const Carried& carried = text.carried;
+  const auto guard = [&](auto&& read) { return draft.problems.guard(read); };
+  disc.body = carried.body.value_or(ground);
+  disc.follows = text.follows.value_or(0);
+  if (carried.at) guard([&] { disc.position = read_place(*carried.at, draft, carried.body); });
+  if (text.ratio)
+    guard([&] {
+      if (text.follows)
+        disc.ratio = read_disc_ratio(*text.ratio, draft, disc);
+      else
+        read_number(*text.ratio, draft, dimension::none);
+    });
+  const bool axis_read = guard([&] {
+    if (text.axis && draft.planar()) text.axis->fail({.expected = "no axis: a disc in the plane turns about z"});
+    if (text.axis)
+      disc.axis = read_direction(*text.axis, draft);
+    else if (!draft.planar())
+      disc.axis = followed_axis(at, draft, text, disc);
+  });
+  if (carried.mass) guard([&] { disc.mass = read_number(*carried.mass, draft, dimension::mass, Sign::not_negative); });
+  if (carried.inertia)
+    guard([&] {
+      disc.inertia = read_disc_inertia(*carried.inertia, draft, disc.axis);
+      if (axis_read) check_inertia(*carried.inertia, disc.inertia, draft, Bearer::attachment);
+    });
+}
+
+void read_disc(const Cursor& at, Draft& draft, Disc& disc) {
+  DiscText text;
+  auto fields = carried_fields(text.carried, draft);
+  fields[2].need = Need::optional;
+  fields[3].need = Need::required;
+  fields.push_back({"follows", Need::required, [&](const Cursor& c) { text.follows = read_coordinate(c, draft); }});
+  fields.push_back({"ratio", Need::optional, [&](const Cursor& c) { text.ratio = c; }});
+  fields.push_back({"axis", Need::optional, [&](const Cursor& c) { text.axis = c; }});
+  read_fields(at, "a disc {body, at, follows, ratio, mass, inertia}", fields);
+  if (at.is_map()) put_disc_together(at, text, draft, disc);
+}
+
+}  // namespace
+
+void read_attachments(const Cursor& section, Draft& draft, AttachmentKind kind) {
+  for (const Member& member : named_members(section, "a mapping of masses {body, at, mass}")) {
+    Attachment attachment;
+    attachment.name = member.name;
+    attachment.kind = kind;
+    draft.problems.guard([&] { read_attachment(member.value, draft, attachment); });
+    draft.mechanism().attachments.push_back(std::move(attachment));
+  }
+}
+
+void read_discs(const Cursor& section, Draft& draft) {
+  for (const Member& member : named_members(section, "a mapping of discs {body, at, follows, ratio, mass, inertia}")) {
+    Disc disc;
+    disc.name = member.name;
+    draft.problems.guard([&] { read_disc(member.value, draft, disc); });
+    draft.mechanism().discs.push_back(std::move(disc));
+  }
+}
+
+}  // namespace balance::read

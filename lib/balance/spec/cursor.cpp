@@ -1,0 +1,185 @@
+#include "balance/spec/cursor.hpp"
+
+#include "balance/base/nearest.hpp"
+#include "balance/base/plain_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace balance::read {
+
+void Cursor::expected(const std::string& what) const { fail({.expected = what, .found = found()}); }
+
+void Cursor::fail(Complaint complaint) const { throw Problem(node_->place, path_, std::move(complaint)); }
+
+void Cursor::fail_unless_doubtful(const std::string& path, Complaint complaint) const {
+  if (problems_->doubtful(path)) throw Consequence();
+  fail(std::move(complaint));
+}
+
+std::string Cursor::found() const {
+  switch (kind()) {
+    case Node::Kind::null: return "nothing";
+    case Node::Kind::scalar: return node_->text.empty() ? "an empty text" : in_quotes(node_->text);
+    case Node::Kind::list:
+      return node_->items.empty() ? "an empty list" : fmt::format("a list of {}", node_->items.size());
+    case Node::Kind::map: return node_->items.empty() ? "an empty mapping" : "a mapping";
+  }
+  return "";
+}
+
+void Cursor::missing(const std::vector<std::string>& keys) const {
+  std::vector<std::string> wanted, given;
+  for (const std::string& key : keys) wanted.push_back(in_quotes(key));
+  for (const Node& one : node_->keys) given.push_back(one.text);
+  Problem problem(node_->place, path_,
+                  {.kind = "missing key",
+                   .expected = one_of(wanted),
+                   .found = given.empty() ? found() : "only " + listed(given, "and")});
+  problem.about = path_.empty() ? keys.front() : path_ + "." + keys.front();
+  throw Problem(std::move(problem));
+}
+
+std::vector<Cursor> Cursor::items(const std::string& what) const {
+  if (!is_list()) expected(what);
+  std::vector<Cursor> all;
+  for (std::size_t i = 0; i < node_->items.size(); ++i)
+    all.emplace_back(node_->items[i], fmt::format("{}[{}]", path_, i), *problems_);
+  return all;
+}
+
+std::vector<Cursor> Cursor::items(const std::string& what, std::size_t count) const {
+  if (!is_list() || node_->items.size() != count) expected(what);
+  return items(what);
+}
+
+const std::string& Cursor::word(const std::string& what) const {
+  if (!is_scalar() || node_->text.empty()) expected(what);
+  return node_->text;
+}
+
+std::size_t Cursor::choice(const std::string& what, const std::vector<std::string>& names) const {
+  const std::string& text = word(fmt::format("{} ({})", what, one_of(names)));
+  const auto at = std::find(names.begin(), names.end(), text);
+  if (at == names.end()) expected_one_of(*this, what, names);
+  return static_cast<std::size_t>(at - names.begin());
+}
+
+void expected_one_of(const Cursor& found, const std::string& what, const std::vector<std::string>& names) {
+  found.fail({.expected = fmt::format("{} ({})", what, names.empty() ? "there are none" : one_of(names)),
+              .found = found.found(),
+              .hint = found.is_scalar() ? nearest_is(found.node().text, names) : ""});
+}
+
+namespace {
+
+Cursor member_at(const Cursor& map, std::size_t i, const Node& node) {
+  const std::string& name = map.node().keys[i].text;
+  return {node, map.path().empty() ? name : map.path() + "." + name, map.problems()};
+}
+
+}  // namespace
+
+std::vector<Member> members(const Cursor& map, const std::string& what) {
+  if (!map.is_map()) map.expected(what);
+  const Node& node = map.node();
+  if (node.items.size() > most_members)
+    map.fail(
+        {.expected = fmt::format("at most {} entries", most_members), .found = fmt::format("{}", node.items.size())});
+  std::vector<Member> all;
+  for (std::size_t i = 0; i < node.items.size(); ++i) {
+    const bool again =
+        std::any_of(all.begin(), all.end(), [&](const Member& m) { return m.name == node.keys[i].text; });
+    if (again) continue;  // already reported while parsing
+    all.push_back({member_at(map, i, node.keys[i]), node.keys[i].text, member_at(map, i, node.items[i])});
+  }
+  return all;
+}
+
+std::vector<Member> named_members(const Cursor& map, const std::string& what) {
+  std::vector<Member> all = members(map, what);
+  for (const Member& member : all)
+    map.problems().guard([&] {
+      if (is_name(member.name)) return;
+      const bool otherwise_right = !member.name.empty() && is_name("x" + member.name);
+      Problem problem(member.key.node().place, member.key.path(),
+                      {.expected = "a name of letters, digits, '_' and '-'",
+                       .found = in_quotes(member.name),
+                       .hint = otherwise_right ? "it must begin with a letter" : ""});
+      problem.odd_in = map.path();
+      throw Problem(std::move(problem));
+    });
+  return all;
+}
+
+namespace {
+
+/// Why nobody wrote what stands there.
+std::string hint_for(const std::string& key, const std::vector<std::string>& names) {
+  const bool carried = std::find(names.begin(), names.end(), "body") != names.end();
+  if (carried && (key == "true" || key == "True"))
+    return "'on' is a truth value in YAML 1.1, so that a tool such as PyYAML writes 'true' for it: say 'body'";
+  return nearest_is(key, names);
+}
+
+class FieldsReader {
+ public:
+  FieldsReader(const Cursor& map, const std::string& what, const std::vector<Field>& fields)
+      : map_(map), fields_(fields), given_(members(map, what)) {
+    for (const Field& field : fields) names_.push_back(field.name);
+  }
+
+  void read() {
+    for (const Member& member : given_)
+      if (!map_.problems().guard([&] { read_member(member); })) map_.problems().spoil(member.value.path());
+    // A misspelt key is one mistake, not two.
+    for (const Field& field : fields_)
+      if (field.need == Need::required && !unknown_ && count(field) == 0)
+        map_.problems().guard([&] { map_.missing({field.name}); });
+  }
+
+ private:
+  static bool names(const Field& field, const std::string& key) {
+    return key == field.name || (key == field.other && !key.empty());
+  }
+
+  std::ptrdiff_t count(const Field& field) const {
+    return std::count_if(given_.begin(), given_.end(), [&](const Member& m) { return names(field, m.name); });
+  }
+
+  void read_member(const Member& member) {
+    const auto field =
+        std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return names(f, member.name); });
+    if (field == fields_.end()) fail_unknown(member);
+    if (member.name == field->other && count(*field) > 1)
+      member.key.fail({.expected = fmt::format("'{}' or '{}'", field->name, field->other), .found = "both"});
+    field->read(member.value);
+  }
+
+  [[noreturn]] void fail_unknown(const Member& member) {
+    unknown_ = true;
+    Problem problem(member.key.node().place, member.key.path(),
+                    {.kind = "unknown key",
+                     .expected = one_of(names_),
+                     .found = in_quotes(member.name),
+                     .hint = hint_for(member.name, names_)});
+    problem.odd_in = map_.path();
+    throw Problem(std::move(problem));
+  }
+
+  const Cursor& map_;
+  const std::vector<Field>& fields_;
+  std::vector<Member> given_;
+  std::vector<std::string> names_;
+  bool unknown_ = false;
+};
+
+}  // namespace
+
+bool read_fields(const Cursor& map, const std::string& what, const std::vector<Field>& fields) {
+  return map.problems().guard([&] { FieldsReader(map, what, fields).read(); });
+}
+
+}  // namespace balance::read

@@ -1,0 +1,88 @@
+#pragma once
+/// The study while its spec is being read, and the readers of numbers, points and names that all sections share.
+
+#include "balance/base/types.hpp"
+#include "balance/spec/cursor.hpp"
+#include "balance/spec/parameters.hpp"
+#include "balance/spec/time_table.hpp"
+#include "balance/spec/units.hpp"
+#include "balance/study/study.hpp"
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace balance::read {
+
+/// A spec is read once at the start values, and everything is judged. Then it may be read again with other values of the free
+/// numbers, at which a mass may be zero or two points may meet: that is for others to judge.
+struct Draft {
+  explicit Draft(const std::string& file_name) : problems(file_name) { study.spec_file = file_name; }
+
+  Study study;
+  Problems problems;
+  Units units;
+  Parameters parameters;
+  std::vector<FoundFreeNumber> free_numbers;  ///< but for parameters
+  std::set<std::string> free_paths;           ///< of free_numbers: what several trajectories share is one number
+  bool mechanism_is_right = false;            ///< nothing is wrong with what stands above `motion` in sections.hpp
+  std::vector<Place> body_places;             ///< of the bodies' names, as mechanism.bodies
+  std::map<std::string, TimeTable> tables;    ///< of files, by the key path that names the file
+
+  const FreeValues* given = nullptr;                               ///< other values of the free numbers
+  const std::map<std::string, TimeTable>* known_tables = nullptr;  ///< from when the spec was read first
+
+  Mechanism& mechanism() { return study.mechanism; }
+  const std::set<std::string>* open = nullptr;  ///< sections to be read again; null: all
+
+  /// Whether a section is read; else what it says is already in the study.
+  bool is_read(const std::string& section) const { return open == nullptr || open->count(section) > 0; }
+  /// Whether numbers must make sense.
+  bool judging() const { return given == nullptr; }
+  bool planar() const { return study.mechanism.space == SpaceKind::planar; }
+};
+
+enum class Sign { any, not_negative, positive };
+
+/// A number, an expression or a free number, in SI.
+double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign = Sign::any);
+/// How long a motion takes.
+double read_duration(const Cursor& at, Draft& draft);
+/// Fails unless a motion may take that long [s] or nothing is judged.
+void check_duration(const Cursor& at, double duration, const Draft& draft);
+/// A list of such numbers of one dimension. @param what for the message: "three numbers"
+std::vector<double> read_numbers(const Cursor& at, Draft& draft, Dimension dimension, const std::string& what);
+/// Two numbers in the plane (z = 0), three in space.
+Vector3 read_vector(const Cursor& at, Draft& draft, Dimension dimension);
+/// A vector that is not zero, normalised.
+Vector3 read_direction(const Cursor& at, Draft& draft);
+/// A whole number. Never free.
+long read_whole(const Cursor& at, Draft& draft, long least, long most);
+/// [roll, pitch, yaw]: Rz(yaw) Ry(pitch) Rx(roll).
+Matrix3 read_rpy(const Cursor& at, Draft& draft);
+/// [w, x, y, z], normalised.
+Matrix3 read_quaternion(const Cursor& at, Draft& draft);
+
+/// A body's name. @return its index
+int read_body(const Cursor& at, const Draft& draft);
+
+struct PointReference {
+  int body = 0;
+  std::string name;
+  Vector3 position = Vector3::Zero();
+};
+/// `body.point`.
+PointReference read_reference(const Cursor& at, const Draft& draft);
+/// A place on a known body: the name of one of its points (`H` or `body.H`) or its coordinates.
+/// @param body nothing if it could not be read
+Vector3 read_place(const Cursor& at, Draft& draft, std::optional<int> body);
+/// A coordinate's name. @return its index
+int read_coordinate(const Cursor& at, const Draft& draft);
+/// The same for a name that has no node of its own (a key, a column).
+int find_coordinate(const Cursor& at, const std::string& name, const Draft& draft);
+/// `{J1: 0.3, J2: …}`: values of coordinates, each in its own unit.
+std::vector<CoordinateValue> read_coordinate_values(const Cursor& at, Draft& draft);
+
+}  // namespace balance::read

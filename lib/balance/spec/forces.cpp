@@ -1,0 +1,232 @@
+// What pushes and pulls: loads, springs, friction.
+
+#include "balance/base/nearest.hpp"
+#include "balance/spec/sections.hpp"
+#include "balance/spec/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace balance::read {
+
+namespace {
+
+/// A number in the plane (about z), three in space.
+Vector3 read_moment(const Cursor& at, Draft& draft) {
+  if (!draft.planar()) return read_vector(at, draft, dimension::moment);
+  return {0, 0, read_number(at, draft, dimension::moment)};
+}
+
+/// Columns of a load's table and where their values go: 0–2 force, 3–5 moment.
+struct LoadColumns {
+  std::vector<Column> columns;
+  std::vector<int> slots;
+};
+
+LoadColumns load_columns(bool planar) {
+  LoadColumns all;
+  const std::vector<std::pair<const char*, int>> names =
+      planar
+          ? std::vector<std::pair<const char*, int>>{{"fx", 0}, {"fy", 1}, {"m", 5}}
+          : std::vector<std::pair<const char*, int>>{{"fx", 0}, {"fy", 1}, {"fz", 2}, {"mx", 3}, {"my", 4}, {"mz", 5}};
+  for (const auto& [name, slot] : names) {
+    all.columns.push_back({name, slot < 3 ? dimension::force : dimension::moment});
+    all.slots.push_back(slot);
+  }
+  return all;
+}
+
+void take_table(const TimeTable& table, const LoadColumns& columns, Load& load) {
+  load.time = table.time;
+  for (const auto& row : table.values) {
+    Vector3 part[2] = {Vector3::Zero(), Vector3::Zero()};
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const int slot = columns.slots[static_cast<std::size_t>(table.columns[i])];
+      part[slot / 3][slot % 3] = row[i];
+    }
+    load.force.push_back(part[0]);
+    load.moment.push_back(part[1]);
+  }
+}
+
+/// `[[t, fx, fy], …]`, with the moment as further entries if the first row has them.
+void read_rows(const Cursor& at, Draft& draft, Load& load) {
+  LoadColumns columns = load_columns(draft.planar());
+  const auto rows = at.items("a list of rows [time, force …, moment …]");
+  const std::size_t forces = draft.planar() ? 2 : 3;
+  if (!rows.empty() && rows[0].node().items.size() == forces + 1) columns.columns.resize(forces);
+  take_table(read_inline_table(at, draft, columns.columns), columns, load);
+}
+
+/// `{time: […], force: [[…], …], moment: […]}`.
+void read_lists(const Cursor& at, Draft& draft, Load& load) {
+  std::optional<Cursor> force, moment;
+  std::optional<Cursor> time;
+  const bool read = read_fields(at, "a table {time, force, moment}",
+                                {{"time", Need::required,
+                                  [&](const Cursor& c) {
+                                    time = c;
+                                    load.time = read_numbers(c, draft, dimension::time, "a list of times");
+                                    if (load.time.empty()) c.expected("at least one time");
+                                    check_times(c, load.time, draft);
+                                  }},
+                                 {"force", Need::optional, [&](const Cursor& c) { force = c; }},
+                                 {"moment", Need::optional, [&](const Cursor& c) { moment = c; }}});
+  if (read && !force && !moment)
+    at.fail({.kind = "missing key", .expected = "'force' or 'moment'", .found = "neither"});
+  load.force.assign(load.time.size(), Vector3::Zero());
+  load.moment = load.force;
+  const std::string what = fmt::format("{} entries, one for each time", load.time.size());
+  const auto read_entries = [&](const Cursor& entries, std::vector<Vector3>& values, const auto& read_one) {
+    std::vector<Vector3> all;
+    // How many there must be, only the times can tell.
+    read_each(read ? entries.items(what, load.time.size()) : entries.items("a list of entries, one for each time"),
+              [&](const Cursor& item) { all.push_back(read_one(item)); });
+    if (read) values = std::move(all);
+  };
+  if (force)
+    draft.problems.guard([&] {
+      read_entries(*force, load.force, [&](const Cursor& c) { return read_vector(c, draft, dimension::force); });
+    });
+  if (moment)
+    draft.problems.guard(
+        [&] { read_entries(*moment, load.moment, [&](const Cursor& c) { return read_moment(c, draft); }); });
+}
+
+/// What a load's mapping says, before its parts are put together.
+struct LoadText {
+  std::optional<int> body;
+  std::optional<Cursor> place, force, moment, table, file;
+};
+
+void check_ways(const Cursor& at, const LoadText& text) {
+  const bool constant = text.force || text.moment;
+  const int ways = (constant ? 1 : 0) + (text.table ? 1 : 0) + (text.file ? 1 : 0);
+  if (ways == 1) return;
+  const std::string wanted = "one of: 'force' and 'moment' (constant), 'table', 'file'";
+  const std::string found = ways > 1 ? "several" : "none";
+  Complaint complaint{
+      .message = fmt::format("expected {}; found {}", wanted, found), .expected = wanted, .found = found};
+  // A misspelt key may be one of them.
+  if (ways == 0)
+    at.fail_unless_doubtful(at.path() + ".force", std::move(complaint));
+  else
+    at.fail(std::move(complaint));
+}
+
+void read_push(const LoadText& text, Draft& draft, Load& load) {
+  if (text.table && text.table->is_map()) return read_lists(*text.table, draft, load);
+  if (text.table) return read_rows(*text.table, draft, load);
+  if (text.file) {
+    const LoadColumns columns = load_columns(draft.planar());
+    return take_table(read_table_file(*text.file, draft, columns.columns), columns, load);
+  }
+  Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
+  if (text.force) draft.problems.guard([&] { force = read_vector(*text.force, draft, dimension::force); });
+  if (text.moment) draft.problems.guard([&] { moment = read_moment(*text.moment, draft); });
+  load.force.push_back(force);
+  load.moment.push_back(moment);
+}
+
+void read_load(const Cursor& at, Draft& draft, Load& load) {
+  LoadText text;
+  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+  const auto read_carrier = [&](const Cursor& c) {
+    const int body = read_body(c, draft);
+    if (body == ground) c.fail({.expected = "a moving body", .found = "the ground"});
+    text.body = body;
+  };
+  read_fields(at, "a load {body, at, force, moment}",
+              {{"body", Need::required, read_carrier, "on"},
+               {"at", Need::optional, keep(text.place)},
+               {"force", Need::optional, keep(text.force)},
+               {"moment", Need::optional, keep(text.moment)},
+               {"table", Need::optional, keep(text.table)},
+               {"file", Need::optional, keep(text.file)},
+               {"frame", Need::optional, [&](const Cursor& c) {
+                  load.frame = c.choice("a frame", {"world", "body"}) == 0 ? Frame::world : Frame::body;
+                }}});
+  if (!at.is_map()) return;
+  load.body = text.body.value_or(ground);
+  if (!draft.problems.guard([&] { check_ways(at, text); })) return;
+  if (text.place) draft.problems.guard([&] { load.point = read_place(*text.place, draft, text.body); });
+  read_push(text, draft, load);
+}
+
+void read_spring(const Cursor& at, Draft& draft, Spring& spring) {
+  read_fields(
+      at, "a spring {between, stiffness}",
+      {{"between", Need::required,
+        [&](const Cursor& c) {
+          const auto ends = c.items("two points [body.point, body.point]", 2);
+          PointReference first, second;
+          const bool first_read = draft.problems.guard([&] { first = read_reference(ends[0], draft); });
+          const bool second_read = draft.problems.guard([&] { second = read_reference(ends[1], draft); });
+          if (!first_read || !second_read) return;
+          if (first.body == second.body)
+            c.fail(
+                {.expected = "points of two bodies",
+                 .found = fmt::format("two points of {}",
+                                      in_quotes(draft.mechanism().bodies[static_cast<std::size_t>(first.body)].name))});
+          spring.first = first.body;
+          spring.second = second.body;
+          spring.point_first = first.position;
+          spring.point_second = second.position;
+        }},
+       {"stiffness", Need::required,
+        [&](const Cursor& c) { spring.stiffness = read_number(c, draft, dimension::stiffness, Sign::not_negative); }},
+       {"free_length", Need::optional,
+        [&](const Cursor& c) { spring.free_length = read_number(c, draft, dimension::length, Sign::not_negative); }}});
+}
+
+void read_one_friction(const Member& member, Draft& draft) {
+  Friction friction;
+  friction.coordinate = find_coordinate(member.key, member.name, draft);
+  const bool turns =
+      draft.mechanism().coordinates[static_cast<std::size_t>(friction.coordinate)].kind == CoordinateKind::angle;
+  const Dimension effort = turns ? dimension::moment : dimension::force;
+  std::optional<Cursor> held;
+  const Dimension rate = (turns ? dimension::angle : dimension::length) / dimension::time;
+  if (!read_fields(
+          member.value, "friction {viscous, coulomb, static}",
+          {{"viscous", Need::optional,
+            [&](const Cursor& c) { friction.viscous = read_number(c, draft, effort / rate, Sign::not_negative); }},
+           {"coulomb", Need::optional,
+            [&](const Cursor& c) { friction.coulomb = read_number(c, draft, effort, Sign::not_negative); }},
+           {"static", Need::optional, [&](const Cursor& c) {
+              friction.at_rest = read_number(c, draft, effort, Sign::not_negative);
+              held = c;
+            }}}))
+    return;
+  if (member.value.node().items.empty()) member.value.expected("'viscous', 'coulomb' or 'static'");
+  if (friction.static_limit() < friction.coulomb) held->expected("at least as much as 'coulomb'");
+  draft.mechanism().friction.push_back(friction);
+}
+
+}  // namespace
+
+void read_loads(const Cursor& section, Draft& draft) {
+  for (const Member& member : named_members(section, "a mapping of loads {body, at, force}")) {
+    Load load;
+    load.name = member.name;
+    draft.problems.guard([&] { read_load(member.value, draft, load); });
+    draft.mechanism().loads.push_back(std::move(load));
+  }
+}
+
+void read_springs(const Cursor& section, Draft& draft) {
+  for (const Member& member : named_members(section, "a mapping of springs {between, stiffness}")) {
+    Spring spring;
+    spring.name = member.name;
+    draft.problems.guard([&] { read_spring(member.value, draft, spring); });
+    draft.mechanism().springs.push_back(std::move(spring));
+  }
+}
+
+void read_friction(const Cursor& section, Draft& draft) {
+  for (const Member& member : members(section, "a mapping of joint coordinates to friction {viscous, coulomb, static}"))
+    draft.problems.guard([&] { read_one_friction(member, draft); });
+}
+
+}  // namespace balance::read

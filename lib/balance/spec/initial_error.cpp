@@ -1,0 +1,39 @@
+#include "balance/spec/initial_error.hpp"
+
+#include "balance/base/nearest.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+namespace balance::read {
+
+void read_initial_error(const Cursor& at, Draft& draft, InitialError& error) {
+  std::optional<Cursor> joints, tool, angle;
+  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+  std::vector<Field> fields{{"joints", Need::optional, keep(joints)}, {"tool", Need::optional, keep(tool)}};
+  if (draft.planar()) fields.push_back({"angle", Need::optional, keep(angle)});
+  if (!read_fields(at, "an initial error {joints: …} or {tool: …}", fields)) return;
+  if (joints.has_value() == tool.has_value()) at.expected("an initial error of either 'joints' or the 'tool'");
+  if (angle && !tool) angle->fail({.expected = "'angle' only with 'tool'", .found = "it with 'joints'"});
+  if (tool && !draft.mechanism().tool)
+    tool->fail_unless_doubtful("tool", {.expected = "a spec with a tool ('tool: body.point')",
+                                        .found = "none",
+                                        .hint = "this key is about the tool's pose"});
+  if (tool) error.tool = read_vector(*tool, draft, dimension::length);
+  if (angle && angle->is_map()) angle->expected("a number or an expression");
+  if (angle) error.angle = read_number(*angle, draft, dimension::angle);
+  if (!joints) return;
+  error.joints = read_coordinate_values(*joints, draft);
+  for (const Member& member : members(*joints, "joint coordinates")) {
+    const auto& actuators = draft.mechanism().actuators;
+    draft.problems.guard([&] {
+      const int coordinate = find_coordinate(member.key, member.name, draft);
+      if (!draft.problems.spoilt("actuators") && !actuators.empty() &&
+          std::find(actuators.begin(), actuators.end(), coordinate) == actuators.end())
+        member.key.fail({.expected = "an actuated coordinate (the others follow)", .found = in_quotes(member.name)});
+    });
+  }
+}
+
+}  // namespace balance::read

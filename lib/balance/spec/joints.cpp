@@ -1,0 +1,253 @@
+#include "balance/base/nearest.hpp"
+#include "balance/spec/sections.hpp"
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+namespace balance::read {
+
+namespace {
+
+struct NamedType {
+  const char* name;
+  JointType type;
+  bool planar, spatial;
+};
+
+constexpr NamedType types[]{{"revolute", JointType::revolute, true, true},
+                            {"prismatic", JointType::prismatic, true, true},
+                            {"fixed", JointType::fixed, true, true},
+                            {"pin-slot", JointType::pin_slot, true, false},
+                            {"cylindrical", JointType::cylindrical, false, true},
+                            {"universal", JointType::universal, false, true},
+                            {"spherical", JointType::spherical, false, true},
+                            {"planar", JointType::planar, false, true}};
+
+/// What others call the types.
+constexpr std::pair<const char*, const char*> synonyms[]{
+    {"hinge", "revolute"},
+    {"pin", "revolute"},
+    {"pivot", "revolute"},
+    {"rotary", "revolute"},
+    {"rotational", "revolute"},
+    {"turning", "revolute"},
+    {"continuous", "revolute"},
+    {"slider", "prismatic"},
+    {"slide", "prismatic"},
+    {"sliding", "prismatic"},
+    {"linear", "prismatic"},
+    {"translational", "prismatic"},
+    {"ball", "spherical"},
+    {"ball-joint", "spherical"},
+    {"ball-and-socket", "spherical"},
+    {"spheric", "spherical"},
+    {"weld", "fixed"},
+    {"welded", "fixed"},
+    {"rigid", "fixed"},
+    {"clamp", "fixed"},
+    {"cardan", "universal"},
+    {"hooke", "universal"},
+    {"u-joint", "universal"},
+    {"gimbal", "universal"},
+    {"cylinder", "cylindrical"},
+    {"cylindric", "cylindrical"},
+    {"plane", "planar"},
+    {"pin-in-slot", "pin-slot"},
+    {"slot", "pin-slot"},
+    {"slotted", "pin-slot"},
+};
+
+/// The type that a word means in another vocabulary; empty: none.
+std::string meant_by(std::string word) {
+  for (char& c : word) c = c == '_' || c == ' ' ? '-' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const char* ending : {"-joint", "-pair"})
+    if (word.ends_with(ending) && word != ending) word.erase(word.size() - std::string_view(ending).size());
+  for (const auto& [synonym, type] : synonyms)
+    if (word == synonym || word == type) return type;
+  return word == "u" ? "universal" : "";
+}
+
+JointType read_type(const Cursor& at, bool planar) {
+  std::vector<std::string> names;
+  std::vector<JointType> possible;
+  for (const NamedType& t : types) {
+    if (!(planar ? t.planar : t.spatial)) continue;
+    names.emplace_back(t.name);
+    possible.push_back(t.type);
+  }
+  const std::string what = fmt::format("a joint type of a {} mechanism", planar ? "planar" : "spatial");
+  const std::string meant = at.is_scalar() ? meant_by(at.node().text) : "";
+  const bool known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
+  if (known || std::find(names.begin(), names.end(), meant) == names.end()) return possible[at.choice(what, names)];
+  at.fail({.expected = fmt::format("{} ({})", what, one_of(names)),
+           .found = at.found(),
+           .hint = fmt::format("that is '{}' here", meant)});
+}
+
+bool has_axis(JointType type, bool planar) {
+  if (planar) return type == JointType::prismatic || type == JointType::pin_slot;
+  return type != JointType::fixed && type != JointType::spherical;
+}
+
+bool has_second_axis(JointType type) { return type == JointType::universal || type == JointType::planar; }
+
+/// What one joint's mapping says, before its parts are put together.
+struct JointText {
+  std::optional<Cursor> axis, axis2, rpy, quaternion, angle;
+};
+
+/// A direction at a right angle to `axis`: x if the axis is z, else the coordinate direction that is farthest from the axis,
+/// made perpendicular: deterministic, never badly conditioned.
+Vector3 perpendicular(const Vector3& axis) {
+  if (axis == Vector3::UnitZ()) return Vector3::UnitX();
+  Eigen::Index least = 0;
+  axis.cwiseAbs().minCoeff(&least);
+  const Vector3 away = Vector3::Unit(least);
+  return (away - axis.dot(away) * axis).normalized();
+}
+
+void read_second_axis(const JointText& text, Draft& draft, Joint& joint, bool first_read) {
+  if (joint.type == JointType::universal && text.axis.has_value() != text.axis2.has_value())
+    (text.axis ? *text.axis : *text.axis2)
+        .fail({.expected = "'axis' and 'axis2' of a universal joint together", .found = "only one of them"});
+  if (!text.axis2) {
+    const bool default_axes = joint.type == JointType::universal;
+    joint.axis2 = default_axes ? Vector3::UnitY() : perpendicular(joint.axis);
+    return;
+  }
+  joint.axis2 = read_direction(*text.axis2, draft);
+  if (!first_read) throw Consequence();
+  const double cosine = joint.axis.dot(joint.axis2);
+  // Directions typed with ten digits pass; anything less square is a different joint.
+  if (draft.judging() && std::abs(cosine) > 1e-9)
+    text.axis2->fail({.expected = "a direction at a right angle to 'axis'",
+                      .found = fmt::format("the angle {:.9g} degrees",
+                                           std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi)});
+  // What is left of the tolerance is removed, so that every later step may rely on it.
+  const Vector3 square = joint.axis2 - cosine * joint.axis;
+  joint.axis2 = square.norm() > 0 ? Vector3(square.normalized()) : perpendicular(joint.axis);
+}
+
+void read_axes(const JointText& text, Draft& draft, Joint& joint) {
+  const bool planar = draft.planar();
+  const bool default_x = (planar && has_axis(joint.type, planar)) || joint.type == JointType::universal;
+  joint.axis = default_x ? Vector3::UnitX() : Vector3::UnitZ();
+  joint.axis2 = Vector3::UnitX();
+  const bool first_read = draft.problems.guard([&] {
+    if (!text.axis) return;
+    if (!has_axis(joint.type, planar))
+      text.axis->fail({.expected = fmt::format("no axis: this type of joint has none in a {} mechanism",
+                                               planar ? "planar" : "spatial")});
+    joint.axis = read_direction(*text.axis, draft);
+  });
+  if (has_second_axis(joint.type)) return read_second_axis(text, draft, joint, first_read);
+  if (text.axis2) text.axis2->fail({.expected = "no 'axis2': only universal and planar joints have one"});
+}
+
+void read_rotation(const JointText& text, Draft& draft, Joint& joint) {
+  if (text.rpy && text.quaternion) text.quaternion->fail({.expected = "'rpy' or 'quaternion'", .found = "both"});
+  if (draft.planar()) {
+    for (const auto& spatial : {text.rpy, text.quaternion})
+      if (spatial) spatial->fail({.expected = "'angle' for a planar joint", .found = "a rotation in space"});
+    if (text.angle)
+      joint.rotation =
+          Eigen::AngleAxisd(read_number(*text.angle, draft, dimension::angle), Vector3::UnitZ()).toRotationMatrix();
+    return;
+  }
+  if (text.angle) text.angle->fail({.expected = "'rpy' or 'quaternion' for a joint in space", .found = "'angle'"});
+  if (text.rpy) joint.rotation = read_rpy(*text.rpy, draft);
+  if (text.quaternion) joint.rotation = read_quaternion(*text.quaternion, draft);
+}
+
+void read_connects(const Cursor& at, Draft& draft, Joint& joint) {
+  const auto ends = at.items("two points [body.point, body.point]", 2);
+  PointReference first, second;
+  const bool first_read = draft.problems.guard([&] { first = read_reference(ends[0], draft); });
+  const bool second_read = draft.problems.guard([&] { second = read_reference(ends[1], draft); });
+  if (!first_read || !second_read) return;
+  if (first.body == second.body)
+    at.fail({.expected = "points of two bodies",
+             .found = fmt::format("two points of {}",
+                                  in_quotes(draft.mechanism().bodies[static_cast<std::size_t>(first.body)].name))});
+  joint.first = first.body;
+  joint.second = second.body;
+  joint.point_first = first.position;
+  joint.point_second = second.position;
+}
+
+void read_joint(const Cursor& at, Draft& draft, Joint& joint) {
+  JointText text;
+  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+  read_fields(at, "a joint",
+              {{"type", Need::required, [&](const Cursor& c) { joint.type = read_type(c, draft.planar()); }},
+               {"connects", Need::required, [&](const Cursor& c) { read_connects(c, draft, joint); }},
+               {"axis", Need::optional, keep(text.axis)},
+               {"axis2", Need::optional, keep(text.axis2)},
+               {"rpy", Need::optional, keep(text.rpy)},
+               {"quaternion", Need::optional, keep(text.quaternion)},
+               {"angle", Need::optional, keep(text.angle)}});
+  // Which axes there are is the type's to say; that they are directions, not.
+  if (!draft.problems.doubtful(at.path() + ".type"))
+    draft.problems.guard([&] { read_axes(text, draft, joint); });
+  else
+    for (const auto& axis : {text.axis, text.axis2})
+      if (axis) draft.problems.guard([&] { read_direction(*axis, draft); });
+  draft.problems.guard([&] { read_rotation(text, draft, joint); });
+}
+
+}  // namespace
+
+void read_joints(const Cursor& section, Draft& draft) {
+  draft.problems.guard([&] {
+    const auto all = named_members(section, "a mapping of joints");
+    if (all.empty()) section.expected("at least one joint");
+    for (const Member& member : all) {
+      Joint joint;
+      joint.name = member.name;
+      draft.problems.guard([&] { read_joint(member.value, draft, joint); });
+      draft.mechanism().joints.push_back(std::move(joint));
+    }
+    draft.mechanism().coordinates = list_coordinates(draft.mechanism().space, draft.mechanism().joints);
+  });
+}
+
+void check_connected(Draft& draft) {
+  const Mechanism& mechanism = draft.mechanism();
+  std::vector<bool> used(mechanism.bodies.size()), reached(mechanism.bodies.size());
+  reached[ground] = true;
+  const auto at = [](int body) { return static_cast<std::size_t>(body); };
+  // A joint of the ground with itself is one whose ends could not be read.
+  for (const Joint& joint : mechanism.joints)
+    if (joint.first == joint.second || draft.problems.doubtful("joints." + joint.name + ".connects")) return;
+  if (draft.problems.lost("joints.another")) return;
+  for (const Joint& joint : mechanism.joints) used[at(joint.first)] = used[at(joint.second)] = true;
+  for (bool growing = true; growing;) {
+    growing = false;
+    for (const Joint& joint : mechanism.joints) {
+      if (reached[at(joint.first)] == reached[at(joint.second)]) continue;
+      reached[at(joint.first)] = reached[at(joint.second)] = true;
+      growing = true;
+    }
+  }
+  for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) {
+    const std::string path = "bodies." + mechanism.bodies[b].name;
+    if (!used[b])
+      draft.problems.add({draft.body_places[b],
+                          path,
+                          {.kind = "unused body", .expected = "a joint that connects it", .found = "none"}});
+    if (used[b] && !reached[b])
+      draft.problems.add(
+          {draft.body_places[b],
+           path,
+           {.kind = "disconnected", .expected = "a chain of joints from the ground to this body", .found = "none"}});
+  }
+}
+
+}  // namespace balance::read

@@ -1,0 +1,166 @@
+#include "balance/spec/objective.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/base/nearest.hpp"
+#include "balance/spec/read_spec.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace balance::read {
+
+namespace {
+
+struct NamedSize {
+  const char* name;
+  ObjectiveTerm::Size size;
+};
+
+constexpr NamedSize sizes[]{{"added-mass", ObjectiveTerm::Size::added_mass},
+                            {"added-inertia", ObjectiveTerm::Size::added_inertia},
+                            {"total-mass", ObjectiveTerm::Size::total_mass}};
+
+struct NamedFigure {
+  const char* name;
+  Figure figure;
+};
+
+constexpr NamedFigure figures[]{
+    {"peak", Figure::peak}, {"rms", Figure::rms}, {"mean", Figure::mean}, {"range", Figure::range}};
+
+ObjectiveTerm::Size read_size(const Cursor& at) {
+  std::vector<std::string> names;
+  for (const NamedSize& size : sizes) names.emplace_back(size.name);
+  const auto found = std::find(names.begin(), names.end(), at.is_scalar() ? at.node().text : "");
+  if (found != names.end()) return sizes[found - names.begin()].size;
+  at.fail({.expected = fmt::format("what to minimize ({}, or a figure along a trajectory such as {{rms: torque}})",
+                                   listed(names, "or")),
+           .found = fmt::format("{}{}", at.found(), at.is_scalar() ? nearest_hint(at.node().text, names) : "")});
+}
+
+std::string read_quantity(const Cursor& at, const Study& study) {
+  const auto names = quantity_names(study.mechanism);
+  const Problems& problems = at.problems();
+  const bool known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
+  if (!known && (problems.doubtful("actuators") || problems.doubtful("joints"))) throw Consequence();
+  return names[at.choice("a quantity", names)];
+}
+
+/// Some may be missing because of a mistake.
+bool may_lack_trajectories(const Cursor& at) {
+  return at.problems().lost("motion") || at.problems().lost("trajectories");
+}
+
+std::string read_along(const Cursor& at, const Study& study) {
+  std::vector<std::string> names;
+  for (const Trajectory& trajectory : study.trajectories) names.push_back(trajectory.name);
+  const bool known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
+  if (!known && may_lack_trajectories(at)) throw Consequence();
+  if (names.empty())
+    at.fail({.expected = "a spec with a trajectory", .found = fmt::format("{} but no motion", at.found())});
+  return names[at.choice("a trajectory", names)];
+}
+
+double read_weight(const Cursor& at, Parameters& parameters) {
+  if (!at.is_scalar()) at.expected("a weight, a number or an expression");
+  const double weight = parameters.evaluate(at);
+  if (weight < 0)
+    at.fail({.kind = "must not be negative", .expected = "a weight ≥ 0", .found = fmt::format("{}", weight)});
+  return weight;
+}
+
+/// `{of: added-mass, weight: 0.5}` or `{rms: torque, along: cycloid, weight: 2}`.
+ObjectiveTerm read_weighted_term(const Cursor& at, Parameters& parameters, const Study& study) {
+  ObjectiveTerm term;
+  std::optional<Cursor> first, along;
+  const auto once = [&](const Cursor& c) {
+    if (first) c.fail({.expected = "one of 'of', 'peak', 'rms', 'mean' and 'range'", .found = "a second one"});
+    first = c;
+  };
+  std::vector<Field> fields{
+      {"of", Need::optional,
+       [&](const Cursor& c) {
+         once(c);
+         term.size = read_size(c);
+       }},
+      {"along", Need::optional, [&](const Cursor& c) { along = c; }},
+      {"weight", Need::optional, [&](const Cursor& c) { term.weight = read_weight(c, parameters); }}};
+  for (const NamedFigure& one : figures)
+    fields.push_back({one.name, Need::optional, [&, one](const Cursor& c) {
+                        once(c);
+                        term.figure = one.figure;
+                        term.quantity = read_quantity(c, study);
+                      }});
+  if (!read_fields(at, "a term {of: added-mass} or {rms: torque, along: cycloid}", fields)) return term;
+  if (!first) at.missing({"of", "peak", "rms", "mean", "range"});
+  const bool size = term.size != ObjectiveTerm::Size::none;
+  if (size && along) along->fail({.expected = "no 'along' with 'of', which does not depend on a trajectory"});
+  if (!size && along) term.trajectory = read_along(*along, study);
+  if (!size && !along) {
+    if (study.trajectories.empty() && may_lack_trajectories(at)) throw Consequence();
+    if (study.trajectories.empty())
+      at.fail({.expected = "a spec with a trajectory", .found = "a figure but no motion"});
+    term.trajectory = study.trajectories.front().name;
+  }
+  return term;
+}
+
+ObjectiveTerm read_term(const Cursor& at, Parameters& parameters, const Study& study) {
+  if (at.is_map()) return read_weighted_term(at, parameters, study);
+  ObjectiveTerm term;
+  term.size = read_size(at);
+  return term;
+}
+
+}  // namespace
+
+std::vector<std::string> quantity_names(const Mechanism& mechanism) {
+  std::vector<std::string> names;
+  const auto kind = [&](int actuator) { return mechanism.coordinates[static_cast<std::size_t>(actuator)].kind; };
+  const auto& actuators = mechanism.actuators;
+  // The worst of torques and forces together would have no unit.
+  const bool alike =
+      std::all_of(actuators.begin(), actuators.end(), [&](int a) { return kind(a) == kind(actuators[0]); });
+  for (const std::string name : {"torque", "power"}) {
+    if (!actuators.empty() && (alike || name == "power")) names.push_back(name);
+    for (const int actuator : actuators)
+      names.push_back(name + "[" + mechanism.coordinates[static_cast<std::size_t>(actuator)].name + "]");
+  }
+  for (const char* name : {"shaking_force", "shaking_moment", "ground_force", "ground_moment", "com_velocity",
+                           "com_acceleration", "kinetic_energy"})
+    names.emplace_back(name);
+  for (const Joint& joint : mechanism.joints)
+    for (const char* name : {"joint_force", "joint_moment"}) names.push_back(fmt::format("{}[{}]", name, joint.name));
+  return names;
+}
+
+std::vector<ObjectiveTerm> read_terms(const Cursor& at, Parameters& parameters, const Study& study) {
+  if (!at.is_list()) return {read_term(at, parameters, study)};
+  std::vector<ObjectiveTerm> terms;
+  for (const Cursor& item : at.items("a list of terms"))
+    at.problems().guard([&] { terms.push_back(read_term(item, parameters, study)); });
+  if (at.node().items.empty()) at.expected("at least one term");
+  return terms;
+}
+
+}  // namespace balance::read
+
+namespace balance {
+
+std::vector<ObjectiveTerm> read_objective(const std::string& text, const Study& study) {
+  using namespace read;
+  Problems problems = Problems::of_option("--minimize");
+  std::vector<ObjectiveTerm> terms;
+  problems.guard([&] {
+    if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+      throw Problem({}, "", {.expected = "what to minimize", .found = "an empty text"});
+    const Node root = parse_yaml(text, problems);
+    Parameters none;
+    terms = read_terms(Cursor(root, "", problems), none, study);
+  });
+  problems.throw_all();
+  return terms;
+}
+
+}  // namespace balance

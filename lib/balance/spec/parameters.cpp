@@ -1,0 +1,300 @@
+#include "balance/spec/parameters.hpp"
+
+#include "balance/base/nearest.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <map>
+#include <utility>
+
+namespace balance::read {
+
+namespace {
+
+std::string trimmed(const std::string& text) {
+  const auto first = text.find_first_not_of(" \t\r\n");
+  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
+}
+
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+/// A plain number; not finite if it is too large for a double or one of YAML's words for such.
+std::optional<double> plain_number(std::string text) {
+  if (text.size() == 4 || text.size() == 5) {
+    const std::string word = lower_case(text);
+    if (word == ".nan" || word == ".inf" || word == "+.inf" || word == "-.inf")
+      return std::numeric_limits<double>::infinity();
+  }
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+') text.erase(0, 1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (end != text.data() + text.size() || error == std::errc::invalid_argument) return std::nullopt;
+  // Out of range: too small is zero, too large is infinite; strtod knows which.
+  if (error == std::errc::result_out_of_range) return std::strtod(text.c_str(), nullptr);
+  return value;
+}
+
+/// `deg` of `360deg`, `°` of `5 °`; empty: the text is no number with something like a unit behind it.
+std::string unit_behind(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const std::string rest = trimmed(std::string(end, text.data() + text.size()));
+  if (error == std::errc::invalid_argument || rest.empty()) return "";
+  const auto in_unit = [](char c) {
+    return std::isalpha(static_cast<unsigned char>(c)) != 0 || (static_cast<unsigned char>(c) & 0x80) != 0;
+  };
+  const auto in_rest = [&](char c) {
+    return in_unit(c) || std::string_view("*/^23 %\"'").find(c) != std::string_view::npos;
+  };
+  const bool begins = in_unit(rest[0]) || rest == "%" || rest == "\"" || rest == "'";
+  return begins && std::all_of(rest.begin(), rest.end(), in_rest) ? rest : "";
+}
+
+bool is_truth_value(const std::string& text) {
+  const std::string lower = lower_case(text);
+  return lower == "true" || lower == "false" || lower == "yes" || lower == "no" || lower == "on" || lower == "off";
+}
+
+bool is_identifier(const std::string& name) {
+  const auto letter = [](char c) { return c == '_' || (std::isalnum(static_cast<unsigned char>(c)) != 0); };
+  return !name.empty() && std::isdigit(static_cast<unsigned char>(name[0])) == 0 &&
+         std::all_of(name.begin(), name.end(), letter);
+}
+
+/// Evaluates parameters after those that they use.
+class Resolver {
+ public:
+  Resolver(const std::vector<Member>& members, Problems& problems, std::function<void(const Member&)> evaluate)
+      : members_(members), problems_(problems), evaluate_(std::move(evaluate)), state_(members.size()) {
+    for (std::size_t i = 0; i < members.size(); ++i) index_[members[i].name] = i;
+  }
+
+  void run() {
+    for (std::size_t i = 0; i < members_.size(); ++i) resolve(i);
+  }
+
+ private:
+  enum class State { untouched, open, known, failed };
+
+  /// What depends on a failed parameter fails without a message of its own.
+  void resolve(std::size_t i) {
+    if (state_[i] == State::known || state_[i] == State::failed) return;
+    if (state_[i] == State::open) return report_cycle(i);
+    state_[i] = State::open;
+    chain_.push_back(i);
+    for (const std::size_t used : used_by(members_[i].value.node())) {
+      resolve(used);
+      if (state_[used] == State::failed) state_[i] = State::failed;
+    }
+    chain_.pop_back();
+    if (state_[i] == State::failed) return;
+    state_[i] = problems_.guard([&] { evaluate_(members_[i]); }) ? State::known : State::failed;
+  }
+
+  std::vector<std::size_t> used_by(const Node& node) const {
+    std::vector<std::size_t> used;
+    if (node.kind == Node::Kind::scalar)
+      for (const std::string& name : names_in(node.text).values)
+        if (const auto at = index_.find(name); at != index_.end()) used.push_back(at->second);
+    for (const Node& item : node.items) {
+      const auto more = used_by(item);
+      used.insert(used.end(), more.begin(), more.end());
+    }
+    return used;
+  }
+
+  void report_cycle(std::size_t again) {
+    const auto start = std::find(chain_.begin(), chain_.end(), again);
+    constexpr std::ptrdiff_t most_named = 12;
+    std::string cycle;
+    for (auto i = start; i != chain_.end(); ++i) {
+      if (i - start < most_named) cycle += members_[*i].name + " → ";
+      if (i - start == most_named) cycle += "… → ";
+      state_[*i] = State::failed;
+    }
+    problems_.guard([&] {
+      members_[again].value.fail({.expected = "a parameter that does not depend on itself",
+                                  .found = "the cycle " + cycle + members_[again].name});
+    });
+  }
+
+  const std::vector<Member>& members_;
+  Problems& problems_;
+  std::function<void(const Member&)> evaluate_;
+  std::map<std::string, std::size_t> index_;
+  std::vector<State> state_;
+  std::vector<std::size_t> chain_;
+};
+
+}  // namespace
+
+Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& overrides, const FreeValues* given,
+                       Problems& problems)
+    : given_(given) {
+  std::vector<Member> all;
+  if (section) problems.guard([&] { all = members(*section, "a mapping of parameters"); });
+  for (const Member& member : all) names_.push_back(member.name);
+  known_ = {names_.begin(), names_.end()};
+
+  std::erase_if(all, [&](const Member& member) {
+    const auto& functions = function_names();
+    const bool taken =
+        member.name == "pi" || std::find(functions.begin(), functions.end(), member.name) != functions.end();
+    return !problems.guard([&] {
+      const auto fail = [&](const char* expected, const std::string& found) {
+        Problem problem(member.key.node().place, member.key.path(), {.expected = expected, .found = found});
+        problem.odd_in = "parameters";
+        throw Problem(std::move(problem));
+      };
+      if (!is_identifier(member.name)) fail("a name of letters, digits and '_'", in_quotes(member.name));
+      if (taken) fail("a name of its own", in_quotes(member.name) + ", which has a meaning in expressions");
+    });
+  });
+
+  override_values(overrides, all, problems);
+  Resolver(all, problems, [&](const Member& member) { define(member); }).run();
+}
+
+/// The text of an override stands where the parameter's own value stood.
+void Parameters::override_values(const Overrides& overrides, std::vector<Member>& members, Problems& problems) {
+  for (const auto& [name, text] : overrides) {
+    const bool known = std::find(names_.begin(), names_.end(), name) != names_.end();
+    if (!known && !(names_.empty() && problems.lost("parameters")))
+      problems.add({{},
+                    "--set " + name,
+                    {.expected = fmt::format("a parameter ({})", names_.empty() ? "there are none" : one_of(names_)),
+                     .found = in_quotes(name),
+                     .hint = nearest_is(name, names_)}});
+    Node& node = replacements_[name];
+    node.kind = Node::Kind::scalar;
+    node.text = text;
+  }
+  for (Member& member : members) {
+    const auto found = replacements_.find(member.name);
+    if (found == replacements_.end()) continue;
+    overridden_.emplace_back(&member.value.node(), found->second.text);
+    member.value = Cursor(found->second, "--set " + member.name, problems);
+  }
+}
+
+void Parameters::define(const Member& member) {
+  double value = 0;
+  if (!member.value.is_map()) {
+    value = evaluate(member.value);
+  } else if (given_ != nullptr) {
+    value = (*given_)[member.value.path()];
+  } else {
+    const FreeValue free = evaluate_free(member.value);
+    free_numbers_.push_back(
+        {&member.value.node(),
+         {.path = member.value.path(), .lower = free.lower, .upper = free.upper, .start = free.start}});
+    value = free.start;
+  }
+  values_[member.name] = value;
+  if (calculator_) calculator_->define(member.name, value);
+}
+
+double Parameters::evaluate(const Cursor& scalar) {
+  const std::string what = "a number, an expression or {free: [lower, upper]}";
+  const std::string text = trimmed(scalar.word(what));
+  // Most numbers are plain, and most others a parameter alone.
+  if (const auto known = values_.find(text); known != values_.end()) return known->second;
+  if (known_.count(text) > 0) throw Consequence();
+  const std::optional<double> number = plain_number(text);
+  if (!number && (text.empty() || is_truth_value(text))) scalar.expected(what);
+  const double value = number ? *number : evaluate_expression(scalar, text);
+  if (given_ == nullptr && !std::isfinite(value))
+    scalar.fail({.expected = "a finite number", .found = in_quotes(text)});
+  return value;
+}
+
+/// The parameter of this name may be one whose own name is wrong, or stand in a section that was not read.
+bool Parameters::may_be_spoilt(const Cursor& at, const std::string& name) const {
+  return at.problems().lost("parameters." + name) || (names_.empty() && at.problems().lost("parameters"));
+}
+
+double Parameters::evaluate_expression(const Cursor& scalar, const std::string& text) {
+  const auto wrong = [&](const std::string& why) {
+    scalar.fail({.message = fmt::format("expected a number or an expression, found {}: {}", in_quotes(text), why),
+                 .expected = "a number or an expression",
+                 .found = in_quotes(text),
+                 .hint = why});
+  };
+  const std::string unit = unit_behind(text);
+  if (!unit.empty() && known_.count(unit) == 0)
+    wrong(fmt::format("there is no place for {} behind a number: 'units:' states the units of all of them",
+                      in_quotes(unit)));
+  const auto unknown = [&](const char* what, const std::string& name, const std::vector<std::string>& known) {
+    wrong(fmt::format("there is no {} {}{}", what, in_quotes(name), nearest_hint(name, known)));
+  };
+  if (given_ != nullptr) return calculate(text);  // it was right before
+  expressions_size_ += text.size();
+  if (expressions_size_ > longest_expressions)
+    scalar.fail({.expected = fmt::format("at most {} characters in all expressions together", longest_expressions)});
+  const auto& functions = function_names();
+  const ExpressionNames used = names_in(text);
+  for (const std::string& name : used.functions)
+    if (std::find(functions.begin(), functions.end(), name) == functions.end()) unknown("function", name, functions);
+  for (const std::string& name : used.values) {
+    const bool function = std::find(functions.begin(), functions.end(), name) != functions.end();
+    if (function) wrong(fmt::format("the function {} needs parentheses: {}(…)", in_quotes(name), name));
+    if (known_.count(name) > 0 ? values_.count(name) == 0 : may_be_spoilt(scalar, name)) throw Consequence();
+    if (known_.count(name) == 0) unknown("parameter", name, names_);
+  }
+  try {
+    return calculate(text);
+  } catch (const ExpressionError& error) {
+    wrong(error.what());
+    throw;
+  }
+}
+
+double Parameters::calculate(const std::string& expression) {
+  if (given_ == nullptr) return calculated_[expression] = calculate_anew(expression);
+  const auto known = given_->constants().find(expression);
+  return known != given_->constants().end() ? known->second : calculate_anew(expression);
+}
+
+double Parameters::calculate_anew(const std::string& expression) {
+  if (!calculator_) {
+    calculator_.emplace();
+    for (const auto& [name, value] : values_) calculator_->define(name, value);
+  }
+  return calculator_->evaluate(expression);
+}
+
+FreeValue Parameters::evaluate_free(const Cursor& map) {
+  FreeValue free;
+  std::optional<double> start;
+  if (!read_fields(map, "a number, an expression or {free: [lower, upper]}",
+                   {{"free", Need::required,
+                     [&](const Cursor& c) {
+                       double* bound = &free.lower;
+                       read_each(c.items("[lower, upper]", 2),
+                                 [&](const Cursor& item) { *std::exchange(bound, &free.upper) = evaluate(item); });
+                       if (!(free.lower < free.upper))
+                         c.fail(
+                             {.expected = "lower < upper", .found = fmt::format("[{}, {}]", free.lower, free.upper)});
+                     }},
+                    {"start", Need::optional, [&](const Cursor& c) { start = evaluate(c); }}}))
+    throw Consequence();
+  free.start_given = start.has_value();
+  free.start = start.value_or(free.lower + (free.upper - free.lower) / 2);
+  if (free.start < free.lower || free.start > free.upper)
+    map.fail({.expected = fmt::format("a start between {} and {}", free.lower, free.upper),
+              .found = fmt::format("{}", free.start)});
+  return free;
+}
+
+}  // namespace balance::read

@@ -1,0 +1,163 @@
+#include "balance/spec/path.hpp"
+
+#include "balance/spec/pose.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <numbers>
+
+namespace balance::read {
+
+namespace {
+
+bool has_key(const Cursor& at, const char* name) {
+  if (!at.is_map()) return false;
+  for (const Node& key : at.node().keys)
+    if (key.text == name) return true;
+  return false;
+}
+
+/// The point that the drive moves, where the spec gives it: the centre of mass of a pose of joints is known only later.
+std::optional<Vector3> moved_point(const PoseTarget& pose, DriveKind drive) {
+  return drive == DriveKind::tool ? pose.tool : pose.com;
+}
+
+void need_point(const Cursor& at, const Trajectory& trajectory) {
+  if (trajectory.drive == DriveKind::joints)
+    at.fail({.expected = "a path for joint coordinates (line, waypoints, table, file)",
+             .found = "one for a point in the plane or in space"});
+}
+
+CirclePath read_circle(const Cursor& at, Draft& draft, const Trajectory& trajectory) {
+  need_point(at, trajectory);
+  CirclePath circle;
+  std::optional<Cursor> centre, angle;
+  const auto read_centre = [&](const Cursor& c) {
+    if (centre) c.fail({.expected = "'centre' once", .found = "it again in another spelling"});
+    centre = c;
+    circle.centre = read_vector(c, draft, dimension::length);
+  };
+  const auto read_angle = [&](const Cursor& c, double value) {
+    if (angle) c.fail({.expected = "'angle' or 'turns'", .found = "both"});
+    angle = c;
+    circle.angle = value;
+    if (draft.judging() && value == 0 && c.is_scalar()) c.fail({.expected = "an angle other than 0", .found = "0"});
+  };
+  std::vector<Field> fields{
+      {"centre", Need::optional, read_centre},
+      {"center", Need::optional, read_centre},
+      {"angle", Need::optional, [&](const Cursor& c) { read_angle(c, read_number(c, draft, dimension::angle)); }},
+      {"turns", Need::optional,
+       [&](const Cursor& c) { read_angle(c, 2 * std::numbers::pi * read_number(c, draft, dimension::none)); }}};
+  if (!draft.planar())
+    fields.push_back({"normal", Need::required, [&](const Cursor& c) { circle.normal = read_direction(c, draft); }});
+  if (!read_fields(at, "a circle {centre, angle or turns}", fields)) return circle;
+  if (!centre) at.missing({"centre"});
+  if (!angle) at.missing({"angle", "turns"});
+  if (const auto start = moved_point(trajectory.from, trajectory.drive)) {
+    const Vector3 radius = *start - circle.centre;
+    if (draft.judging() && !(radius.cross(circle.normal).norm() > 0))
+      centre->fail({.expected = "a centre away from where the motion starts", .found = "the start itself"});
+  }
+  return circle;
+}
+
+ArcPath read_arc(const Cursor& at, Draft& draft, const Trajectory& trajectory) {
+  need_point(at, trajectory);
+  ArcPath arc;
+  std::optional<Cursor> via;
+  const bool read = read_fields(at, "an arc {via}", {{"via", Need::required, [&](const Cursor& c) {
+                                                        via = c;
+                                                        arc.via = read_vector(c, draft, dimension::length);
+                                                      }}});
+  const auto from = moved_point(trajectory.from, trajectory.drive);
+  const auto to = moved_point(trajectory.to, trajectory.drive);
+  if (!read || !from || !to || !draft.judging()) return arc;
+  const Vector3 a = arc.via - *from, b = *to - *from;
+  // A radius above a million chords is a line in all but name.
+  if (!(a.cross(b).norm() > 1e-6 * a.norm() * b.norm()))
+    via->fail({.expected = "a point off the line from start to end", .found = "one on it"});
+  return arc;
+}
+
+void read_times(const Cursor& at, Draft& draft, const Trajectory& trajectory, WaypointPath& path) {
+  const auto times = at.items("a list of times");
+  if (times.size() != path.points.size())
+    at.fail({.expected = fmt::format("a list of {}, one time for each waypoint", path.points.size()),
+             .found = fmt::format("{}", times.size())});
+  double before = 0;
+  read_each(times, [&](const Cursor& item) {
+    const double time = read_number(item, draft, dimension::time);
+    if (draft.judging() && !(time > before && time < trajectory.duration))
+      item.fail({.expected = fmt::format("increasing times between 0 and the duration ({:.9g} s)", trajectory.duration),
+                 .found = fmt::format("{:.9g} s", time)});
+    before = time;
+    path.fractions.push_back(time / trajectory.duration);
+  });
+}
+
+WaypointPath read_waypoints(const Cursor& at, Draft& draft, const Trajectory& trajectory) {
+  WaypointPath path;
+  const DriveNeeds needs{trajectory.drive, trajectory.components};
+  std::optional<Cursor> times;
+  const bool read = read_fields(at, "waypoints",
+                                {{"waypoints", Need::required,
+                                  [&](const Cursor& c) {
+                                    read_each(c.items("a list of poses"), [&](const Cursor& item) {
+                                      PoseTarget pose;
+                                      if (!draft.problems.guard([&] { pose = read_pose(item, draft); }))
+                                        throw Consequence();
+                                      check_pose(item, pose, needs, draft);
+                                      match_pose(item, pose, trajectory.from, trajectory.drive, draft);
+                                      path.points.push_back(pose);
+                                    });
+                                    if (c.node().items.empty()) c.expected("at least one pose");
+                                  }},
+                                 {"blend", Need::optional,
+                                  [&](const Cursor& c) {
+                                    path.spline = c.choice("how to pass the waypoints", {"rest", "spline"}) == 1;
+                                  }},
+                                 {"times", Need::optional, [&](const Cursor& c) { times = c; }}});
+  if (read && times) read_times(*times, draft, trajectory, path);
+  return path;
+}
+
+}  // namespace
+
+bool is_table(const Cursor& path) { return has_key(path, "table") || has_key(path, "file"); }
+
+bool is_circle(const Cursor& path) { return has_key(path, "circle"); }
+
+bool needs_end(const Cursor* path) { return path == nullptr || !has_key(*path, "circle"); }
+
+void read_path(const Cursor& at, Draft& draft, Trajectory& trajectory) {
+  const std::string what = "a path: line, {circle: …}, {arc: …}, {waypoints: …}, {table: …} or {file: …}";
+  if (at.is_scalar() && at.node().text == "line") return;
+  if (!at.is_map()) at.expected(what);
+  if (has_key(at, "waypoints")) {
+    trajectory.path = read_waypoints(at, draft, trajectory);
+    return;
+  }
+  std::optional<Cursor> table, columns, file, circle, arc;
+  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+  const bool read = read_fields(at, what,
+                                {{"circle", Need::optional, keep(circle)},
+                                 {"arc", Need::optional, keep(arc)},
+                                 {"waypoints", Need::optional, [](const Cursor&) {}},
+                                 {"table", Need::optional, keep(table)},
+                                 {"columns", Need::optional, keep(columns)},
+                                 {"file", Need::optional, keep(file)}});
+  if (!read) return;
+  if (int{circle.has_value()} + int{arc.has_value()} + int{table.has_value()} + int{file.has_value()} != 1)
+    at.expected(what);
+  if (columns && !table) columns->fail({.expected = "no 'columns' without 'table'"});
+  if (circle) trajectory.path = read_circle(*circle, draft, trajectory);
+  if (arc) trajectory.path = read_arc(*arc, draft, trajectory);
+  if (table) read_table_path(*table, columns, draft, trajectory);
+  if (file) read_file_path(*file, draft, trajectory);
+}
+
+}  // namespace balance::read

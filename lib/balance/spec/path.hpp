@@ -1,0 +1,23 @@
+#pragma once
+/// The paths of trajectories.
+
+#include "balance/spec/draft.hpp"
+
+namespace balance::read {
+
+/// Reads `line`, `{circle: …}`, `{arc: …}`, `{waypoints: …}`, `{table: …}` or `{file: …}` into trajectory.path. The drive, the
+/// poses, the components and the duration must be there already; tables replace poses, components and duration.
+void read_path(const Cursor& at, Draft& draft, Trajectory& trajectory);
+
+/// Whether the path brings its own poses and times.
+bool is_table(const Cursor& path);
+/// Whether the path is a circle, which can be read without knowing where it starts.
+bool is_circle(const Cursor& path);
+/// Whether the path needs an end pose.
+bool needs_end(const Cursor* path);
+
+/// Two of them: `{table: [[t, …], …], columns: […]}` and `{file: motion.csv}`.
+void read_table_path(const Cursor& table, const std::optional<Cursor>& columns, Draft& draft, Trajectory& trajectory);
+void read_file_path(const Cursor& file, Draft& draft, Trajectory& trajectory);
+
+}  // namespace balance::read

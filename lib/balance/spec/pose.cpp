@@ -1,0 +1,116 @@
+#include "balance/spec/pose.hpp"
+
+#include "balance/base/nearest.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace balance::read {
+
+namespace {
+
+void need_tool(const Cursor& at, const Draft& draft) {
+  if (!draft.study.mechanism.tool)
+    at.fail_unless_doubtful("tool", {.expected = "a spec with a tool ('tool: body.point')",
+                                     .found = "none",
+                                     .hint = "this key is about the tool's pose"});
+}
+
+}  // namespace
+
+PoseTarget read_pose(const Cursor& at, Draft& draft) {
+  PoseTarget pose;
+  std::vector<Field> fields{
+      {"tool", Need::optional,
+       [&](const Cursor& c) {
+         pose.tool = read_vector(c, draft, dimension::length);
+         need_tool(c, draft);
+       }},
+      {"joints", Need::optional,
+       [&](const Cursor& c) {
+         pose.joints = read_coordinate_values(c, draft);
+         if (c.node().items.empty()) c.expected("values of at least one joint coordinate");
+       }},
+      {"com", Need::optional, [&](const Cursor& c) { pose.com = read_vector(c, draft, dimension::length); }}};
+  const auto orientation = [&](Matrix3 (*read)(const Cursor&, Draft&)) {
+    return [&pose, &draft, read](const Cursor& c) {
+      if (pose.orientation) c.fail({.expected = "'rpy' or 'quaternion'", .found = "both"});
+      pose.orientation = read(c, draft);
+      need_tool(c, draft);
+    };
+  };
+  if (draft.planar()) {
+    fields.push_back({"angle", Need::optional, [&](const Cursor& c) {
+                        pose.angle = read_number(c, draft, dimension::angle);
+                        need_tool(c, draft);
+                      }});
+  } else {
+    fields.push_back({"rpy", Need::optional, orientation(read_rpy)});
+    fields.push_back({"quaternion", Need::optional, orientation(read_quaternion)});
+  }
+  if (read_fields(at, "a pose {tool: …}, {joints: …} or {com: …}", fields) && at.node().items.empty())
+    at.expected("a pose {tool: …}, {joints: …} or {com: …}");
+  return pose;
+}
+
+void check_pose(const Cursor& at, const PoseTarget& pose, const DriveNeeds& needs, const Draft& draft) {
+  const auto has = [&](auto... c) {
+    return ((std::find(needs.components.begin(), needs.components.end(), c) != needs.components.end()) || ...);
+  };
+  using enum Component;
+  switch (needs.drive) {
+    case DriveKind::joints:
+      if (pose.joints.empty())
+        at.fail({.expected = "'joints: {…}', which 'drive: joints' moves", .found = "a pose without it"});
+      return;
+    case DriveKind::tool:
+      if ((needs.components.empty() || has(x, y, z)) && !pose.tool)
+        at.fail({.expected = "'tool: […]', which 'drive: tool' moves", .found = "a pose without it"});
+      if (has(rx, ry, rz) && draft.study.mechanism.space == SpaceKind::planar && !pose.angle)
+        at.fail({.expected = "'angle', which is among the trajectory's components", .found = "a pose without it"});
+      if (has(rx, ry, rz) && draft.study.mechanism.space == SpaceKind::spatial && !pose.orientation)
+        at.fail({.expected = "'rpy' or 'quaternion', since the trajectory's components turn the tool",
+                 .found = "a pose without it"});
+      return;
+    case DriveKind::com:
+      if (!pose.com && !pose.tool && pose.joints.empty())
+        at.fail({.expected = "'com', 'tool' or 'joints', which tell 'drive: com' where the centre of mass is",
+                 .found = "none of them"});
+      return;
+  }
+}
+
+void match_pose(const Cursor& at, PoseTarget& pose, const PoseTarget& model, DriveKind drive, const Draft& draft) {
+  const auto same = [&](bool here, bool there, const char* what) {
+    if (here != there)
+      at.fail({.expected = "the same quantities in all poses of a trajectory",
+               .found = fmt::format("one with and one without {}", what)});
+  };
+  if (drive == DriveKind::tool) {
+    same(pose.angle.has_value(), model.angle.has_value(), "'angle'");
+    same(pose.orientation.has_value(), model.orientation.has_value(), "'rpy' or 'quaternion'");
+  }
+  if (drive != DriveKind::joints) return;
+  std::vector<CoordinateValue> ordered;
+  for (const CoordinateValue& wanted : model.joints) {
+    const auto found = std::find_if(pose.joints.begin(), pose.joints.end(),
+                                    [&](const CoordinateValue& v) { return v.coordinate == wanted.coordinate; });
+    const std::string& name = draft.study.mechanism.coordinates[static_cast<std::size_t>(wanted.coordinate)].name;
+    if (found == pose.joints.end())
+      at.fail({.expected = fmt::format("a value of {} as in the trajectory's other poses", in_quotes(name)),
+               .found = "none"});
+    ordered.push_back(*found);
+  }
+  for (const CoordinateValue& extra : pose.joints) {
+    const bool known = std::any_of(model.joints.begin(), model.joints.end(),
+                                   [&](const CoordinateValue& v) { return v.coordinate == extra.coordinate; });
+    const std::string& name = draft.study.mechanism.coordinates[static_cast<std::size_t>(extra.coordinate)].name;
+    if (!known)
+      at.fail({.expected = "the same joints as in the trajectory's other poses",
+               .found = fmt::format("also {}", in_quotes(name))});
+  }
+  pose.joints = ordered;
+}
+
+}  // namespace balance::read

@@ -1,0 +1,146 @@
+#include "balance/spec/table.hpp"
+
+#include "balance/base/nearest.hpp"
+#include "balance/base/plain_text.hpp"
+#include "balance/spec/limits.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace balance::read {
+
+namespace {
+
+constexpr std::uintmax_t most_bytes = std::uintmax_t{256} << 20;
+constexpr const char* hdf5_signature = "\x89HDF\r\n\x1a\n";
+
+std::vector<std::string> names_of(const std::vector<Column>& columns) {
+  std::vector<std::string> names{"time"};
+  for (const Column& column : columns) names.push_back(column.name);
+  return names;
+}
+
+/// The file's path, seen from the spec's folder.
+std::filesystem::path find_file(const Cursor& at, const Draft& draft) {
+  const std::filesystem::path path =
+      std::filesystem::path(draft.study.spec_file).parent_path() / at.word("a file's name");
+  std::error_code error;
+  if (!std::filesystem::exists(path, error))
+    at.fail({.expected = "a file beside the spec", .found = fmt::format("none at {}", in_quotes(path.string()))});
+  if (!std::filesystem::is_regular_file(path, error))
+    at.fail({.expected = "a file", .found = fmt::format("something else at {}", in_quotes(path.string()))});
+  if (std::filesystem::file_size(path, error) > most_bytes)
+    at.fail({.expected = fmt::format("a table of at most {} bytes", most_bytes),
+             .found = fmt::format("more at {}", in_quotes(path.string()))});
+  return path;
+}
+
+RawTable load(const std::filesystem::path& path, const std::vector<std::string>& names) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw TableError("the file cannot be read");
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (file.bad() || text.fail()) throw TableError("the file is empty or cannot be read");
+  if (text.view().substr(0, 8) == hdf5_signature) return read_hdf5_table(path.string(), names);
+  return parse_csv(text.str());
+}
+
+/// Index of every column among the possible ones; −1 for the time. @throws TableError
+std::vector<int> place_columns(const RawTable& raw, const std::vector<std::string>& names) {
+  std::vector<int> places;
+  for (const std::string& column : raw.columns) {
+    const auto at = std::find(names.begin(), names.end(), column);
+    if (at == names.end())
+      throw TableError(fmt::format("expected the columns {}, found {}{}", one_of(names), in_quotes(column),
+                                   nearest_hint(column, names)));
+    const int place = static_cast<int>(at - names.begin()) - 1;
+    if (std::find(places.begin(), places.end(), place) != places.end())
+      throw TableError(fmt::format("expected every column once, found {} again", in_quotes(column)));
+    places.push_back(place);
+  }
+  if (std::find(places.begin(), places.end(), -1) == places.end())
+    throw TableError("expected a column 'time', found none");
+  if (places.size() < 2)
+    throw TableError(fmt::format("expected columns beside 'time' ({}), found none", one_of(names)));
+  return places;
+}
+
+TimeTable in_si(const RawTable& raw, const Draft& draft, const std::vector<Column>& possible) {
+  const std::vector<int> places = place_columns(raw, names_of(possible));
+  TimeTable table;
+  std::vector<double> units;
+  for (const int place : places) {
+    units.push_back(
+        draft.units.factor(place < 0 ? dimension::time : possible[static_cast<std::size_t>(place)].dimension));
+    if (place >= 0) table.columns.push_back(place);
+  }
+  for (const std::vector<double>& numbers : raw.rows) {
+    std::vector<double> row;
+    row.reserve(table.columns.size());
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      const double value = numbers[i] * units[i];
+      if (!std::isfinite(value))
+        throw TableError(fmt::format("row {}: expected finite numbers, found {}", table.time.size() + 1, value));
+      if (places[i] < 0)
+        table.time.push_back(value);
+      else
+        row.push_back(value);
+    }
+    table.values.push_back(std::move(row));
+  }
+  return table;
+}
+
+}  // namespace
+
+void check_times(const Cursor& at, const std::vector<double>& time, const Draft& draft) {
+  if (!draft.judging()) return;
+  for (std::size_t i = 1; i < time.size(); ++i)
+    if (!(time[i] > time[i - 1]))
+      at.fail({.expected = "increasing times",
+               .found = fmt::format("{:.9g} s after {:.9g} s in row {}", time[i], time[i - 1], i + 1)});
+}
+
+TimeTable read_inline_table(const Cursor& at, Draft& draft, const std::vector<Column>& columns) {
+  TimeTable table;
+  std::string what = "a row [time";
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    what += ", " + columns[i].name;
+    table.columns.push_back(static_cast<int>(i));
+  }
+  read_each(at.items("a list of rows"), [&](const Cursor& row) {
+    std::vector<double> numbers;
+    read_each(row.items(what + "]", columns.size() + 1), [&](const Cursor& item) {
+      const std::size_t i = numbers.size();
+      numbers.push_back(read_number(item, draft, i == 0 ? dimension::time : columns[i - 1].dimension));
+    });
+    table.time.push_back(numbers[0]);
+    table.values.emplace_back(numbers.begin() + 1, numbers.end());
+  });
+  if (table.time.empty()) at.expected("at least one row");
+  check_times(at, table.time, draft);
+  return table;
+}
+
+TimeTable read_table_file(const Cursor& at, Draft& draft, const std::vector<Column>& possible) {
+  if (draft.known_tables != nullptr) return draft.known_tables->at(at.path());
+  const std::filesystem::path path = find_file(at, draft);
+  try {
+    TimeTable table = in_si(load(path, names_of(possible)), draft, possible);
+    if (table.time.empty()) throw TableError("expected at least one row of numbers, found none");
+    check_times(at, table.time, draft);
+    return draft.tables[at.path()] = std::move(table);
+  } catch (const TableError& wrong) {
+    at.fail({.message = visible(path.string()) + ": " + wrong.what(),
+             .expected = fmt::format("a table with 'time' and some of {}", listed(names_of(possible), "and")),
+             .found = in_quotes(path.string()),
+             .hint = wrong.what()});
+  }
+}
+
+}  // namespace balance::read

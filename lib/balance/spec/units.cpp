@@ -1,0 +1,54 @@
+#include "balance/spec/units.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <span>
+
+namespace balance::read {
+
+namespace {
+
+struct Unit {
+  const char* name;
+  double value;
+};
+
+double read_unit(const Cursor& unit, const std::string& what, std::span<const Unit> known) {
+  std::vector<std::string> names;
+  for (const Unit& one : known) names.emplace_back(one.name);
+  return known[unit.choice("a unit of " + what, names)].value;
+}
+
+constexpr Unit lengths[]{{"m", 1},     {"dm", 0.1}, {"cm", 0.01},   {"mm", 1e-3},
+                         {"um", 1e-6}, {"km", 1e3}, {"in", 0.0254}, {"ft", 0.3048}};
+constexpr Unit masses[]{{"kg", 1},
+                        {"g", 1e-3},
+                        {"mg", 1e-6},
+                        {"t", 1e3},
+                        {"lb", 0.45359237},
+                        {"oz", 0.028349523125},
+                        {"slug", 14.593902937206364}};
+constexpr Unit times[]{{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"min", 60}};
+constexpr Unit angles[]{{"rad", 1}, {"mrad", 1e-3}, {"deg", std::numbers::pi / 180}, {"turn", 2 * std::numbers::pi}};
+constexpr Unit forces[]{{"N", 1}, {"mN", 1e-3}, {"kN", 1e3}, {"kgf", 9.80665}, {"lbf", 4.4482216152605}};
+
+}  // namespace
+
+double Units::factor(Dimension d) const {
+  const double newton = force.value_or(mass * length / (time * time));
+  return std::pow(length, d.length) * std::pow(mass, d.mass) * std::pow(time, d.time) * std::pow(angle, d.angle) *
+         std::pow(newton, d.force);
+}
+
+Units read_units(const Cursor& section) {
+  Units units;
+  read_fields(section, "a mapping of units",
+              {{"length", Need::optional, [&](const Cursor& c) { units.length = read_unit(c, "length", lengths); }},
+               {"mass", Need::optional, [&](const Cursor& c) { units.mass = read_unit(c, "mass", masses); }},
+               {"time", Need::optional, [&](const Cursor& c) { units.time = read_unit(c, "time", times); }},
+               {"angle", Need::optional, [&](const Cursor& c) { units.angle = read_unit(c, "angle", angles); }},
+               {"force", Need::optional, [&](const Cursor& c) { units.force = read_unit(c, "force", forces); }}});
+  return units;
+}
+
+}  // namespace balance::read
