@@ -6,6 +6,7 @@
 
 #include "balance/analysis/control.hpp"
 #include "balance/base/error.hpp"
+#include "balance/result/body_poses.hpp"
 
 #include <memory>
 
@@ -36,7 +37,8 @@ ExitCode run(const ControlCommandOptions& options) {
   tell_what_is_run(shared, study, trajectory);
   if (options.controller.empty() && !shared.quiet)
     tell("note: no --controller given: '" + controller.name + "' is taken");
-  const Result result = control_or_throw(study, trajectory, controller, options);
+  Result result = control_or_throw(study, trajectory, controller, options);
+  if (shared.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);
   tell_notes(shared, result);
   const FileDescription description = describe(options, study, trajectory, controller);
   // What was computed until something stopped the run is worth keeping; the file says that it ended early.

@@ -42,6 +42,7 @@ FileDescription describe(const ControlCommandOptions& options, const Study& stud
                               .about = o.about,
                               .set = o.spec.set,
                               .compress = o.compress,
+                              .poses = o.poses,
                               .controller = controller.name,
                               .settle = options.settle,
                               .steps = options.steps});

@@ -4,6 +4,7 @@
 #include "simulate_options.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/result/body_poses.hpp"
 #include "balance/simulation/simulate.hpp"
 #include "balance/simulation/simulate_natural.hpp"
 
@@ -33,7 +34,8 @@ ExitCode run(const SimulateOptions& options) {
   check_formulation(options, study);
   check_outputs(options, study);
   tell_what_is_run(options, study, trajectory);
-  const Result result = simulate_or_throw(study, trajectory, options);
+  Result result = simulate_or_throw(study, trajectory, options);
+  if (options.poses) add_body_poses(study.mechanism, result);
   tell_notes(options, result);
   const FileDescription description = describe(options, study, trajectory);
   print_result(options, result, description, write_files(options, result, description));

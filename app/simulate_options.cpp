@@ -68,6 +68,7 @@ void add_run_options(CLI::App& parser, SimulateOptions& o) {
   parser.add_option("--csv", o.csv, "write the samples to this CSV file")->type_name("FILE");
   parser.add_flag("--force", o.force, "replace files that exist");
   parser.add_flag("--compress", o.compress, "compress the HDF5 file; slow")->needs(output);
+  parser.add_flag("--poses", o.poses, "write where every body is, too");
   parser.add_option("--samples", o.samples, "number of samples, both ends included")
       ->type_name("N")
       ->check(CLI::Range(2L, most_samples));
@@ -117,6 +118,8 @@ Trajectory choose_trajectory(const SimulateOptions& options, const Study& study)
 
 void check_outputs(const SimulateOptions& options, const Study& study) {
   const Existing existing = options.force ? Existing::replace : Existing::keep;
+  if (options.poses && options.output.empty() && options.csv.empty())
+    throw UsageError("--poses needs a file to write them to: --output or --csv");
   check_standard_output({options.output, options.csv}, options.spec.json, options.output == standard_output);
   for (const std::string& file : {options.output, options.csv}) {
     if (file.empty()) continue;
@@ -138,6 +141,7 @@ FileDescription describe(const SimulateOptions& options, const Study& study, con
                               .about = options.about,
                               .set = options.spec.set,
                               .compress = options.compress,
+                              .poses = options.poses,
                               .formulation = options.formulation});
 }
 

@@ -20,6 +20,7 @@ struct SimulateOptions {
   std::string formulation = "tree";
   bool force = false;
   bool compress = false;
+  bool poses = false;  ///< of the bodies, too
   bool quiet = false;
 };
 

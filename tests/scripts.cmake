@@ -2,11 +2,17 @@
 # mechanisms in CONFIGS. Names that begin with an underscore are helpers.
 set(configs ${PROJECT_SOURCE_DIR}/configs)
 
+set(slowness 1)
+set(script_seconds 300)
+if(BALANCE_SANITIZE)
+  set(slowness 5)
+  set(script_seconds 600)
+endif()
+
 function(balance_add_script_test name)
   add_test(NAME ${name} COMMAND ${ARGN})
-  set_tests_properties(
-    ${name} PROPERTIES ENVIRONMENT "BALANCE=$<TARGET_FILE:balance_app>;CONFIGS=${configs};PYTHON=${BALANCE_PYTHON}"
-                       TIMEOUT 300)
+  set(environment BALANCE=$<TARGET_FILE:balance_app> CONFIGS=${configs} PYTHON=${BALANCE_PYTHON} SLOWNESS=${slowness})
+  set_tests_properties(${name} PROPERTIES ENVIRONMENT "${environment}" TIMEOUT ${script_seconds})
 endfunction()
 
 add_test(NAME layers COMMAND ${BALANCE_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/check_layers)
@@ -24,7 +30,7 @@ if(TARGET balance_app)
   foreach(script IN LISTS scripts)
     balance_add_script_test(${script} ${BALANCE_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/${script})
     # minutes under sanitizers, or a size of files that their profiles exceed
-    if(script MATCHES "^reference/|^cli/(conditions|control_suite|result_files)")
+    if(script MATCHES "^reference/|^cli/(affine|assembly_lines|conditions|control_suite|determinism|result_files|starters)")
       set_tests_properties(${script} PROPERTIES LABELS slow)
     endif()
   endforeach()

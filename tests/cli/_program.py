@@ -7,6 +7,8 @@ import unittest
 
 PROGRAM = os.environ["BALANCE"]
 CONFIGS = os.environ["CONFIGS"]
+# How many times as long as an ordinary build a sanitized one may take.
+SLOWNESS = int(os.environ.get("SLOWNESS", "1"))
 SPEC = os.path.join(CONFIGS, "3rrr.yaml")
 
 
@@ -14,7 +16,7 @@ def run(*arguments, **options):
     """The finished process with its stdout and stderr as text."""
     options.setdefault("stdout", subprocess.PIPE)
     options.setdefault("stderr", subprocess.PIPE)
-    return subprocess.run([PROGRAM, *arguments], text=True, check=False, timeout=120, **options)
+    return subprocess.run([PROGRAM, *arguments], text=True, check=False, timeout=120 * SLOWNESS, **options)
 
 
 class Case(unittest.TestCase):

@@ -25,7 +25,7 @@ Free released(const Mechanism& mechanism, const Known& state, double duration, i
   double start = 0, least = 1e300, most = -1e300, worst = 0;
   for (int k = 0; k <= looks && out.outcome.status == MotionStatus::done; ++k) {
     if (k > 0) out.outcome = plant.advance(duration * k / looks, none);
-    const PlantSample& seen = plant.observe(none);
+    const Sample& seen = plant.observe(none);
     const double energy = seen.kinetic_energy + seen.potential_energy;
     if (k == 0) start = energy;
     worst = std::max(worst, std::abs(energy - start));

@@ -120,7 +120,7 @@ joints: {B: {type: spherical, connects: [ground.O, top.A]}}
   for (int k = 0; k <= 20; ++k) {
     const double t = 0.1 * k, turned = precession * t;
     if (k > 0) move(plant, t, none);
-    const PlantSample& seen = plant.observe(none);
+    const Sample& seen = plant.observe(none);
     const Vector3 com =
         0.2 * Vector3(std::sin(tilt) * std::sin(turned), -std::sin(tilt) * std::cos(turned), std::cos(tilt));
     CHECK((seen.com - com).norm() < 1e-8);

@@ -126,7 +126,7 @@ TEST_CASE("along every trajectory the plant feels what the inverse dynamics says
       const Known state = known(result, row);
       if (!clear_of_friction_width(study.mechanism, state.dq)) continue;
       REQUIRE(plant.start(state.time, state.q, state.dq).status == MotionStatus::done);
-      const PlantSample& seen = plant.observe(state.efforts);
+      const Sample& seen = plant.observe(state.efforts);
       const auto close = [&](const Vector3& a, const Samples& all, int axes) {
         double worst = 0;
         for (int i = 0; i < axes; ++i) {

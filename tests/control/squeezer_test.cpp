@@ -75,7 +75,7 @@ TEST_CASE("the squeezing mechanism arrives where the test set says, after two an
   // Of the published state, T + V − torque · beta is 2.2e-10 J less than at the start: it is good to about ten digits.
   CHECK(position < 2e-9);
   CHECK(velocity < 1e-9);
-  const PlantSample& seen = plant.observe(nothing(mechanism));
+  const Sample& seen = plant.observe(nothing(mechanism));
   const auto beta = index_of(mechanism, "beta");
   const double left = seen.kinetic_energy + seen.potential_energy - 0.033 * (plant.position()[beta] - angles[0].start);
   CHECK(std::abs(left - start) < 1e-12);

@@ -92,7 +92,7 @@ friction: {X: {coulomb: 4}}
   Plant plant = started(mechanism, values({0.3}), values({0}));
   for (int k = 0; k <= 100; ++k) {
     if (k > 0) move(plant, 10 * k, values({0}));
-    const PlantSample& seen = plant.observe(values({0}));
+    const Sample& seen = plant.observe(values({0}));
     CHECK(seen.position[0] == 0.3);
     CHECK(seen.velocity[0] == 0);
     CHECK(seen.acceleration[0] == 0);
@@ -144,7 +144,7 @@ actuators: [T]
   CHECK(apart.position()[0] == doctest::Approx(centre + (0.5 - centre) * std::cos(std::sqrt(50.0) * t)).epsilon(1e-8));
   CHECK(apart.position()[0] + apart.position()[1] == doctest::Approx(0.5 - 0.5 * coulomb * t * t).epsilon(1e-8));
   const auto energy = [&] {
-    const PlantSample& seen = apart.observe(values({0}));
+    const Sample& seen = apart.observe(values({0}));
     return seen.kinetic_energy + seen.potential_energy;
   };
   double lost = 0;
@@ -190,7 +190,7 @@ assembly: {A: 1.2, B: -0.76, D: 1.5}
     move(plant, 2, values({sign * limit * 0.9999999}));
     CHECK(plant.position() == stands);
     CHECK(plant.velocity().cwiseAbs().maxCoeff() == 0);
-    const PlantSample held = plant.observe(values({sign * limit * 0.5}));
+    const Sample held = plant.observe(values({sign * limit * 0.5}));
     CHECK(held.acceleration.cwiseAbs().maxCoeff() < 1e-12);
     CHECK(held.shaking_force.norm() < 1e-12);
     const double torque = sign * limit * 1.01;
@@ -260,7 +260,7 @@ friction: {J2: {coulomb: 100}}
   const Mechanism arm = spec(text);
   Plant plant = started(arm, values({1, 0.5}), values({0, 0}));
   const auto energy = [&] {
-    const PlantSample& seen = plant.observe(values({0, 0}));
+    const Sample& seen = plant.observe(values({0, 0}));
     return seen.kinetic_energy + seen.potential_energy;
   };
   const double before = energy();

@@ -47,13 +47,14 @@ struct Run {
   Vector3 moment(const Samples& array, long k, long vector = 0) const;  ///< planar: along z
 };
 
-/// Sanitizers make every step many times as long: a part of the random mechanisms must do.
+/// Sanitizers make every step many times as long: a part of the mechanisms must do.
 #ifdef BALANCE_SANITIZED
 inline constexpr unsigned fewer = 4;
 #else
 inline constexpr unsigned fewer = 1;
 #endif
 
+/// Of all configs with bodies, or under sanitizers of some.
 std::vector<std::string> config_names();
 balance::Study load(const std::string& file);
 /// Result::outcome may say why there are no samples.

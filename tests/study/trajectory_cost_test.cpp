@@ -76,7 +76,9 @@ using Names = std::vector<std::string>;
 constexpr Figure all_figures[] = {Figure::peak, Figure::rms, Figure::mean, Figure::range};
 
 /// Not linear in the parameters.
-bool left_out(const std::string& quantity) { return quantity.starts_with("com_") || quantity.starts_with("joint_"); }
+bool left_out(const std::string& quantity) {
+  return quantity.starts_with("com_") || quantity.starts_with("joint_") || quantity == "shaking_moment_com";
+}
 
 /// Largest peak of anything in this unit: what may have cancelled in a quantity that is balanced.
 double largest_peak(const Result& result, const std::string& unit) {
@@ -128,7 +130,12 @@ TEST_CASE("every figure of other masses and stiffnesses is that of a simulation 
   std::mt19937 random(5);
   for_each_case([&](const Mechanism& mechanism, Trajectory trajectory) {
     trajectory.about = {0.1, -0.2, 0.3};
-    for (const long samples : {41, 42}) {  // jumps on samples and between them
+#ifdef BALANCE_SANITIZED
+    const std::vector<long> grids = {42};
+#else
+    const std::vector<long> grids = {41, 42};  // jumps on samples and between them
+#endif
+    for (const long samples : grids) {
       trajectory.samples = samples;
       const TrajectoryCost cost(mechanism, trajectory);
       REQUIRE_MESSAGE(cost.outcome().status == MotionStatus::done, cost.outcome().reason);

@@ -10,8 +10,8 @@
 #include "balance/motion/wording.hpp"
 #include "balance/result/metrics.hpp"
 #include "balance/result/overflow.hpp"
+#include "balance/result/recorder.hpp"
 #include "balance/result/round_off.hpp"
-#include "balance/result/rows.hpp"
 
 #include <algorithm>
 #include <cmath>

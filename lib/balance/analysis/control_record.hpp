@@ -4,7 +4,9 @@
 #include "balance/control/control_law.hpp"
 #include "balance/control/desired_motion.hpp"
 #include "balance/control/plant.hpp"
-#include "balance/result/result.hpp"
+#include "balance/result/recorder.hpp"
+
+#include <optional>
 
 namespace balance {
 
@@ -24,17 +26,17 @@ class ControlRecord {
   void shape(long rows, const Vector3& about, Result& result) const;
 
   /// @param event row of the desired motion
-  void write(const PlantSample& seen, const ControllerState& state, double time, Eigen::Index event, long row,
+  void write(const Sample& seen, const ControllerState& state, double time, Eigen::Index event, long row,
              Result& result);
 
  private:
-  void write_errors(Result& result, long row, Eigen::Index event, const PlantSample& seen);
-  void write_tool(Result& result, long row, const PlantSample& seen);
+  void compare(Eigen::Index event);
 
   const Mechanism& mechanism_;
   const ControlLaw& law_;
   const DesiredMotion& desired_;
-  Eigen::Vector4d last_quaternion_ = Eigen::Vector4d::Zero();
+  std::optional<Recorder> recorder_;
+  Sample sample_;
 };
 
 }  // namespace balance

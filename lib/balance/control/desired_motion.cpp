@@ -11,10 +11,6 @@ namespace balance {
 
 namespace {
 
-void put(Samples& array, Eigen::Index row, const std::vector<double>& values) {
-  array.row(row) = Eigen::Map<const Eigen::RowVectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-}
-
 template <class S>
 class Tracing {
  public:
@@ -63,19 +59,19 @@ class Tracing {
     return true;
   }
 
-  void record(const Observation<S>& seen, Eigen::Index row, bool held) {
+  void record(const Sample& seen, Eigen::Index row, bool held) {
     desired_.rows = row + 1;
-    put(desired_.position, row, seen.position);
+    desired_.position.row(row) = seen.position;
     if (!held) {
-      put(desired_.velocity, row, seen.velocity);
-      put(desired_.acceleration, row, seen.acceleration);
+      desired_.velocity.row(row) = seen.velocity;
+      desired_.acceleration.row(row) = seen.acceleration;
     }
     if (!mechanism_.tool) return;
     for (int i = 0; i < S::dimension; ++i) desired_.tool_position(row, i) = seen.tool_position[i];
     if constexpr (std::is_same_v<S, Planar>)
       desired_.tool_angle[row] = seen.tool_angle;
     else
-      desired_.tool_rotation[static_cast<std::size_t>(row)] = seen.tool_rotation.matrix;
+      desired_.tool_rotation[static_cast<std::size_t>(row)] = seen.tool_rotation;
   }
 
   const Mechanism& mechanism_;

@@ -40,7 +40,7 @@ const VectorX& Plant::position() const { return engine_->position(); }
 const VectorX& Plant::velocity() const { return engine_->velocity(); }
 VectorX Plant::acceleration(const VectorX& efforts) { return engine_->acceleration(efforts); }
 EquationOfMotion Plant::equation() { return engine_->equation(); }
-const PlantSample& Plant::observe(const VectorX& efforts) { return engine_->observe(efforts); }
+const Sample& Plant::observe(const VectorX& efforts) { return engine_->observe(efforts); }
 const TermSizes& Plant::term_sizes() const { return engine_->term_sizes(); }
 const TermSizes& Plant::term_sizes_over_mobility() const { return engine_->term_sizes_over_mobility(); }
 const PlantCost& Plant::cost() const { return engine_->cost(); }

@@ -3,6 +3,7 @@
 
 #include "balance/control/forward_dynamics.hpp"
 #include "balance/dynamics/term_sizes.hpp"
+#include "balance/motion/sample.hpp"
 
 namespace balance {
 
@@ -15,26 +16,6 @@ struct PlantOptions {
 
   /// @throws std::invalid_argument
   void validate() const;
-};
-
-/// Everything that is known of the plant at one moment: what a row of a Result holds. World axes; moments about `about`. Planar
-/// mechanisms: vectors have z = 0, moments lie along z.
-struct PlantSample {
-  double time = 0;
-  VectorX position, velocity, acceleration;  ///< per mechanism coordinate; angles run on past ±π
-  VectorX effort, power;                     ///< per actuator
-  Vector3 com = Vector3::Zero(), com_velocity = Vector3::Zero(), com_acceleration = Vector3::Zero();
-  Vector3 tool_position = Vector3::Zero();  ///< zero without a tool
-  Matrix3 tool_rotation = Matrix3::Identity();
-  double tool_angle = 0;                                                      ///< planar, runs on past ±π
-  Vector3 shaking_force = Vector3::Zero(), shaking_moment = Vector3::Zero();  ///< rates of momentum
-  Vector3 ground_force = Vector3::Zero(), ground_moment = Vector3::Zero();    ///< what the frame feels, weight included
-  std::vector<Vector3> joint_force, joint_moment;  ///< on the second body, about the joint's point on it
-  double kinetic_energy = 0, potential_energy = 0;
-  double friction_power = 0;  ///< taken out by friction, not negative [W]
-  double closure = 0;         ///< largest scaled residual of the loop closures
-  double mobility = 0;        ///< smallest singular value of the scaled closures with the independent coordinates held
-  int newton_iterations = 0;  ///< of the last evaluation
 };
 
 /// What the integration has cost so far.
@@ -74,7 +55,7 @@ class Plant {
   /// At the present state. Joints with dry friction that stand still stick under these efforts or break loose:
   VectorX acceleration(const VectorX& efforts);  ///< per mechanism coordinate
   EquationOfMotion equation();                   ///< without the friction of joints that stick
-  const PlantSample& observe(const VectorX& efforts);
+  const Sample& observe(const VectorX& efforts);
 
   /// How large the terms were at all moments observed since the start.
   const TermSizes& term_sizes() const;

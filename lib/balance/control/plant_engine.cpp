@@ -1,6 +1,5 @@
 #include "balance/control/plant_engine.hpp"
 
-#include "balance/control/plant_sample.hpp"
 #include "balance/control/tree_state.hpp"
 #include "balance/motion/wording.hpp"
 
@@ -137,13 +136,12 @@ EquationOfMotion EngineOf<S>::equation() {
 }
 
 template <class S>
-const PlantSample& EngineOf<S>::observe(const VectorX& efforts) {
+const Sample& EngineOf<S>::observe(const VectorX& efforts) {
   evaluate(efforts);
   loops_.add_stuck_friction(efforts.data(), ddy_.data());
   loops_.multipliers(efforts.data(), ddy_.data(), y_.data(), multipliers_);
   observer_->observe_under(instant(), efforts.data(), multipliers_);
-  copy_observation(observer_->last(), sample_);
-  sample_.time = time_;
+  sample_ = observer_->last();
   sample_.friction_power = loops_.friction_power(dy_.data());
   sample_.closure = loops_.residual();
   sample_.mobility = loops_.mobility();
@@ -158,10 +156,8 @@ void EngineOf<S>::follow() {
   loops_.close(y_.data(), dy_.data());
   angular_velocities(loops_.tree(), dy_.data(), loops_.state());
   observer_->follow(instant());
-  const Observation<S>& seen = observer_->last();
-  const auto count = static_cast<Eigen::Index>(seen.position.size());
-  position_ = Eigen::Map<const VectorX>(seen.position.data(), count);
-  velocity_ = Eigen::Map<const VectorX>(seen.velocity.data(), count);
+  position_ = observer_->last().position;
+  velocity_ = observer_->last().velocity;
 }
 
 template <class S>

@@ -22,7 +22,7 @@ class Plant::Engine {
   virtual const VectorX& velocity() const = 0;
   virtual VectorX acceleration(const VectorX& efforts) = 0;
   virtual EquationOfMotion equation() = 0;
-  virtual const PlantSample& observe(const VectorX& efforts) = 0;
+  virtual const Sample& observe(const VectorX& efforts) = 0;
   virtual const TermSizes& term_sizes() const = 0;
   virtual const TermSizes& term_sizes_over_mobility() const = 0;
   virtual const PlantCost& cost() const = 0;
@@ -43,7 +43,7 @@ class EngineOf : public Plant::Engine {
   const VectorX& velocity() const override { return velocity_; }
   VectorX acceleration(const VectorX& efforts) override;
   EquationOfMotion equation() override;
-  const PlantSample& observe(const VectorX& efforts) override;
+  const Sample& observe(const VectorX& efforts) override;
   const TermSizes& term_sizes() const override { return meter_->terms(); }
   const TermSizes& term_sizes_over_mobility() const override { return meter_->grown(); }
   const PlantCost& cost() const override { return cost_; }
@@ -103,7 +103,7 @@ class EngineOf : public Plant::Engine {
   std::vector<double> kinks_, multipliers_;
   VectorX y_, dy_, ddy_, efforts_, position_, velocity_;
   VectorX start_ddy_;  ///< accelerations at last_x_; with dry friction only
-  PlantSample sample_;
+  Sample sample_;
   PlantCost cost_;
   std::vector<std::string> notes_;
 };

@@ -156,6 +156,11 @@ template class ForceMatrices<Spatial>;
 
 std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const std::string& name) {
   using Kind = CostQuantity::Kind;
+  if (name == "total_torque" && mechanism.actuators.size() > 1) {
+    std::optional<CostQuantity> all = find_cost_quantity(mechanism, "torque");
+    if (all) all->together = true;
+    return all;
+  }
   const std::size_t bracket = name.find('[');
   const std::string stem = name.substr(0, bracket);
   if (stem == "torque" || stem == "power") {

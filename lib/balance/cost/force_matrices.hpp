@@ -17,6 +17,7 @@ struct CostQuantity {
   enum class Kind { torque, power, shaking_force, shaking_moment, ground_force, ground_moment, kinetic_energy };
   Kind kind = Kind::torque;
   std::optional<int> actuator;  ///< torque, power: of this one; nothing: of each, and the worst counts
+  bool together = false;        ///< of all torques as one vector
 
   bool of_actuators() const { return kind == Kind::torque || kind == Kind::power; }
 };

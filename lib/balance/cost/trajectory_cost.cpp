@@ -75,7 +75,8 @@ class FixedMotion : public FigureSource {
   }
 
   std::size_t series_of(const CostQuantity& quantity) const {
-    return quantity.of_actuators() && !quantity.actuator ? mechanism_.actuators.size() : 1;
+    const bool each = quantity.of_actuators() && !quantity.actuator && !quantity.together;
+    return each ? mechanism_.actuators.size() : 1;
   }
 
   std::vector<RowTriangle> triangles(const CostQuantity& quantity) const {

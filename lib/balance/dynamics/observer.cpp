@@ -20,11 +20,12 @@ Observer<S>::Observer(const Mechanism& mechanism, const Tree<S>& tree, int freed
       wrenches_(tree.nodes.size()),
       tau_(tree.columns) {
   const std::size_t coordinates = mechanism.coordinates.size(), joints = mechanism.joints.size();
-  for (auto* values : {&seen_.position, &seen_.velocity, &seen_.acceleration}) values->assign(coordinates, 0);
-  seen_.effort.assign(mechanism.actuators.size(), 0);
-  seen_.power.assign(mechanism.actuators.size(), 0);
-  seen_.joint_force.assign(joints, S::Vector::Zero());
-  seen_.joint_moment.assign(joints, S::zero_angular());
+  for (auto* values : {&seen_.position, &seen_.velocity, &seen_.acceleration})
+    values->setZero(static_cast<Eigen::Index>(coordinates));
+  for (auto* values : {&seen_.effort, &seen_.power})
+    values->setZero(static_cast<Eigen::Index>(mechanism.actuators.size()));
+  seen_.joint_force.assign(joints, Vector3::Zero());
+  seen_.joint_moment.assign(joints, Vector3::Zero());
   if (mechanism.tool) {
     Drive<S> drive;
     attach_tool(mechanism, tree, drive);
@@ -71,7 +72,7 @@ bool Observer<S>::observe(Stepper<S>& stepper, Detail detail) {
   read_coordinates(now);
   if (!mechanism_.friction.empty()) add_friction(mechanism_, tree_, now.dy, stepper.duration(), tau_.data());
   const bool held = actuation_.solve(stepper.equations(), tau_.data());
-  std::copy(actuation_.efforts().begin(), actuation_.efforts().end(), seen_.effort.begin());
+  std::copy(actuation_.efforts().begin(), actuation_.efforts().end(), seen_.effort.data());
   read_rest(now, detail, actuation_.multipliers());
   return held;
 }
@@ -81,7 +82,7 @@ void Observer<S>::observe_under(const Instant<S>& now, const double* efforts, co
   set_state(now, Detail::everything);
   balance_forces(now);
   read_coordinates(now);
-  std::copy_n(efforts, seen_.effort.size(), seen_.effort.begin());
+  std::copy_n(efforts, seen_.effort.size(), seen_.effort.data());
   read_rest(now, Detail::everything, multipliers);
 }
 
@@ -102,14 +103,16 @@ void Observer<S>::watch(Stepper<S>& stepper) {
 
 template <class S>
 void Observer<S>::read_rest(const Instant<S>& now, Detail detail, const std::vector<double>& multipliers) {
-  for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a)
-    seen_.power[a] = seen_.effort[a] * seen_.velocity[mechanism_.actuators[a]];
+  seen_.time = now.time;
+  for (Eigen::Index a = 0; a < seen_.effort.size(); ++a)
+    seen_.power[a] = seen_.effort[a] * seen_.velocity[mechanism_.actuators[static_cast<std::size_t>(a)]];
   read_forces();
   if (mechanism_.tool) read_tool(now);
   if (detail == Detail::everything) {
-    seen_.com_velocity = com_velocity(tree_, *state_);
+    seen_.com_velocity = to_3d(com_velocity(tree_, *state_));
     read_energies();
     read_reactions(now, multipliers);
+    seen_.add_derived(to_3d(about_));
   }
   first_ = false;
   time_ = now.time;
@@ -213,22 +216,25 @@ void Observer<S>::read_forces() {
     const auto& inertia = tree_.nodes[n].inertia;
     if (!tree_.nodes[n].massless) moment += state[n].R_WN * inertia.moment + inertia.mass * state[n].p_WN;
   }
-  seen_.com = moment / tree_.mass;
+  seen_.com = to_3d(typename S::Vector(moment / tree_.mass));
   // the ground's wrench carries the weight and lacks what the surroundings supply
   const typename S::Vector weight = tree_.mass * gravity_;
   const typename S::Angular weight_moment = cross(moment, gravity_);
-  seen_.shaking_force = wrenches_[0].force + weight + external_total_.force;
+  const typename S::Vector shaking = wrenches_[0].force + weight + external_total_.force;
+  const typename S::Vector ground_force = weight + external_loads_.force - shaking;
   const typename S::Angular about_origin = wrenches_[0].moment + weight_moment + external_total_.moment;
-  seen_.shaking_moment = about_origin - cross(about_, seen_.shaking_force);
+  seen_.shaking_force = to_3d(shaking);
+  seen_.shaking_moment = angular_to_3d(about_origin - cross(about_, shaking));
   seen_.com_acceleration = seen_.shaking_force / tree_.mass;
-  seen_.ground_force = weight + external_loads_.force - seen_.shaking_force;
-  seen_.ground_moment = weight_moment + external_loads_.moment - about_origin - cross(about_, seen_.ground_force);
+  seen_.ground_force = to_3d(ground_force);
+  seen_.ground_moment =
+      angular_to_3d(weight_moment + external_loads_.moment - about_origin - cross(about_, ground_force));
 }
 
 template <class S>
 void Observer<S>::read_tool(const Instant<S>& now) {
-  seen_.tool_position = position(*state_, tool_);
-  seen_.tool_rotation = orientation(*state_, tool_);
+  seen_.tool_position = to_3d(position(*state_, tool_));
+  seen_.tool_rotation = to_matrix(orientation(*state_, tool_));
   if constexpr (std::is_same_v<S, Planar>) seen_.tool_angle = tool_angle_.value(now.y);
 }
 
@@ -244,7 +250,7 @@ void Observer<S>::read_energies() {
                dot(s.velocity, typename S::Vector(cross(s.angular_velocity, inertia.moment))) +
                0.5 * dot(s.angular_velocity, typename S::Angular(inertia.second * s.angular_velocity));
   }
-  potential -= tree_.mass * gravity_.dot(seen_.com);
+  potential -= tree_.mass * to_3d(gravity_).dot(seen_.com);
   seen_.kinetic_energy = kinetic;
   seen_.potential_energy = potential;
 }

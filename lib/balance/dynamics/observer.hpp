@@ -1,32 +1,14 @@
 #pragma once
-/// Everything that is known of a moving mechanism at one moment. Private to dynamics and the rooms that open it up.
+/// Finds everything that is known of a moving mechanism at one moment. Private to dynamics and the rooms that open it up.
 
 #include "balance/dynamics/actuation.hpp"
 #include "balance/dynamics/external.hpp"
+#include "balance/motion/sample.hpp"
 #include "balance/motion/stepper.hpp"
 
-#include <array>
 #include <vector>
 
 namespace balance {
-
-/// World axes; moments about the observer's point unless said otherwise.
-template <class S>
-struct Observation {
-  std::vector<double> position, velocity, acceleration;  ///< per coordinate of the mechanism
-  std::vector<double> effort, power;                     ///< per actuator
-  typename S::Vector com, com_velocity, com_acceleration;
-  typename S::Vector tool_position = S::Vector::Zero();
-  typename S::Rotation tool_rotation;
-  double tool_angle = 0;               ///< planar, runs on past ±π
-  typename S::Vector shaking_force;    ///< rate of the linear momentum (P3 eq. 23)
-  typename S::Angular shaking_moment;  ///< rate of the angular momentum (P3 eq. 27)
-  typename S::Vector ground_force;     ///< what the frame feels, weight included
-  typename S::Angular ground_moment;
-  std::vector<typename S::Vector> joint_force;    ///< on the second body
-  std::vector<typename S::Angular> joint_moment;  ///< about the joint's point on the second body
-  double kinetic_energy = 0, potential_energy = 0;
-};
 
 /// A tree in motion. The state holds poses and angular velocities, unless every coordinate is prescribed (`direct`).
 template <class S>
@@ -40,7 +22,7 @@ struct Instant {
 /// How much to find out.
 enum class Detail {
   forces,      ///< coordinates, efforts, power, centre of mass, shaking force and moment, tool
-  everything,  ///< also ground wrench, reactions, energies, velocity of the centre of mass
+  everything,  ///< also ground wrench, reactions, energies, velocity of the centre of mass, what follows from others
 };
 
 template <class S>
@@ -52,7 +34,9 @@ class Observer {
   const Actuation<S>& actuation() const { return actuation_; }
   /// For a stepper to watch whether the actuators hold the mechanism all along its way.
   Guard<S>& guard() { return actuation_; }
-  const Observation<S>& last() const { return seen_; }
+  const Sample& last() const { return seen_; }
+  /// For whoever knows more of the moment (mobility) to write it down.
+  Sample& last() { return seen_; }
 
   /// The stepper's present moment, with the accelerations that it holds now.
   /// @return false if the actuators do not hold the mechanism there
@@ -111,7 +95,7 @@ class Observer {
   std::vector<Wrench<S>> wrenches_;
   Wrench<S> external_total_, external_loads_;
   std::vector<double> tau_;
-  Observation<S> seen_;
+  Sample seen_;
   bool first_ = true;
   double time_ = 0;  ///< of the last observation
 };

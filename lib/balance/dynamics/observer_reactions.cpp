@@ -17,8 +17,8 @@ void Observer<S>::add_closure_wrenches(const std::vector<double>& multipliers) {
       on_b.moment += multiplier * unit.moment;
     }
     if (!closure.split) {
-      seen_.joint_force[closure.joint] = on_b.force;
-      seen_.joint_moment[closure.joint] = on_b.moment;
+      seen_.joint_force[closure.joint] = to_3d(on_b.force);
+      seen_.joint_moment[closure.joint] = angular_to_3d(on_b.moment);
     }
     const auto push = [&](int n, double sign) {
       if (n == 0) return;
@@ -55,8 +55,8 @@ void Observer<S>::read_reactions(const Instant<S>& now, const std::vector<double
     const typename S::Angular moment =
         state[n].R_WN * wrenches_[n].moment + cross(typename S::Vector(state[n].p_WN - Q), force);
     const double sign = tree_.joint_forward[j] ? 1 : -1;
-    seen_.joint_force[j] = sign * force;
-    seen_.joint_moment[j] = sign * moment;
+    seen_.joint_force[j] = to_3d(typename S::Vector(sign * force));
+    seen_.joint_moment[j] = angular_to_3d(sign * moment);
   }
 }
 

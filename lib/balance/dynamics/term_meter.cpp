@@ -42,7 +42,7 @@ TermMeter<S>::TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const t
   for (auto* values : {&now_.effort, &now_.power}) values->setZero(size(mechanism.actuators));
   for (auto* values : {&now_.joint_force, &now_.joint_moment}) values->setZero(size(mechanism.joints));
   for (auto* value : {&now_.com_position, &now_.com_velocity, &now_.com_acceleration, &now_.force, &now_.moment,
-                      &now_.kinetic_energy, &now_.potential_energy})
+                      &now_.moment_com, &now_.total_effort, &now_.kinetic_energy, &now_.potential_energy})
     value->setZero(1);
   if (!mechanism.tool) return;
   now_.tool_position.setZero(1);
@@ -52,7 +52,7 @@ TermMeter<S>::TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const t
 }
 
 template <class S>
-void TermMeter<S>::see(const Instant<S>& now, const Observation<S>& seen, const std::vector<double>& multipliers,
+void TermMeter<S>::see(const Instant<S>& now, const Sample& seen, const std::vector<double>& multipliers,
                        double mobility) {
   move(now);
   read_motion(now, seen);
@@ -111,7 +111,7 @@ double TermMeter<S>::unit(int coordinate) const {
 
 /// Of the coordinates: all are solved for together, so that one's error is measured by the largest of them.
 template <class S>
-void TermMeter<S>::read_motion(const Instant<S>& now, const Observation<S>& seen) {
+void TermMeter<S>::read_motion(const Instant<S>& now, const Sample& seen) {
   rate_ = rate_rate_ = 0;
   for (int c = 0; c < tree_.columns; ++c) {
     const double scale = tree_.column_kind_length[static_cast<std::size_t>(c)] ? tree_.length : 1;
@@ -121,10 +121,9 @@ void TermMeter<S>::read_motion(const Instant<S>& now, const Observation<S>& seen
   rate_rate_ = std::max(rate_rate_, rate_ * rate_);
   for (Eigen::Index c = 0; c < now_.position.size(); ++c) {
     const double scale = unit(static_cast<int>(c));
-    const auto i = static_cast<std::size_t>(c);
-    now_.position[c] = std::max(scale, std::abs(seen.position[i]));
-    now_.velocity[c] = std::max(scale * rate_, std::abs(seen.velocity[i]));
-    now_.acceleration[c] = std::max(scale * rate_rate_, std::abs(seen.acceleration[i]));
+    now_.position[c] = std::max(scale, std::abs(seen.position[c]));
+    now_.velocity[c] = std::max(scale * rate_, std::abs(seen.velocity[c]));
+    now_.acceleration[c] = std::max(scale * rate_rate_, std::abs(seen.acceleration[c]));
   }
   if (!mechanism_.tool) return;
   now_.tool_position[0] = nodes_[static_cast<std::size_t>(tool_.node)].place + tool_.p_N.norm();
@@ -157,11 +156,11 @@ void TermMeter<S>::collect(const Instant<S>& now) {
 }
 
 template <class S>
-void TermMeter<S>::add_friction(const Observation<S>& seen) {
+void TermMeter<S>::add_friction(const Sample& seen) {
   for (const Friction& friction : mechanism_.friction) {
     const CoordinateSource& source = tree_.sources[static_cast<std::size_t>(friction.coordinate)];
     if (source.column < 0) continue;
-    const double rate = std::abs(seen.velocity[static_cast<std::size_t>(friction.coordinate)]);
+    const double rate = std::abs(seen.velocity[friction.coordinate]);
     tau_[static_cast<std::size_t>(source.column)] +=
         std::abs(source.ratio) * (friction.viscous * rate + friction.static_limit());
   }
@@ -182,6 +181,7 @@ void TermMeter<S>::read_sums(const Instant<S>& now) {
   now_.com_velocity[0] = momentum / tree_.mass;
   now_.force[0] = nodes_[0].force;
   now_.moment[0] = nodes_[0].moment + about_ * nodes_[0].force;
+  now_.moment_com[0] = now_.moment[0] + (now_.com_position[0] + about_) * now_.force[0];
   now_.com_acceleration[0] = nodes_[0].force / tree_.mass;
   now_.kinetic_energy[0] = energy;
   now_.potential_energy[0] = gravity_ * place + external_.energy_size(now.state);
@@ -221,15 +221,16 @@ void TermMeter<S>::add_closures(const Instant<S>& now, const std::vector<double>
 
 /// What joints and actuators transmit.
 template <class S>
-void TermMeter<S>::read_transmitted(const Instant<S>& now, const Observation<S>& seen) {
+void TermMeter<S>::read_transmitted(const Instant<S>& now, const Sample& seen) {
   for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
     const int coordinate = mechanism_.actuators[a];
     const CoordinateSource& source = tree_.sources[static_cast<std::size_t>(coordinate)];
     const auto i = static_cast<Eigen::Index>(a);
-    now_.effort[i] = std::abs(seen.effort[a]);
+    now_.effort[i] = std::abs(seen.effort[i]);
     if (source.column >= 0) now_.effort[i] += tau_[static_cast<std::size_t>(source.column)] / std::abs(source.ratio);
     now_.power[i] = now_.effort[i] * now_.velocity[coordinate];
   }
+  now_.total_effort[0] = now_.effort.norm();
   for (std::size_t j = 0; j < mechanism_.joints.size(); ++j) {
     const int n = tree_.joint_nodes[j];
     if (n < 0) continue;

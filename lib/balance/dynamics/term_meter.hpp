@@ -30,7 +30,7 @@ class TermMeter {
   /// @param seen what the observer found there
   /// @param multipliers per closure row, as Actuation::multipliers()
   /// @param mobility of the equations: errors of their solution grow with its inverse
-  void see(const Instant<S>& now, const Observation<S>& seen, const std::vector<double>& multipliers, double mobility);
+  void see(const Instant<S>& now, const Sample& seen, const std::vector<double>& multipliers, double mobility);
 
   /// Largest sizes so far.
   const TermSizes& terms() const { return terms_; }
@@ -45,12 +45,12 @@ class TermMeter {
   };
 
   void move(const Instant<S>& now);
-  void read_motion(const Instant<S>& now, const Observation<S>& seen);
+  void read_motion(const Instant<S>& now, const Sample& seen);
   void read_sums(const Instant<S>& now);
   void collect(const Instant<S>& now);
-  void add_friction(const Observation<S>& seen);
+  void add_friction(const Sample& seen);
   void add_closures(const Instant<S>& now, const std::vector<double>& multipliers);
-  void read_transmitted(const Instant<S>& now, const Observation<S>& seen);
+  void read_transmitted(const Instant<S>& now, const Sample& seen);
   double unit(int coordinate) const;
 
   const Mechanism& mechanism_;

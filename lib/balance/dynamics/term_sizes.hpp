@@ -13,9 +13,11 @@ namespace balance {
 struct TermSizes {
   VectorX position, velocity, acceleration;              ///< per joint coordinate
   VectorX effort, power;                                 ///< per actuator
+  VectorX total_effort;                                  ///< single, of all efforts together
   VectorX com_position, com_velocity, com_acceleration;  ///< single, as all down to potential_energy
   VectorX tool_position, tool_angle;
   VectorX force, moment;  ///< of everything: shaking force and moment, what the frame feels
+  VectorX moment_com;     ///< the same about the centre of mass
   VectorX kinetic_energy, potential_energy;
   VectorX joint_force, joint_moment;  ///< per joint
   VectorX sliding_variable;           ///< per sliding variable of a controller
@@ -25,11 +27,24 @@ struct TermSizes {
 };
 
 /// All members, for what is done to every one of them.
-inline constexpr std::array all_term_sizes = {
-    &TermSizes::position,        &TermSizes::velocity,         &TermSizes::acceleration, &TermSizes::effort,
-    &TermSizes::power,           &TermSizes::com_position,     &TermSizes::com_velocity, &TermSizes::com_acceleration,
-    &TermSizes::tool_position,   &TermSizes::tool_angle,       &TermSizes::force,        &TermSizes::moment,
-    &TermSizes::kinetic_energy,  &TermSizes::potential_energy, &TermSizes::joint_force,  &TermSizes::joint_moment,
-    &TermSizes::sliding_variable};
+inline constexpr std::array all_term_sizes = {&TermSizes::position,
+                                              &TermSizes::velocity,
+                                              &TermSizes::acceleration,
+                                              &TermSizes::effort,
+                                              &TermSizes::power,
+                                              &TermSizes::com_position,
+                                              &TermSizes::com_velocity,
+                                              &TermSizes::com_acceleration,
+                                              &TermSizes::tool_position,
+                                              &TermSizes::tool_angle,
+                                              &TermSizes::force,
+                                              &TermSizes::moment,
+                                              &TermSizes::kinetic_energy,
+                                              &TermSizes::potential_energy,
+                                              &TermSizes::joint_force,
+                                              &TermSizes::joint_moment,
+                                              &TermSizes::sliding_variable,
+                                              &TermSizes::total_effort,
+                                              &TermSizes::moment_com};
 
 }  // namespace balance

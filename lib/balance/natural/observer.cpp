@@ -8,21 +8,27 @@
 
 namespace balance::natural {
 
+namespace {
+
+Vector3 vector(Complex z) { return {z.real(), z.imag(), 0}; }
+
+}  // namespace
+
 Observer::Observer(const Mechanism& mechanism, const Model& model, int freedoms, const Vector3& about)
     : mechanism_(mechanism),
       model_(model),
       applied_(mechanism, model),
       freedoms_(freedoms),
       about_(planar(about, model.length())),
-      com_(com_form(model)) {
+      com_(com_form(model)),
+      point_(about) {
   if (mechanism.tool) tool_ = tool_form(mechanism, model);
   const int motors = static_cast<int>(mechanism.actuators.size());
   if (motors < freedoms) mismatch_ = under_actuated(motors, freedoms);
   if (motors > freedoms) notes_.push_back(over_actuated(motors, freedoms));
   for (auto* values : {&seen_.position, &seen_.velocity, &seen_.acceleration})
-    values->assign(mechanism.coordinates.size(), 0);
-  seen_.effort.assign(mechanism.actuators.size(), 0);
-  seen_.power.assign(mechanism.actuators.size(), 0);
+    values->setZero(static_cast<Eigen::Index>(mechanism.coordinates.size()));
+  for (auto* values : {&seen_.effort, &seen_.power}) values->setZero(motors);
 }
 
 bool Observer::observe(const Stepper& stepper) {
@@ -32,14 +38,16 @@ bool Observer::observe(const Stepper& stepper) {
   const bool held = find_efforts(stepper);
   const double L = model_.length();
   const Wrench weight = applied_.weight(state.position);
-  const Complex shaking = seen_.shaking_force / L;
-  const Complex force = weight.force + loads_.force - shaking;
-  seen_.ground_force = L * force;
-  seen_.ground_moment =
-      L * L * (weight.moment + loads_.moment - cross(about_, weight.force + loads_.force)) - seen_.shaking_moment;
+  const Complex force = weight.force + loads_.force - shaking_;
+  seen_.time = stepper.time();
+  seen_.newton_iterations = stepper.iterations();
+  seen_.ground_force = L * vector(force);
+  seen_.ground_moment.z() =
+      L * L * (weight.moment + loads_.moment - cross(about_, weight.force + loads_.force)) - seen_.shaking_moment.z();
   seen_.potential_energy = L * L * applied_.energy(state.position);
+  seen_.add_derived(point_);
   if (!mechanism_.tool) return held;
-  seen_.tool = L * tool_.at(state.position);
+  seen_.tool_position = L * vector(tool_.at(state.position));
   seen_.tool_angle = stepper.angles()[static_cast<std::size_t>(mechanism_.tool->body)] - model_.tool_turns;
   return held;
 }
@@ -47,8 +55,8 @@ bool Observer::observe(const Stepper& stepper) {
 void Observer::read_coordinates(const Stepper& stepper) {
   const State& state = stepper.state();
   const double L = model_.length();
-  for (std::size_t c = 0; c < model_.coordinates.size(); ++c) {
-    const JointCoordinate& coordinate = model_.coordinates[c];
+  for (Eigen::Index c = 0; c < seen_.position.size(); ++c) {
+    const JointCoordinate& coordinate = model_.coordinates[static_cast<std::size_t>(c)];
     if (coordinate.linear) {
       seen_.position[c] = coordinate.form.at(state.position.scalars);
       seen_.velocity[c] = coordinate.form.rate(state.velocity.scalars);
@@ -72,26 +80,25 @@ void Observer::read_momentum(const State& state) {
   inertia_ = mass_times(model_, state.acceleration.points);
   const std::vector<Complex> momentum = mass_times(model_, state.velocity.points);
   Complex force;
-  double moment = 0, energy = 0, sizes = 0;
+  double moment = 0, energy = 0;
   // The second term of P3 eq. 27, (dq̃/dt) M q̇, is zero: ż ᴴ M ż is real because M is Hermitian.
   for (std::size_t k = 0; k < inertia_.size(); ++k) {
     force += inertia_[k];
     moment += cross(state.position.points[k] - about_, inertia_[k]);
     energy += 0.5 * dot(state.velocity.points[k], momentum[k]);
-    sizes += std::abs(inertia_[k]);
   }
   for (const Rotor& rotor : model_.rotors) {
     const double rate = rotor.turn.rate(state.velocity.scalars);
     moment += rotor.inertia * rotor.turn.rate(state.acceleration.scalars);
     energy += 0.5 * rotor.inertia * rate * rate;
   }
-  seen_.com = L * com_.at(state.position);
-  seen_.com_velocity = L * com_.rate(state.velocity);
-  seen_.com_acceleration = L * com_.rate(state.acceleration);
-  seen_.shaking_force = L * force;
-  seen_.shaking_moment = L * L * moment;
+  shaking_ = force;
+  seen_.com = L * vector(com_.at(state.position));
+  seen_.com_velocity = L * vector(com_.rate(state.velocity));
+  seen_.com_acceleration = L * vector(com_.rate(state.acceleration));
+  seen_.shaking_force = L * vector(force);
+  seen_.shaking_moment.z() = L * L * moment;
   seen_.kinetic_energy = L * L * energy;
-  seen_.force_scale = L * sizes + model_.total_mass * mechanism_.gravity.norm();
 }
 
 /// M q̈ less weight, loads, springs and friction, on the unknowns: what constraints and actuators must supply.
@@ -113,12 +120,12 @@ VectorX Observer::needed_forces(const Stepper& stepper) {
           term.coefficient * rotor.inertia * rotor.turn.rate(state.acceleration.scalars);
   const auto unit = [&](std::size_t c) { return mechanism_.coordinates[c].kind == CoordinateKind::length ? L : 1; };
   double fastest = 0;
-  for (std::size_t c = 0; c < seen_.velocity.size(); ++c)
-    fastest = std::max(fastest, std::abs(seen_.velocity[c]) / unit(c));
+  for (Eigen::Index c = 0; c < seen_.velocity.size(); ++c)
+    fastest = std::max(fastest, std::abs(seen_.velocity[c]) / unit(static_cast<std::size_t>(c)));
   const double rest = rest_rate(fastest, stepper.duration());
   for (const Friction& friction : mechanism_.friction) {
     const auto c = static_cast<std::size_t>(friction.coordinate);
-    const double rate = seen_.velocity[c];
+    const double rate = seen_.velocity[friction.coordinate];
     const double resistance = sliding_friction(friction, rate, sliding_sign(rate, rest * unit(c)));
     for (const ScalarTerm& term : model_.coordinates[c].form.terms)
       needed[2 * moving + term.scalar] += term.coefficient * resistance / (L * L);
@@ -147,9 +154,8 @@ bool Observer::find_efforts(const Stepper& stepper) {
   qr.compute(grip.transpose());
   const VectorX efforts = qr.solve(right);
   for (Eigen::Index a = 0; a < motors; ++a) {
-    const auto i = static_cast<std::size_t>(a);
-    seen_.effort[i] = efforts[a];
-    seen_.power[i] = efforts[a] * seen_.velocity[static_cast<std::size_t>(mechanism_.actuators[i])];
+    seen_.effort[a] = efforts[a];
+    seen_.power[a] = efforts[a] * seen_.velocity[mechanism_.actuators[static_cast<std::size_t>(a)]];
   }
   return qr.rank() == freedoms_;
 }

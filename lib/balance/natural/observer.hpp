@@ -1,26 +1,11 @@
 #pragma once
-/// Everything that natural coordinates know of a moving mechanism at one moment. Private to natural and study.
+/// Finds what natural coordinates know of a moving mechanism at one moment. Private to natural and study.
 
+#include "balance/motion/sample.hpp"
 #include "balance/natural/forces.hpp"
 #include "balance/natural/stepper.hpp"
 
 namespace balance::natural {
-
-/// SI, world axes; moments about the observer's point.
-struct Observation {
-  std::vector<double> position, velocity, acceleration;  ///< per coordinate of the mechanism
-  std::vector<double> effort, power;                     ///< per actuator
-  Complex com, com_velocity, com_acceleration;
-  Complex tool;
-  double tool_angle = 0;
-  Complex shaking_force;      ///< B M q̈ (P3 eq. 23)
-  double shaking_moment = 0;  ///< q̃ M q̈ (P3 eq. 27)
-  Complex ground_force;       ///< what the frame feels, weight included
-  double ground_moment = 0;
-  double kinetic_energy = 0, potential_energy = 0;
-  /// What the shaking force and the weight are made of: Σ over the bodies' points of |M q̈| + |M g| [N].
-  double force_scale = 0;
-};
 
 class Observer {
  public:
@@ -33,7 +18,7 @@ class Observer {
 
   /// @return false if the actuators do not hold the mechanism there
   bool observe(const Stepper& stepper);
-  const Observation& last() const { return seen_; }
+  const Sample& last() const { return seen_; }
   /// Constraints and actuated coordinates together: has full rank where the actuators hold the mechanism.
   MatrixX held(const Equations& equations, const Coordinates& position) const;
 
@@ -53,7 +38,9 @@ class Observer {
   std::vector<std::string> notes_;
   std::vector<Complex> inertia_;  ///< M q̈ per point
   Wrench loads_;
-  Observation seen_;
+  Complex shaking_;  ///< Σ M q̈
+  Vector3 point_;    ///< that moments are about
+  Sample seen_;
 };
 
 }  // namespace balance::natural

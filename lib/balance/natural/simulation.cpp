@@ -67,7 +67,7 @@ bool Simulation::observe() {
   return false;
 }
 
-const Observation& Simulation::last() const { return parts_->observer.value().last(); }
+const Sample& Simulation::last() const { return parts_->observer.value().last(); }
 
 int Simulation::iterations() const { return parts_->stepper.value().iterations(); }
 

@@ -38,7 +38,7 @@ class Simulation {
   void accelerate(Side side);
   /// The present moment. On false the actuators do not hold the mechanism, or did not somewhere since the last look.
   bool observe();
-  const Observation& last() const;
+  const Sample& last() const;
   int iterations() const;
 
  private:

@@ -71,24 +71,10 @@ class Reader {
     r_.sliding_names = texts("sliding");
     if (!r_.sliding_names.empty())
       r_.sliding_units = units("sliding_unit", "sliding_variable", r_.sliding_names.size());
+    if (file_.has(prefix_ + "body")) r_.body_names = texts("body");
     r_.axes = static_cast<int>(texts("axis").size());
     expect(r_.axes == 2 || r_.axes == 3, "axis");
     r_.moment_axes = r_.axes == 2 ? 1 : 3;
-  }
-
-  Eigen::Index columns(Columns kind) const {
-    const auto size = [](const auto& list) { return static_cast<Eigen::Index>(list.size()); };
-    switch (kind) {
-      case Columns::single: return 1;
-      case Columns::coordinate: return size(r_.coordinate_names);
-      case Columns::actuator: return size(r_.actuator_names);
-      case Columns::axis: return r_.axes;
-      case Columns::quaternion: return 4;
-      case Columns::joint: return size(r_.joint_names);
-      case Columns::joint_axis: return size(r_.joint_names) * r_.axes;
-      case Columns::sliding: return size(r_.sliding_names);
-    }
-    return 0;
   }
 
   void samples() {
@@ -100,7 +86,7 @@ class Reader {
       const std::string path = prefix_ + quantity.name;
       if (!file_.has(path)) continue;
       const auto found = file_.numbers(path);
-      const Eigen::Index rows = r_.time.size(), wide = columns(quantity.columns);
+      const Eigen::Index rows = r_.time.size(), wide = count_columns(quantity.columns, r_);
       expect(!found.sizes.empty() && static_cast<Eigen::Index>(found.sizes[0]) == rows &&
                  static_cast<Eigen::Index>(found.values.size()) == rows * wide && are_finite(found.values),
              quantity.name);
@@ -125,7 +111,7 @@ class Reader {
     VectorX TermSizes::*const size = term_size_of(quantity.member);
     const auto found = file_.numbers_attribute(path, "round_off");
     if (size == nullptr || !found) return;
-    const auto count = static_cast<Eigen::Index>(found->size()), wide = columns(quantity.columns);
+    const auto count = static_cast<Eigen::Index>(found->size()), wide = count_columns(quantity.columns, r_);
     const auto good = [](double value) { return value >= 0 && std::isfinite(value); };
     expect(count > 0 && wide % count == 0 && std::all_of(found->begin(), found->end(), good), quantity.name);
     r_.round_off.*size = Eigen::Map<const VectorX>(found->data(), count);

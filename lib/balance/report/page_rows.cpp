@@ -91,6 +91,7 @@ Result at_rows(const Result& result, const std::vector<Eigen::Index>& rows) {
   shown.joint_names = result.joint_names;
   shown.actuator_names = result.actuator_names;
   shown.actuator_units = result.actuator_units;
+  shown.body_names = result.body_names;
   shown.sliding_names = result.sliding_names;
   shown.sliding_units = result.sliding_units;
   shown.axes = result.axes;

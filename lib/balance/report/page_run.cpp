@@ -14,7 +14,7 @@ namespace balance {
 namespace {
 
 /// Not every array of a result file is worth its bytes in a page.
-constexpr std::array left_out = {"tool_orientation", "joint_moment"};
+constexpr std::array left_out = {"tool_orientation", "joint_moment", "body_position", "body_orientation"};
 
 /// Planar poses are x, y, angle; spatial ones x, y, z and a quaternion.
 Samples packed_poses(const Mechanism& mechanism, const Result& result) {
@@ -56,6 +56,9 @@ std::vector<std::string> column_names(const Quantity& quantity, const Result& re
     case quaternion: return quaternion_labels();
     case sliding: return result.sliding_names;
     case single: return {"value"};
+    case body:
+    case body_axis:
+    case body_quaternion: break;  // the picture has them
   }
   return {};
 }

@@ -24,11 +24,15 @@ std::vector<Part> parts_of(const Quantity& quantity, const Result& result) {
     return quantity.units.size() > 1 ? quantity.units[i] : quantity.units.front();
   };
   const auto members = [&](const std::vector<std::string>& names) {
+    const bool turn = quantity.columns == Columns::body_quaternion;
     std::vector<Part> parts;
     const Eigen::Index width = columns / static_cast<Eigen::Index>(names.size());
     for (std::size_t i = 0; i < names.size(); ++i)
       parts.push_back({names[i], static_cast<Eigen::Index>(i) * width,
-                       width > 1 ? vector_labels(width) : std::vector<std::string>(), unit(i)});
+                       turn        ? quaternion_labels()
+                       : width > 1 ? vector_labels(width)
+                                   : std::vector<std::string>(),
+                       unit(i)});
     return parts;
   };
   switch (quantity.columns) {
@@ -37,6 +41,9 @@ std::vector<Part> parts_of(const Quantity& quantity, const Result& result) {
     case Columns::sliding: return members(result.sliding_names);
     case Columns::joint:
     case Columns::joint_axis: return members(result.joint_names);
+    case Columns::body:
+    case Columns::body_axis:
+    case Columns::body_quaternion: return members(result.body_names);
     case Columns::axis: return {{"", 0, vector_labels(columns), unit(0)}};
     case Columns::quaternion: return {{"", 0, quaternion_labels(), unit(0)}};
     case Columns::single: break;
@@ -59,7 +66,8 @@ void add_part(PlotQuantity& plot, const Quantity& quantity, const Part& part, Ve
     return;
   }
   // A unit quaternion's magnitude says nothing.
-  if (quantity.columns == Columns::quaternion) view = VectorView::components;
+  if (quantity.columns == Columns::quaternion || quantity.columns == Columns::body_quaternion)
+    view = VectorView::components;
   if (view != VectorView::components) {
     const std::string label = view == VectorView::both ? "magnitude" : "";
     plot.curves.push_back({joined(part.member, label), samples.middleCols(part.first, width).rowwise().norm()});

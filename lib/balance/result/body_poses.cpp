@@ -2,6 +2,8 @@
 
 #include "balance/base/rotation.hpp"
 
+#include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 namespace balance {
@@ -107,6 +109,29 @@ BodyPoses body_poses(const Mechanism& mechanism, const Result& result) {
     }
   }
   return poses;
+}
+
+void add_body_poses(const Mechanism& mechanism, Result& result) {
+  const BodyPoses poses = body_poses(mechanism, result);
+  const bool planar = mechanism.space == SpaceKind::planar;
+  const Eigen::Index rows = result.time.size(), moving = static_cast<Eigen::Index>(mechanism.bodies.size()) - 1;
+  result.body_names.clear();
+  for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) result.body_names.push_back(mechanism.bodies[b].name);
+  result.body_position.resize(rows, moving * result.axes);
+  result.body_orientation.resize(rows, planar ? moving : 4 * moving);
+  for (Eigen::Index b = 0; b < moving; ++b) {
+    result.body_position.middleCols(b * result.axes, result.axes) = poses.position.middleCols(3 * (b + 1), result.axes);
+    const auto turns = poses.orientation.middleCols(4 * (b + 1), 4);
+    if (!planar) {
+      result.body_orientation.middleCols(4 * b, 4) = turns;
+      continue;
+    }
+    for (Eigen::Index k = 0; k < rows; ++k) {  // running on past ±π
+      const double angle = 2 * std::atan2(turns(k, 3), turns(k, 0));
+      const double last = k == 0 ? 0 : result.body_orientation(k - 1, b);
+      result.body_orientation(k, b) = last + std::remainder(angle - last, 2 * std::numbers::pi);
+    }
+  }
 }
 
 }  // namespace balance

@@ -1,5 +1,5 @@
 #pragma once
-/// Where every body is during a run: what a picture needs beyond the joint coordinates.
+/// Where every body is during a run, from its joint coordinates.
 
 #include "balance/model/mechanism.hpp"
 #include "balance/result/result.hpp"
@@ -15,5 +15,9 @@ struct BodyPoses {
 /// @param result a run of this mechanism that is done
 /// @throws std::invalid_argument if the run has other coordinates than the mechanism
 BodyPoses body_poses(const Mechanism& mechanism, const Result& result);
+
+/// Fills the result's body_names, body_position and body_orientation.
+/// @throws std::invalid_argument as body_poses
+void add_body_poses(const Mechanism& mechanism, Result& result);
 
 }  // namespace balance

@@ -1,12 +1,12 @@
 #include "balance/result/metrics.hpp"
 
 #include "balance/result/round_off.hpp"
+#include "balance/result/tracks.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
 namespace balance {
@@ -48,20 +48,14 @@ std::vector<Place> every_second(const std::vector<Place>& places) {
   return chosen;
 }
 
-/// Columns of one of Result's arrays that together are one quantity.
-struct Track {
-  Samples Result::*array;
-  int first, count;
+double magnitude(const Track& track, const Place& place) {
+  const auto row = (place.result->*track.array).row(place.row).segment(track.first, track.count);
+  return track.count == 1 ? std::abs(row[0]) : row.norm();
+}
 
-  double magnitude(const Place& place) const {
-    const auto row = (place.result->*array).row(place.row).segment(first, count);
-    return count == 1 ? std::abs(row[0]) : row.norm();
-  }
-  double round_off(const Result& result) const { return round_off_of(result, array, first); }
-  double value(const Place& place) const {
-    return count == 1 ? (place.result->*array)(place.row, first) : magnitude(place);
-  }
-};
+double value(const Track& track, const Place& place) {
+  return track.count == 1 ? (place.result->*track.array)(place.row, track.first) : magnitude(track, place);
+}
 
 void drop_round_off(Metric& metric, double start) {
   if (metric.peak <= metric.round_off) metric.peak_time = start;
@@ -69,30 +63,30 @@ void drop_round_off(Metric& metric, double start) {
     metric.*figure = above(metric.round_off, metric.*figure);
 }
 
-Metric measure(std::string quantity, std::string unit, const Track& series, const std::vector<Place>& places) {
-  Metric metric{std::move(quantity), std::move(unit)};
+Metric measure(const Track& track, const std::vector<Place>& places) {
+  Metric metric{track.quantity, track.unit};
   double low = INFINITY, high = -INFINITY, squares = 0, sum = 0, last = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const double magnitude = series.magnitude(places[i]), value = series.value(places[i]);
-    metric.peak = std::max(metric.peak, magnitude);
-    low = std::min(low, value), high = std::max(high, value);
+    const double size = magnitude(track, places[i]), signed_size = value(track, places[i]);
+    metric.peak = std::max(metric.peak, size);
+    low = std::min(low, signed_size), high = std::max(high, signed_size);
     if (i > 0) {
       const double step = places[i].time - places[i - 1].time;
-      squares += step * (magnitude * magnitude + last * last) / 2;
-      sum += step * (magnitude + last) / 2;
+      squares += step * (size * size + last * last) / 2;
+      sum += step * (size + last) / 2;
     }
-    last = magnitude;
+    last = size;
   }
   // of peaks that differ by round-off only, the first
   const auto first_peak = std::find_if(places.begin(), places.end(), [&](const Place& place) {
-    return series.magnitude(place) >= (1 - 1e-10) * metric.peak;
+    return magnitude(track, place) >= (1 - 1e-10) * metric.peak;
   });
   metric.peak_time = first_peak == places.end() ? places.front().time : first_peak->time;  // end: nothing is a number
   const double duration = places.back().time - places.front().time;
   metric.rms = std::sqrt(squares / duration);
   metric.mean = sum / duration;
   metric.range = high - low;
-  metric.round_off = series.round_off(*places.back().result);
+  metric.round_off = round_off_of(*places.back().result, track.array, track.first);
   drop_round_off(metric, places.front().time);
   return metric;
 }
@@ -110,67 +104,6 @@ Metric worst_of(const std::vector<Metric>& all, std::string quantity) {
   return worst;
 }
 
-/// A metric per actuator, led by the worst of them where their units agree.
-void add_actuators(Result& result, const char* name, Samples Result::*array, const std::vector<std::string>& units,
-                   const std::vector<Place>& places) {
-  std::vector<Metric> each;
-  for (std::size_t a = 0; a < result.actuator_names.size(); ++a)
-    each.push_back(measure(std::string(name) + "[" + result.actuator_names[a] + "]", units[a],
-                           {array, static_cast<int>(a), 1}, places));
-  const bool alike = std::all_of(units.begin(), units.end(), [&](const std::string& unit) { return unit == units[0]; });
-  if (!each.empty() && alike) result.metrics.push_back(worst_of(each, name));
-  result.metrics.insert(result.metrics.end(), each.begin(), each.end());
-}
-
-/// Of chosen columns with one quantity each, led by the worst of them where their units agree.
-void add_each(Result& result, const std::string& name, Samples Result::*array, const std::vector<std::string>& names,
-              const std::vector<std::string>& units, const std::vector<int>& columns,
-              const std::vector<Place>& places) {
-  std::vector<Metric> each;
-  bool alike = true;
-  for (const int c : columns) {
-    const auto i = static_cast<std::size_t>(c);
-    each.push_back(measure(name + "[" + names[i] + "]", units[i], {array, c, 1}, places));
-    alike = alike && each.back().unit == each.front().unit;
-  }
-  if (!each.empty() && alike) result.metrics.push_back(worst_of(each, name));
-  result.metrics.insert(result.metrics.end(), each.begin(), each.end());
-}
-
-std::vector<int> all_of(const std::vector<std::string>& names) {
-  std::vector<int> columns(names.size());
-  std::iota(columns.begin(), columns.end(), 0);
-  return columns;
-}
-
-/// The coordinates that tracking is judged by: the actuated ones, or all if nothing is actuated.
-std::vector<int> tracked(const Result& result) {
-  std::vector<int> columns;
-  for (const std::string& name : result.actuator_names)
-    columns.push_back(static_cast<int>(std::find(result.coordinate_names.begin(), result.coordinate_names.end(), name) -
-                                       result.coordinate_names.begin()));
-  return columns.empty() ? all_of(result.coordinate_names) : columns;
-}
-
-void add_control(Result& result, const std::vector<Place>& places) {
-  if (result.torque_variation.size() == 0) return;
-  if (result.tracking_error.size() > 0)
-    add_each(result, "tracking_error", &Result::tracking_error, result.coordinate_names, result.coordinate_units,
-             tracked(result), places);
-  if (result.tool_error.size() > 0) {
-    result.metrics.push_back(measure("tool_error", "m", {&Result::tool_error, 0, result.axes}, places));
-    result.metrics.push_back(measure("tool_angle_error", "rad", {&Result::tool_angle_error, 0, 1}, places));
-  }
-  if (result.sliding_variable.size() > 0)
-    add_each(result, "sliding_variable", &Result::sliding_variable, result.sliding_names, result.sliding_units,
-             all_of(result.sliding_names), places);
-  const auto motors = all_of(result.actuator_names);
-  add_each(result, "torque_variation", &Result::torque_variation, result.actuator_names, result.actuator_units, motors,
-           places);
-  add_each(result, "saturation", &Result::saturation, result.actuator_names,
-           std::vector<std::string>(motors.size(), "1"), motors, places);
-}
-
 double energy(const Result& result, const std::vector<Place>& places) {
   double sum = 0;
   for (std::size_t i = 1; i < places.size(); ++i) {
@@ -186,11 +119,10 @@ double energy(const Result& result, const std::vector<Place>& places) {
 /// Quantities that show first that places are too few: what the motors and the frame feel.
 std::vector<Metric> telling_figures(const Result& result, const std::vector<Place>& places) {
   std::vector<Metric> all;
-  for (std::size_t a = 0; a < result.actuator_names.size(); ++a)
-    all.push_back(measure("torque[" + result.actuator_names[a] + "]", result.actuator_units[a],
-                          {&Result::torque, static_cast<int>(a), 1}, places));
-  all.push_back(measure("shaking_force", "N", {&Result::shaking_force, 0, result.axes}, places));
-  all.push_back(measure("shaking_moment", "N m", {&Result::shaking_moment, 0, result.moment_axes}, places));
+  for (const Track& track : list_tracks(result))
+    if (track.array == &Result::torque || track.array == &Result::shaking_force ||
+        track.array == &Result::shaking_moment)
+      all.push_back(measure(track, places));
   return all;
 }
 
@@ -238,24 +170,12 @@ std::string sampling_note(const Result& result, const BetweenSamples& between) {
 void add_metrics(Result& result, const BetweenSamples& between) {
   const std::vector<Place> places = in_order(result, between);
   result.metrics.clear();
-  add_control(result, places);
-  add_actuators(result, "torque", &Result::torque, result.actuator_units, places);
-  add_actuators(result, "power", &Result::power, std::vector<std::string>(result.actuator_names.size(), "W"), places);
-  const int axes = result.axes, turns = result.moment_axes;
-  const auto add = [&](const char* name, const char* unit, Samples Result::*array, int first, int count) {
-    result.metrics.push_back(measure(name, unit, {array, first, count}, places));
-  };
-  add("shaking_force", "N", &Result::shaking_force, 0, axes);
-  add("shaking_moment", "N m", &Result::shaking_moment, 0, turns);
-  add("ground_force", "N", &Result::ground_force, 0, axes);
-  add("ground_moment", "N m", &Result::ground_moment, 0, turns);
-  add("com_velocity", "m/s", &Result::com_velocity, 0, axes);
-  add("com_acceleration", "m/s^2", &Result::com_acceleration, 0, axes);
-  add("kinetic_energy", "J", &Result::kinetic_energy, 0, 1);
-  for (std::size_t j = 0; j < result.joint_names.size() && result.joint_force.size() > 0; ++j) {
-    const int k = static_cast<int>(j);
-    add(("joint_force[" + result.joint_names[j] + "]").c_str(), "N", &Result::joint_force, k * axes, axes);
-    add(("joint_moment[" + result.joint_names[j] + "]").c_str(), "N m", &Result::joint_moment, k * turns, turns);
+  const std::vector<Track> tracks = list_tracks(result);
+  for (const auto& [first, last] : neighbours(tracks)) {
+    std::vector<Metric> each;
+    for (std::size_t i = first; i < last; ++i) each.push_back(measure(tracks[i], places));
+    if (have_worst(tracks, first, last)) result.metrics.push_back(worst_of(each, tracks[first].of_worst));
+    result.metrics.insert(result.metrics.end(), each.begin(), each.end());
   }
   result.energy = energy(result, places);
 }

@@ -1,17 +1,77 @@
 #pragma once
-/// Which quantities of a Result a file holds, under which names and in which order: one list for every format.
+/// The sampled quantities of a Result: one table for every run that records them and every format that shows them. A new quantity is
+/// a line of the table in quantities.cpp, a member of Sample and of Result, and the place that computes it.
 
+#include "balance/motion/sample.hpp"
 #include "balance/result/result.hpp"
 
+#include <span>
 #include <string>
 #include <vector>
 
 namespace balance {
 
 /// What the columns of a quantity belong to.
-enum class Columns { single, coordinate, actuator, axis, quaternion, joint, joint_axis, sliding };
+enum class Columns {
+  single,
+  coordinate,
+  actuator,
+  axis,
+  quaternion,
+  joint,
+  joint_axis,
+  sliding,
+  body,
+  body_axis,
+  body_quaternion
+};
 
-/// The sampled quantities that one Result may hold. Refers to the result, which must outlive it.
+/// Which runs have a quantity.
+enum class Occasion {
+  always,
+  tool,           ///< the mechanism has a tool
+  like_motors,    ///< several actuators, and their efforts have one unit
+  reactions,      ///< the formulation knows what single joints transmit, and how near a singularity is
+  control,        ///< under control
+  tracking,       ///< and the desired motion is known
+  tool_tracking,  ///< and there is a tool
+  poses,          ///< asked for, and computed after the run (result/body_poses.hpp)
+};
+
+/// A line of the table.
+struct QuantityKind {
+  /// In the plane moments and turns have one component, in space three, or a quaternion.
+  enum class Shape { plain, moment, turn };
+  /// Whose unit the columns have, where it is not the same for all of them.
+  enum class Unit { fixed, coordinate, actuator, sliding, turn };
+
+  /// Which figures there are of it.
+  enum class Figures {
+    none,
+    whole,      ///< of the scalar or vector
+    each,       ///< of each joint's
+    and_worst,  ///< of each actuator's or variable's, and the worst of them
+    tracked,    ///< of each coordinate's that is to be led, and the worst of them
+  };
+
+  const char* name;
+  const char* short_name;  ///< behind the name of a coordinate, actuator, joint or body
+  const char* long_name;
+  Columns columns;
+  Shape shape;
+  Unit unit_of;
+  const char* unit;  ///< or what follows the columns' own: "/s"
+  Occasion occasion;
+  Figures figures;
+  Samples Result::*member;
+  const double* (*values)(const Sample&);  ///< null: not read off samples one by one
+  VectorX TermSizes::*terms;               ///< null: never round-off
+  bool about = false;                      ///< a moment about Result::about
+};
+
+std::span<const QuantityKind> quantity_table();
+
+/// A quantity of one Result, which must outlive it.
 struct Quantity {
   std::string name;        ///< of the dataset: "joint_position"
   std::string short_name;  ///< behind the name of a coordinate, actuator or joint: "position"
@@ -28,6 +88,12 @@ std::vector<Quantity> all_quantities(const Result& result);
 
 /// Quantities without columns (no tool, no actuator) are left out.
 std::vector<Quantity> list_quantities(const Result& result);
+
+/// What a kind's columns are in the result's space.
+Columns columns_of(const QuantityKind& kind, const Result& result);
+
+/// How many there are, by the result's names.
+Eigen::Index count_columns(Columns columns, const Result& result);
 
 /// "rad" if all are alike, else "mixed"; "1" for none.
 std::string common_unit(const std::vector<std::string>& units);

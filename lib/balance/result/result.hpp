@@ -41,17 +41,24 @@ struct Result {
   VectorX time;                                                ///< N [s]
   Samples joint_position, joint_velocity, joint_acceleration;  ///< N×C [rad or m, …/s, …/s^2]; angles run on past ±π
   Samples torque, power;                                       ///< N×A [N m or N; W]
-  Samples com_position, com_velocity, com_acceleration;        ///< N×axes [m, m/s, m/s^2]
-  Samples tool_position;                                       ///< N×axes [m]; empty without a tool
+  Samples total_torque;  ///< N×1: root of the sum of the squared torques; empty for one actuator or several units
+  Samples com_position, com_velocity, com_acceleration;  ///< N×axes [m, m/s, m/s^2]
+  Samples tool_position;                                 ///< N×axes [m]; empty without a tool
   Samples tool_orientation;  ///< planar N×1 angle [rad], spatial N×4 quaternion w x y z; empty without a tool
   Samples shaking_force,
-      shaking_moment;  ///< N×axes [N], N×moment_axes [N m]: rate of momentum; the frame feels the opposite
+      shaking_moment;          ///< N×axes [N], N×moment_axes [N m]: rate of momentum; the frame feels the opposite
+  Samples shaking_moment_com;  ///< N×moment_axes [N m]: the same about the moving centre of mass
   Samples ground_force, ground_moment;  ///< what the frame feels, weight included; moment about `about`
   Samples joint_force,
       joint_moment;  ///< N×(J axes), N×(J moment_axes): on the second body, moment about the joint's point on it
   Samples kinetic_energy, potential_energy;  ///< N×1 [J]
   Samples mobility;                          ///< N×1: smallest singular value of the scaled drive Jacobian
   Eigen::VectorXi newton_iterations;         ///< N
+
+  // where asked for; empty else
+  std::vector<std::string> body_names;  ///< B moving bodies
+  Samples body_position;                ///< N×(B axes): their origins [m]
+  Samples body_orientation;             ///< planar N×B angles [rad], spatial N×(B 4) quaternions w x y z
 
   // of a run under control; empty else
   std::vector<std::string> sliding_names;     ///< K coordinates that the controller has a sliding variable for

@@ -1,42 +1,10 @@
 #include "balance/result/round_off.hpp"
 
+#include "balance/result/quantities.hpp"
+
 #include <algorithm>
-#include <array>
-#include <utility>
 
 namespace balance {
-
-namespace {
-
-constexpr std::array<std::pair<Samples Result::*, VectorX TermSizes::*>, 25> size_members = {{
-    {&Result::joint_position, &TermSizes::position},
-    {&Result::joint_velocity, &TermSizes::velocity},
-    {&Result::joint_acceleration, &TermSizes::acceleration},
-    {&Result::torque, &TermSizes::effort},
-    {&Result::power, &TermSizes::power},
-    {&Result::com_position, &TermSizes::com_position},
-    {&Result::com_velocity, &TermSizes::com_velocity},
-    {&Result::com_acceleration, &TermSizes::com_acceleration},
-    {&Result::tool_position, &TermSizes::tool_position},
-    {&Result::tool_orientation, &TermSizes::tool_angle},
-    {&Result::shaking_force, &TermSizes::force},
-    {&Result::shaking_moment, &TermSizes::moment},
-    {&Result::ground_force, &TermSizes::force},
-    {&Result::ground_moment, &TermSizes::moment},
-    {&Result::joint_force, &TermSizes::joint_force},
-    {&Result::joint_moment, &TermSizes::joint_moment},
-    {&Result::kinetic_energy, &TermSizes::kinetic_energy},
-    {&Result::potential_energy, &TermSizes::potential_energy},
-    {&Result::desired_position, &TermSizes::position},
-    {&Result::tracking_error, &TermSizes::position},
-    {&Result::desired_tool_position, &TermSizes::tool_position},
-    {&Result::tool_error, &TermSizes::tool_position},
-    {&Result::tool_angle_error, &TermSizes::tool_angle},
-    {&Result::sliding_variable, &TermSizes::sliding_variable},
-    {&Result::torque_variation, &TermSizes::effort},
-}};
-
-}  // namespace
 
 void set_round_off(Result& result, const TermSizes& terms, const TermSizes& grown) {
   result.term_sizes = terms;
@@ -45,9 +13,9 @@ void set_round_off(Result& result, const TermSizes& terms, const TermSizes& grow
 }
 
 VectorX TermSizes::*term_size_of(Samples Result::*array) {
-  const auto found =
-      std::find_if(size_members.begin(), size_members.end(), [&](const auto& size) { return size.first == array; });
-  return found == size_members.end() ? nullptr : found->second;
+  const auto table = quantity_table();
+  const auto found = std::find_if(table.begin(), table.end(), [&](const auto& kind) { return kind.member == array; });
+  return found == table.end() ? nullptr : found->terms;
 }
 
 double of_column(const Result& result, const TermSizes& sizes, Samples Result::*array, Eigen::Index column) {

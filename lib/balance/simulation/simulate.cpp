@@ -1,14 +1,13 @@
 #include "balance/simulation/simulate.hpp"
 
-#include "balance/base/rotation.hpp"
 #include "balance/dynamics/observer.hpp"
 #include "balance/dynamics/term_meter.hpp"
 #include "balance/motion/configuration_text.hpp"
 #include "balance/motion/walk.hpp"
 #include "balance/motion/wording.hpp"
-#include "balance/result/columns.hpp"
 #include "balance/result/metrics.hpp"
 #include "balance/result/overflow.hpp"
+#include "balance/result/recorder.hpp"
 #include "balance/result/round_off.hpp"
 
 #include <algorithm>
@@ -21,31 +20,14 @@ namespace balance {
 
 namespace {
 
-template <int N>
-void put(Samples& array, long row, int column, const Eigen::Matrix<double, N, 1>& v) {
-  for (int k = 0; k < N; ++k) array(row, column + k) = v[k];
-}
-void put(Samples& array, long row, int column, double v) { array(row, column) = v; }
-void put(Samples& array, long row, const std::vector<double>& values) {
-  for (std::size_t k = 0; k < values.size(); ++k) array(row, static_cast<Eigen::Index>(k)) = values[k];
-}
-
-void put_orientation(Samples& array, long row, const Observation<Planar>& seen) { array(row, 0) = seen.tool_angle; }
-void put_orientation(Samples& array, long row, const Observation<Spatial>& seen) {
-  Eigen::Vector4d q = quaternion_of(seen.tool_rotation.matrix);
-  if (row > 0 && array.row(row - 1).dot(q) < 0) q = -q;  // of the two signs the one that goes on smoothly
-  array.row(row) = q;
-}
-
 /// Which moments' terms are measured: some hundred evenly spread ones, and wherever accelerations are larger or the mobility is
 /// smaller than at all before.
 class Selection {
  public:
   explicit Selection(long samples) : stride_(std::max(1L, samples / 128)) {}
 
-  bool takes(long row, const std::vector<double>& accelerations, double mobility) {
-    double fastest = 0;
-    for (const double acceleration : accelerations) fastest = std::max(fastest, std::abs(acceleration));
+  bool takes(long row, const VectorX& accelerations, double mobility) {
+    const double fastest = accelerations.size() == 0 ? 0 : accelerations.cwiseAbs().maxCoeff();
     if (row % stride_ != 0 && fastest <= 1.25 * fastest_ && mobility >= 0.8 * mobility_) return false;
     fastest_ = std::max(fastest_, fastest);
     mobility_ = std::min(mobility_, mobility);
@@ -83,9 +65,9 @@ class Run {
     result.about = trajectory_.about;
     BetweenSamples between;
     name_columns(mechanism_, between.rows);
-    size_arrays(mechanism_, trajectory_.samples, Contents::everything, result);
-    size_arrays(mechanism_, most_rows_between(*plan_.schedule, trajectory_.samples), Contents::everything,
-                between.rows);
+    size_arrays(mechanism_, trajectory_.samples, {}, result);
+    size_arrays(mechanism_, most_rows_between(*plan_.schedule, trajectory_.samples), {}, between.rows);
+    recorder_.emplace(result);
     meter_.emplace(mechanism_, tree_, about);
     if (!follow(stepper, observer, result, between)) {
       Result stopped;
@@ -126,38 +108,14 @@ class Run {
       lost_ = no_longer_held(stepper.time(), configuration_text(mechanism_, tree_, stepper.y()));
       return false;
     }
-    write(stepper, observer.last(), result, row);
-    if (selection_.takes(row, observer.last().acceleration, result.mobility(row, 0)))
-      meter_->see({stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.direct()},
-                  observer.last(), observer.actuation().multipliers(), result.mobility(row, 0));
+    Sample& seen = observer.last();
+    seen.mobility = stepper.mobility();
+    seen.newton_iterations = stepper.iterations();
+    recorder_->write(seen, row, result);
+    if (selection_.takes(row, seen.acceleration, seen.mobility))
+      meter_->see({stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.direct()}, seen,
+                  observer.actuation().multipliers(), seen.mobility);
     return true;
-  }
-
-  void write(Stepper<S>& stepper, const Observation<S>& seen, Result& result, long row) {
-    result.time[row] = stepper.time();
-    put(result.joint_position, row, seen.position);
-    put(result.joint_velocity, row, seen.velocity);
-    put(result.joint_acceleration, row, seen.acceleration);
-    put(result.torque, row, seen.effort);
-    put(result.power, row, seen.power);
-    put(result.com_position, row, 0, seen.com);
-    put(result.com_velocity, row, 0, seen.com_velocity);
-    put(result.com_acceleration, row, 0, seen.com_acceleration);
-    put(result.shaking_force, row, 0, seen.shaking_force);
-    put(result.shaking_moment, row, 0, seen.shaking_moment);
-    put(result.ground_force, row, 0, seen.ground_force);
-    put(result.ground_moment, row, 0, seen.ground_moment);
-    for (std::size_t joint = 0; joint < seen.joint_force.size(); ++joint) {
-      put(result.joint_force, row, static_cast<int>(joint) * S::dimension, seen.joint_force[joint]);
-      put(result.joint_moment, row, static_cast<int>(joint) * S::angular, seen.joint_moment[joint]);
-    }
-    result.kinetic_energy(row, 0) = seen.kinetic_energy;
-    result.potential_energy(row, 0) = seen.potential_energy;
-    result.mobility(row, 0) = stepper.mobility();
-    result.newton_iterations[row] = stepper.iterations();
-    if (!mechanism_.tool) return;
-    put(result.tool_position, row, 0, seen.tool_position);
-    put_orientation(result.tool_orientation, row, seen);
   }
 
   const Mechanism& mechanism_;
@@ -165,6 +123,7 @@ class Run {
   const Progress& progress_;
   Tree<S> tree_;
   Plan<S> plan_;
+  std::optional<Recorder> recorder_;
   std::optional<TermMeter<S>> meter_;
   Selection selection_{trajectory_.samples};
   MotionOutcome lost_;  ///< why the run ended early

@@ -4,9 +4,9 @@
 #include "balance/kinematics/joint_coordinates.hpp"
 #include "balance/motion/walk.hpp"
 #include "balance/natural/simulation.hpp"
-#include "balance/result/columns.hpp"
 #include "balance/result/metrics.hpp"
 #include "balance/result/overflow.hpp"
+#include "balance/result/recorder.hpp"
 #include "balance/simulation/simulate.hpp"
 
 #include <algorithm>
@@ -30,7 +30,8 @@ NaturalStart find_start(const Mechanism& mechanism, const Trajectory& trajectory
     return found;
   }
   observer.observe(stepper, Detail::forces);
-  found.start = {observer.last().position, observer.last().tool_angle};
+  const VectorX& position = observer.last().position;
+  found.start = {{position.begin(), position.end()}, observer.last().tool_angle};
   return found;
 }
 
@@ -55,8 +56,6 @@ NaturalStart find_start(const Mechanism& mechanism) {
 
 namespace {
 
-Vector2 vector(natural::Complex z) { return {z.real(), z.imag()}; }
-
 class NaturalRun {
  public:
   NaturalRun(const Mechanism& mechanism, const Trajectory& trajectory, const natural::Start& start)
@@ -71,9 +70,15 @@ class NaturalRun {
     BetweenSamples between;
     name_columns(mechanism_, between.rows);
     const Schedule& schedule = simulation_.schedule();
-    size_arrays(mechanism_, trajectory_.samples, Contents::without_reactions, result);
-    size_arrays(mechanism_, most_rows_between(schedule, trajectory_.samples), Contents::without_reactions,
-                between.rows);
+    constexpr Contents contents{.reactions = false};
+    size_arrays(mechanism_, trajectory_.samples, contents, result);
+    size_arrays(mechanism_, most_rows_between(schedule, trajectory_.samples), contents, between.rows);
+    Recorder recorder(result);
+    const auto record = [&](Result& rows, long row) {
+      if (!simulation_.observe()) return false;
+      recorder.write(simulation_.last(), row, rows);
+      return true;
+    };
     const bool done = walk(simulation_, schedule, trajectory_.samples, [&](const Stop& stop) {
       if (stop.kind == Stop::Kind::sample) return record(result, stop.index);
       if (stop.followed && stop.kind == Stop::Kind::after_jump) return true;
@@ -104,34 +109,6 @@ class NaturalRun {
     const Result measured = simulate(mechanism_, few);
     result.term_sizes = measured.term_sizes;
     result.round_off = measured.round_off;
-  }
-
-  bool record(Result& result, long row) {
-    if (!simulation_.observe()) return false;
-    const natural::Observation& seen = simulation_.last();
-    result.time[row] = simulation_.time();
-    const auto put = [row](Samples& array, const std::vector<double>& values) {
-      for (std::size_t k = 0; k < values.size(); ++k) array(row, static_cast<Eigen::Index>(k)) = values[k];
-    };
-    put(result.joint_position, seen.position);
-    put(result.joint_velocity, seen.velocity);
-    put(result.joint_acceleration, seen.acceleration);
-    put(result.torque, seen.effort);
-    put(result.power, seen.power);
-    result.com_position.row(row) = vector(seen.com);
-    result.com_velocity.row(row) = vector(seen.com_velocity);
-    result.com_acceleration.row(row) = vector(seen.com_acceleration);
-    result.shaking_force.row(row) = vector(seen.shaking_force);
-    result.shaking_moment(row, 0) = seen.shaking_moment;
-    result.ground_force.row(row) = vector(seen.ground_force);
-    result.ground_moment(row, 0) = seen.ground_moment;
-    result.kinetic_energy(row, 0) = seen.kinetic_energy;
-    result.potential_energy(row, 0) = seen.potential_energy;
-    result.newton_iterations[row] = simulation_.iterations();
-    if (!mechanism_.tool) return true;
-    result.tool_position.row(row) = vector(seen.tool);
-    result.tool_orientation(row, 0) = seen.tool_angle;
-    return true;
   }
 
   const Mechanism& mechanism_;

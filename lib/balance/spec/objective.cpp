@@ -2,6 +2,7 @@
 
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
+#include "balance/result/tracks.hpp"
 #include "balance/spec/read_spec.hpp"
 
 #include <fmt/format.h>
@@ -40,7 +41,7 @@ ObjectiveTerm::Size read_size(const Cursor& at) {
 }
 
 std::string read_quantity(const Cursor& at, const Study& study) {
-  const auto names = quantity_names(study.mechanism);
+  const auto names = figure_names(study.mechanism);
   const Problems& problems = at.problems();
   const bool known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
   if (!known && (problems.doubtful("actuators") || problems.doubtful("joints"))) throw Consequence();
@@ -114,26 +115,6 @@ ObjectiveTerm read_term(const Cursor& at, Parameters& parameters, const Study& s
 }
 
 }  // namespace
-
-std::vector<std::string> quantity_names(const Mechanism& mechanism) {
-  std::vector<std::string> names;
-  const auto kind = [&](int actuator) { return mechanism.coordinates[static_cast<std::size_t>(actuator)].kind; };
-  const auto& actuators = mechanism.actuators;
-  // The worst of torques and forces together would have no unit.
-  const bool alike =
-      std::all_of(actuators.begin(), actuators.end(), [&](int a) { return kind(a) == kind(actuators[0]); });
-  for (const std::string name : {"torque", "power"}) {
-    if (!actuators.empty() && (alike || name == "power")) names.push_back(name);
-    for (const int actuator : actuators)
-      names.push_back(name + "[" + mechanism.coordinates[static_cast<std::size_t>(actuator)].name + "]");
-  }
-  for (const char* name : {"shaking_force", "shaking_moment", "ground_force", "ground_moment", "com_velocity",
-                           "com_acceleration", "kinetic_energy"})
-    names.emplace_back(name);
-  for (const Joint& joint : mechanism.joints)
-    for (const char* name : {"joint_force", "joint_moment"}) names.push_back(fmt::format("{}[{}]", name, joint.name));
-  return names;
-}
 
 std::vector<ObjectiveTerm> read_terms(const Cursor& at, Parameters& parameters, const Study& study) {
   if (!at.is_list()) return {read_term(at, parameters, study)};

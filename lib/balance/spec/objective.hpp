@@ -8,7 +8,4 @@ namespace balance::read {
 /// One term or a list of terms. @param study whose actuators, joints and trajectories the terms may name
 std::vector<ObjectiveTerm> read_terms(const Cursor& at, Parameters& parameters, const Study& study);
 
-/// The quantities that a simulation measures, named as in Result::metrics.
-std::vector<std::string> quantity_names(const Mechanism& mechanism);
-
 }  // namespace balance::read

@@ -26,6 +26,12 @@ std::vector<std::string> column_names(const Quantity& quantity, const Result& r)
     for (const std::string& label : labels) names.push_back(label + "." + quantity.short_name);
     return names;
   };
+  const auto each = [&](const std::vector<std::string>& names, const std::vector<std::string>& labels) {
+    std::vector<std::string> all;
+    for (const std::string& name : names)
+      for (std::string& label : behind(name, labels)) all.push_back(std::move(label));
+    return all;
+  };
   switch (quantity.columns) {
     case Columns::single: return {quantity.name};
     case Columns::coordinate: return before(r.coordinate_names);
@@ -34,13 +40,10 @@ std::vector<std::string> column_names(const Quantity& quantity, const Result& r)
     case Columns::quaternion: return behind(quantity.name, quaternion_labels());
     case Columns::sliding: return before(r.sliding_names);
     case Columns::joint: return before(r.joint_names);
-    case Columns::joint_axis: {
-      std::vector<std::string> names;
-      for (const std::string& joint : before(r.joint_names)) {
-        for (std::string& name : behind(joint, axis_labels(r.axes))) names.push_back(std::move(name));
-      }
-      return names;
-    }
+    case Columns::joint_axis: return each(before(r.joint_names), axis_labels(r.axes));
+    case Columns::body: return before(r.body_names);
+    case Columns::body_axis: return each(before(r.body_names), axis_labels(r.axes));
+    case Columns::body_quaternion: return each(before(r.body_names), quaternion_labels());
   }
   return {};
 }

@@ -16,7 +16,7 @@ using Dimension = Hdf5File::Dimension;
 /// The dimensions that this result's quantities need.
 struct Dimensions {
   Dimension time;
-  std::optional<Dimension> coordinate, joint, actuator, axis, quaternion, sliding;
+  std::optional<Dimension> coordinate, joint, actuator, axis, quaternion, sliding, body;
 };
 
 std::optional<Dimension> add_labels(Hdf5File& file, Hdf5File::Group group, const std::string& name,
@@ -32,11 +32,12 @@ Dimensions add_dimensions(Hdf5File& file, Hdf5File::Group group, const Result& r
   d.joint = add_labels(file, group, "joint", "joint", r.joint_names);
   d.actuator = add_labels(file, group, "actuator", "actuated joint coordinate", r.actuator_names);
   d.axis = add_labels(file, group, "axis", "axis of the world", axis_labels(r.axes));
-  if (r.tool_orientation.cols() == 4) {
+  if (r.axes == 3 && (r.tool_orientation.cols() > 0 || r.body_orientation.cols() > 0)) {
     d.quaternion = add_labels(file, group, "quaternion", "component of the quaternion", quaternion_labels());
   }
   if (!r.sliding_names.empty())
     d.sliding = add_labels(file, group, "sliding", "joint coordinate with a sliding variable", r.sliding_names);
+  d.body = add_labels(file, group, "body", "moving body", r.body_names);
   return d;
 }
 
@@ -50,6 +51,9 @@ std::vector<Dimension> dimensions_of(Columns columns, const Dimensions& d) {
     case Columns::joint: return {d.time, d.joint.value()};
     case Columns::joint_axis: return {d.time, d.joint.value(), d.axis.value()};
     case Columns::sliding: return {d.time, d.sliding.value()};
+    case Columns::body: return {d.time, d.body.value()};
+    case Columns::body_axis: return {d.time, d.body.value(), d.axis.value()};
+    case Columns::body_quaternion: return {d.time, d.body.value(), d.quaternion.value()};
   }
   return {};
 }

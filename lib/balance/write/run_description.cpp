@@ -32,6 +32,7 @@ std::string simulate_command(const SimulateCall& call) {
   for (const std::string& set : call.set) words.insert(words.end(), {"--set", set});
   if (call.formulation != "tree") words.insert(words.end(), {"--formulation", call.formulation});
   if (call.compress) words.push_back("--compress");
+  if (call.poses) words.push_back("--poses");
   for (std::string& word : words) word = shell_word(word);
   return fmt::format("{}", fmt::join(words, " "));
 }

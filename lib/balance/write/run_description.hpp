@@ -23,6 +23,7 @@ struct SimulateCall {
   std::string about;               ///< "x,y" or "x,y,z"; empty: as in the spec
   std::vector<std::string> set;    ///< `name=value`
   bool compress = false;
+  bool poses = false;
   std::string formulation = "tree";  ///< or "natural"
   std::string controller = {};       ///< empty: none
   double settle = 0;                 ///< [s]

@@ -1,0 +1,53 @@
+#pragma once
+/// Everything that is known of a moving mechanism at one moment, however it was found: along a trajectory in either formulation, or
+/// under control.
+
+#include "balance/base/types.hpp"
+
+#include <vector>
+
+namespace balance {
+
+/// SI, world axes; moments about the run's point unless said otherwise. Of planar mechanisms vectors have z = 0 and moments lie along
+/// z. What a formulation does not know stays as it is here.
+struct Sample {
+  double time = 0;
+  VectorX position, velocity, acceleration;  ///< per coordinate of the mechanism; angles run on past ±π
+  VectorX effort, power;                     ///< per actuator
+  Vector3 com = Vector3::Zero(), com_velocity = Vector3::Zero(), com_acceleration = Vector3::Zero();
+  Vector3 tool_position = Vector3::Zero();  ///< zero without a tool
+  Matrix3 tool_rotation = Matrix3::Identity();
+  double tool_angle = 0;                         ///< planar, runs on past ±π
+  Vector3 shaking_force = Vector3::Zero();       ///< rate of the linear momentum (P3 eq. 23)
+  Vector3 shaking_moment = Vector3::Zero();      ///< rate of the angular momentum (P3 eq. 27)
+  Vector3 shaking_moment_com = Vector3::Zero();  ///< rate of the angular momentum about the moving centre of mass
+  Vector3 ground_force = Vector3::Zero();        ///< what the frame feels, weight included
+  Vector3 ground_moment = Vector3::Zero();
+  std::vector<Vector3> joint_force;   ///< on the second body
+  std::vector<Vector3> joint_moment;  ///< about the joint's point on the second body
+  double kinetic_energy = 0, potential_energy = 0;
+  double total_torque = 0;  ///< root of the sum of the squared efforts; means something where all are of one kind
+  double mobility = 0;      ///< smallest singular value of the scaled equations that lead the motion
+  int newton_iterations = 0;
+
+  // of a mechanism that moves under efforts
+  double friction_power = 0;  ///< taken out by friction, not negative [W]
+  double closure = 0;         ///< largest scaled residual of the loop closures
+
+  // of a run under control
+  VectorX desired_position, tracking_error;  ///< per coordinate: desired − actual
+  Vector3 desired_tool_position = Vector3::Zero(), tool_error = Vector3::Zero();  ///< desired − actual
+  double tool_angle_error = 0;  ///< planar desired − actual; in space the angle between them
+  VectorX sliding_variable;     ///< per sliding variable
+  VectorX torque_variation;     ///< per actuator: Σ |changes of the effort| so far
+  VectorX saturation;           ///< per actuator: 1 while its limit cuts, else 0
+
+  /// Fills what follows from the rest: total_torque, and shaking_moment_com = M − (c − o) × F.
+  /// @param about the run's point o
+  void add_derived(const Vector3& about) {
+    total_torque = effort.norm();
+    shaking_moment_com = shaking_moment - (com - about).cross(shaking_force);
+  }
+};
+
+}  // namespace balance

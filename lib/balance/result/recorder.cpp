@@ -1,0 +1,87 @@
+#include "balance/result/recorder.hpp"
+
+#include "balance/base/rotation.hpp"
+
+namespace balance {
+namespace {
+
+bool has(const Mechanism& mechanism, const Contents& contents, const Result& result, Occasion occasion) {
+  switch (occasion) {
+    case Occasion::always: return true;
+    case Occasion::tool: return mechanism.tool.has_value();
+    case Occasion::like_motors:
+      return result.actuator_units.size() > 1 && common_unit(result.actuator_units) != "mixed";
+    case Occasion::reactions: return contents.reactions;
+    case Occasion::control: return contents.control;
+    case Occasion::tracking: return contents.tracking;
+    case Occasion::tool_tracking: return contents.tracking && mechanism.tool.has_value();
+    case Occasion::poses: return false;
+  }
+  return false;
+}
+
+}  // namespace
+
+void name_columns(const Mechanism& mechanism, Result& result) {
+  const bool planar = mechanism.space == SpaceKind::planar;
+  result.axes = planar ? 2 : 3;
+  result.moment_axes = planar ? 1 : 3;
+  for (const Coordinate& coordinate : mechanism.coordinates) {
+    result.coordinate_names.push_back(coordinate.name);
+    result.coordinate_units.push_back(coordinate.kind == CoordinateKind::angle ? "rad" : "m");
+  }
+  for (const Joint& joint : mechanism.joints) result.joint_names.push_back(joint.name);
+  for (const int actuator : mechanism.actuators) {
+    result.actuator_names.push_back(mechanism.coordinates[actuator].name);
+    result.actuator_units.push_back(mechanism.coordinates[actuator].kind == CoordinateKind::angle ? "N m" : "N");
+  }
+}
+
+void size_arrays(const Mechanism& mechanism, long rows, const Contents& contents, Result& result) {
+  result.time.resize(rows);
+  result.newton_iterations.resize(rows);
+  for (const QuantityKind& kind : quantity_table())
+    if (has(mechanism, contents, result, kind.occasion))
+      (result.*kind.member).setZero(rows, count_columns(columns_of(kind, result), result));
+}
+
+void cut_rows(long rows, Result& result) {
+  result.time.conservativeResize(rows);
+  if (result.newton_iterations.size() > 0) result.newton_iterations.conservativeResize(rows);
+  for (const QuantityKind& kind : quantity_table()) {
+    Samples& samples = result.*kind.member;
+    if (samples.size() > 0) samples.conservativeResize(rows, Eigen::NoChange);
+  }
+}
+
+Recorder::Recorder(const Result& shape) {
+  for (const QuantityKind& kind : quantity_table()) {
+    if ((shape.*kind.member).cols() == 0 || kind.values == nullptr) continue;
+    const Columns columns = columns_of(kind, shape);
+    const bool of_vectors = kind.columns == Columns::axis || kind.columns == Columns::joint_axis;
+    const long count = (shape.*kind.member).cols();
+    const bool moment = of_vectors && (columns == Columns::single || columns == Columns::joint);  // along z
+    const long width = !of_vectors ? count : moment ? 1 : shape.axes;
+    entries_.push_back({&kind, columns == Columns::quaternion, count / width, width, 3, moment ? 2 : 0});
+  }
+}
+
+void Recorder::write(const Sample& sample, long row, Result& result) {
+  result.time[row] = sample.time;
+  result.newton_iterations[row] = sample.newton_iterations;
+  for (const Entry& entry : entries_) {
+    double* out = &(result.*entry.kind->member)(row, 0);
+    if (entry.quaternion) {
+      Eigen::Vector4d turn = quaternion_of(sample.tool_rotation);
+      if (quaternion_.dot(turn) < 0) turn = -turn;  // of the two signs the one that goes on smoothly
+      quaternion_ = turn;
+      Eigen::Vector4d::Map(out) = turn;
+      continue;
+    }
+    const double* in = entry.kind->values(sample) + entry.skip;
+    for (long block = 0; block < entry.blocks; ++block, in += entry.stride, out += entry.width)
+      for (long i = 0; i < entry.width; ++i) out[i] = in[i];
+  }
+}
+
+}  // namespace balance
