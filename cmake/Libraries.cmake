@@ -25,7 +25,8 @@ endfunction()
 
 # The long ones stay alone, so that two processors share them.
 set_source_files_properties(
-  lib/balance/base/factorizations.cpp lib/balance/base/factorizations_svd.cpp lib/balance/conditions/farkas_cone.cpp
+  lib/balance/base/factorizations.cpp lib/balance/base/factorizations_svd.cpp lib/balance/conditions/factorizations.cpp
+  lib/balance/conditions/farkas_cone.cpp
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 balance_part(core ROOMS base model kinematics motion dynamics natural result simulation study)
@@ -40,13 +41,16 @@ target_compile_definitions(balance_core PUBLIC EIGEN_UNALIGNED_VECTORIZE=0)
 
 balance_part(reading ROOMS hdf5 spec STANDS_ON core
              LINK yaml-cpp muparser::muparser hdf5::hdf5 hdf5::hdf5_hl fmt::fmt ZLIB::ZLIB)
+balance_optimise_little(balance_reading)
 balance_part(writing ROOMS write STANDS_ON reading LINK fmt::fmt nlohmann_json::nlohmann_json OpenSSL::Crypto)
-balance_part(design ROOMS control conditions design cost analysis STANDS_ON core LINK fmt::fmt PkgConfig::nlopt PkgConfig::clp)
-target_include_directories(balance_design SYSTEM PRIVATE ${Boost_INCLUDE_DIRS}) # headers only: Odeint
-balance_part(comparing ROOMS compare read present batch STANDS_ON design writing LINK fmt::fmt nlohmann_json::nlohmann_json)
-balance_part(pages ROOMS report STANDS_ON comparing LINK fmt::fmt nlohmann_json::nlohmann_json)
+if(NOT BALANCE_SIMULATE_ONLY)
+  balance_part(design ROOMS control conditions design cost analysis STANDS_ON core LINK fmt::fmt PkgConfig::nlopt PkgConfig::clp)
+  target_include_directories(balance_design SYSTEM PRIVATE ${Boost_INCLUDE_DIRS}) # headers only: Odeint
+  balance_part(comparing ROOMS compare read present batch STANDS_ON design writing LINK fmt::fmt nlohmann_json::nlohmann_json)
+  balance_part(pages ROOMS report STANDS_ON comparing LINK fmt::fmt nlohmann_json::nlohmann_json)
+endif()
 
-# All of them.
+# All there are.
 get_property(balance_parts GLOBAL PROPERTY balance_parts)
 get_property(balance_foreign_libraries GLOBAL PROPERTY balance_foreign_libraries)
 list(REMOVE_DUPLICATES balance_foreign_libraries)

@@ -17,7 +17,7 @@ option(BALANCE_PAGE "Bundle the scripts of `balance report` (needs node 18 or ne
 set(page_folder ${PROJECT_BINARY_DIR}/web)
 set(page_bundle ${page_folder}/bundle)
 set(page_outputs ${page_bundle}/planar.js ${page_bundle}/spatial.js ${page_bundle}/page.css)
-if(BALANCE_PAGE AND node_suits)
+if(BALANCE_PAGE AND node_suits AND NOT BALANCE_SIMULATE_ONLY)
   # Tests drive a browser, which takes a package more.
   set(npm_omit --omit=dev)
   if(BALANCE_TESTS)
@@ -37,7 +37,9 @@ if(BALANCE_PAGE AND node_suits)
     endif()
   endif()
 endif()
-if(BALANCE_PAGE AND EXISTS "${page_stamp}")
+if(BALANCE_SIMULATE_ONLY)
+  # nothing shows the page
+elseif(BALANCE_PAGE AND EXISTS "${page_stamp}")
   file(GLOB_RECURSE page_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/web/src/*)
   add_custom_command(
     OUTPUT ${page_outputs}

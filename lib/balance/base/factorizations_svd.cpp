@@ -1,4 +1,3 @@
 #include "balance/base/factorizations.hpp"
 
-template class Eigen::BDCSVD<balance::MatrixX>;
 template class Eigen::JacobiSVD<balance::MatrixX>;

@@ -1,7 +1,7 @@
 #include "balance/conditions/reduce.hpp"
 
 #include "balance/base/factorizations.hpp"
-#include "balance/base/right_singular.hpp"
+#include "balance/conditions/right_singular.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -141,7 +141,7 @@ namespace {
 
 int numerical_rank(const MatrixX& matrix) {
   if (matrix.size() == 0) return 0;
-  const VectorX values = Eigen::BDCSVD<MatrixX>(matrix).singularValues();
+  const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
   int rank = 0;
   while (rank < values.size() && values[rank] > 1e-8 * values[0]) ++rank;
   return rank;

@@ -150,7 +150,7 @@ ForceConditions force_conditions(const Mechanism& mechanism, const Start& start)
   // Re(v C) π = 0 for each of these velocities; the span holds i v with every v, which gives the imaginary part
   const MatrixX rows = basis.transpose() * real_form(coefficients.conjugate());
   MatrixX conditions = rows.leftCols(coefficients.cols());
-  const Eigen::BDCSVD<MatrixX> reduced(conditions, Eigen::ComputeThinV);
+  const Eigen::JacobiSVD<MatrixX> reduced(conditions, Eigen::ComputeThinV);
   Eigen::Index count = 0;
   const VectorX& sizes = reduced.singularValues();
   while (count < sizes.size() && sizes[count] > same * sizes[0]) ++count;

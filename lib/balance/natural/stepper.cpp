@@ -167,7 +167,7 @@ void Stepper::stop(Attempt attempt) {
   const int rank = model_.unknowns() - freedoms_;
   const auto relative = [](const MatrixX& matrix, int k) {
     if (k <= 0 || matrix.rows() < k) return 1.0;
-    const VectorX values = Eigen::BDCSVD<MatrixX>(matrix).singularValues();
+    const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
     return values[0] > 0 ? values[k - 1] / values[0] : 0.0;
   };
   const double loops = relative(equations_.constraint_jacobian(now_.position), rank);

@@ -1,4 +1,4 @@
-#include "balance/base/right_singular.hpp"
+#include "balance/conditions/right_singular.hpp"
 
 #include "balance/base/factorizations.hpp"
 
