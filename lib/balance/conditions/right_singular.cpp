@@ -7,7 +7,7 @@ namespace balance {
 namespace {
 
 /// Orthonormal vectors that the matrix stretches by the values, up to round-off.
-bool holds(const MatrixX& matrix, const RightSingular& found) {
+bool reproduces(const MatrixX& matrix, const RightSingular& found) {
   if (!found.values.allFinite() || !found.vectors.allFinite()) return false;
   const auto n = found.values.size();
   const double allowed = 1e-14 * static_cast<double>(matrix.rows() + matrix.cols());
@@ -22,7 +22,7 @@ bool holds(const MatrixX& matrix, const RightSingular& found) {
 RightSingular right_singular(const MatrixX& matrix) {
   const Eigen::BDCSVD<MatrixX> fast(matrix, Eigen::ComputeThinV);
   RightSingular found{fast.singularValues(), fast.matrixV()};
-  if (fast.info() == Eigen::Success && holds(matrix, found)) return found;
+  if (fast.info() == Eigen::Success && reproduces(matrix, found)) return found;
   const Eigen::JacobiSVD<MatrixX> sure(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
   return {sure.singularValues(), sure.matrixV()};
 }
