@@ -1,5 +1,6 @@
 """Numbers that grow beyond what can be computed with are called so, by every command (A7)."""
 
+import json
 import os
 import re
 import unittest
@@ -33,6 +34,17 @@ class Overflow(Case):
             text = file.read()
         spec = self.write("huge.yaml", text.replace("mass: 2,", "mass: 1e200,", 1))
         self.assert_failure(run("simulate", spec, "-t", "cycloid"), 4, "numbers overflow at t = ")
+
+    def test_an_effort_that_cannot_be_computed_is_not_known(self):
+        with open(os.path.join(CONFIGS, "rr.yaml"), encoding="utf-8") as file:
+            text = file.read()
+        load = "\nloads:\n  push: {body: link1, at: [50, 0], force: [1e308, 1e308], frame: body}\n"
+        spec = self.write("huge.yaml", text + load)
+        done = run("conditions", spec, "--goal", "static")
+        self.assertIn("not known at rest: the effort of ", done.stdout)
+        self.assertIsNone(re.search(r"\b(nan|inf)\b", done.stdout), done.stdout)
+        staying = json.loads(run("conditions", spec, "--goal", "static", "--json").stdout)["staying"]
+        self.assertIn(None, [unknown["along"] for unknown in staying[0]["unknown"]])
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@
 #include "balance/simulation/simulate.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <stdexcept>
 
@@ -70,6 +71,10 @@ std::vector<Staying> list_staying(const Mechanism& mechanism, const std::vector<
     Staying staying{remainder, remainder_text(remainder, conditions, values, mechanism), {}, {}};
     for (const LargestEffort& effort : efforts_at_rest(mechanism, conditions, remainder, options)) {
       const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(effort.actuator)];
+      if (!std::isfinite(effort.size)) {
+        staying.unknown.push_back({"", "the effort of " + coordinate.name + " grows too large to be computed with"});
+        continue;
+      }
       staying.efforts.push_back(
           {"", coordinate.name, coordinate.kind == CoordinateKind::length ? "N" : "N m", effort.size});
     }

@@ -92,6 +92,10 @@ class RestingEfforts {
     const double size = amounts.largest(all_, amounts.own).maxCoeff();
     const VectorX efforts = amounts.largest(all_, amounts.asked);
     std::vector<LargestEffort> largest;
+    if (!std::isfinite(size) || !efforts.allFinite()) {
+      for (const int actuator : actuators_) largest.push_back({actuator, INFINITY});
+      return largest;
+    }
     for (Eigen::Index a = 0; a < n; ++a) {
       Eigen::Index best = a;
       for (Eigen::Index r = a; r < efforts.size(); r += n)

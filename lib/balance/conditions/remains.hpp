@@ -31,7 +31,7 @@ std::string remainder_text(const Remainder& remainder, const Conditions& conditi
 /// An effort that an actuator has to bring up.
 struct LargestEffort {
   int actuator = -1;  ///< coordinate; −1: there is none that holds the mechanism
-  double size = 0;    ///< [N m] or [N]
+  double size = 0;    ///< [N m] or [N]; infinite: too large to be computed with
 };
 
 /// What stays of an element at rest when the masses and stiffnesses take what the conditions ask of them: per actuator the

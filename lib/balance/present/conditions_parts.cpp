@@ -53,7 +53,8 @@ Json staying_json(const ConditionsView& view) {
                 {"efforts", Json::array()},
                 {"unknown", Json::array()}};
     for (const auto& unknown : staying.unknown)
-      one["unknown"].push_back({{"along", unknown.trajectory}, {"reason", unknown.reason}});
+      one["unknown"].push_back({{"along", unknown.trajectory.empty() ? Json(nullptr) : Json(unknown.trajectory)},
+                                {"reason", unknown.reason}});
     for (const int term : staying.remainder.terms)
       one["terms"].push_back(view.conditions.parameters[static_cast<std::size_t>(term)].name);
     for (const StayingEffort& effort : staying.efforts)

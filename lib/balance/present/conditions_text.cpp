@@ -144,11 +144,14 @@ std::string staying_text(const ConditionsView& view) {
   for (const Staying& staying : view.staying) {
     text += "  " + staying.text + "\n";
     for (const StayingEffort& effort : staying.efforts) text += "      up to " + effort_text(effort) + "\n";
+    for (const auto& unknown : staying.unknown)
+      if (unknown.trajectory.empty()) text += "      not known at rest: " + unknown.reason + "\n";
   }
   std::vector<std::string> lost;
   for (const Staying& staying : view.staying)
     for (const auto& unknown : staying.unknown)
-      if (std::find(lost.begin(), lost.end(), unknown.trajectory) == lost.end()) lost.push_back(unknown.trajectory);
+      if (!unknown.trajectory.empty() && std::find(lost.begin(), lost.end(), unknown.trajectory) == lost.end())
+        lost.push_back(unknown.trajectory);
   if (!lost.empty()) text += fmt::format("not known along {}, which cannot be followed\n", fmt::join(lost, ", "));
   return text + "--without leaves it out\n";
 }
