@@ -78,6 +78,17 @@ herr_t note_group(hid_t owner, const char* name, const H5L_info_t* info, void* d
   return found.names.size() > found.most ? 1 : 0;
 }
 
+/// An attribute of an object; not valid where it cannot be opened.
+struct Attribute {
+  Attribute(hid_t file, const std::string& path, const std::string& name)
+      : attribute(Handle::attempt(H5Aopen_by_name(file, name_in_file(path), name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+                                  H5Aclose)),
+        space(Handle::attempt(attribute.valid() ? H5Aget_space(attribute.get()) : -1, H5Sclose)),
+        type(Handle::attempt(attribute.valid() ? H5Aget_type(attribute.get()) : -1, H5Tclose)) {}
+
+  const Handle attribute, space, type;
+};
+
 /// @throws Hdf5Error unless all of its values are in this file
 void check_storage(hid_t properties, const std::string& path) {
   const H5D_layout_t layout = H5Pget_layout(properties);
@@ -205,15 +216,12 @@ std::optional<std::string> Hdf5Library::text_attribute(const std::string& path, 
                                                        std::size_t most) const {
   const Silence silence;
   if (H5Aexists_by_name(file_, name_in_file(path), name.c_str(), H5P_DEFAULT) <= 0) return std::nullopt;
-  const Handle attribute =
-      Handle::attempt(H5Aopen_by_name(file_, name_in_file(path), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  const Handle space = Handle::attempt(attribute.valid() ? H5Aget_space(attribute.get()) : -1, H5Sclose);
-  const Handle type = Handle::attempt(attribute.valid() ? H5Aget_type(attribute.get()) : -1, H5Tclose);
-  if (!type.valid() || !is_any_text(type.get()) || H5Sget_simple_extent_npoints(space.get()) != 1)
+  const Attribute open(file_, path, name);
+  if (!open.type.valid() || !is_any_text(open.type.get()) || H5Sget_simple_extent_npoints(open.space.get()) != 1)
     throw Hdf5Error(fmt::format("attribute {}: expected a text, found something else", in_quotes(name)));
   std::vector<char*> pointers(1, nullptr);
-  if (H5Aread(attribute.get(), type.get(), static_cast<void*>(pointers.data())) < 0) unreadable(name);
-  std::string text = take_texts(pointers, type.get(), space.get()).front();
+  if (H5Aread(open.attribute.get(), open.type.get(), static_cast<void*>(pointers.data())) < 0) unreadable(name);
+  std::string text = take_texts(pointers, open.type.get(), open.space.get()).front();
   if (text.size() > most)
     throw Hdf5Error(
         fmt::format("attribute {}: expected at most {} bytes, found {}", in_quotes(name), most, text.size()));
@@ -224,14 +232,11 @@ std::optional<std::vector<double>> Hdf5Library::numbers_attribute(const std::str
                                                                   std::size_t most) const {
   const Silence silence;
   if (H5Aexists_by_name(file_, name_in_file(path), name.c_str(), H5P_DEFAULT) <= 0) return std::nullopt;
-  const Handle attribute =
-      Handle::attempt(H5Aopen_by_name(file_, name_in_file(path), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  const Handle space = Handle::attempt(attribute.valid() ? H5Aget_space(attribute.get()) : -1, H5Sclose);
-  const Handle type = Handle::attempt(attribute.valid() ? H5Aget_type(attribute.get()) : -1, H5Tclose);
-  if (!type.valid() || !is_number(type.get()))
+  const Attribute open(file_, path, name);
+  if (!open.type.valid() || !is_number(open.type.get()))
     throw Hdf5Error(fmt::format("attribute {}: expected numbers, found something else", in_quotes(name)));
-  std::vector<double> values(length_in(space.get(), name, most));
-  if (H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, values.data()) < 0) unreadable(name);
+  std::vector<double> values(length_in(open.space.get(), name, most));
+  if (H5Aread(open.attribute.get(), H5T_NATIVE_DOUBLE, values.data()) < 0) unreadable(name);
   return values;
 }
 

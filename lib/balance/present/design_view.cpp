@@ -1,5 +1,6 @@
 #include "balance/present/design_view.hpp"
 
+#include "balance/analysis/objective.hpp"
 #include "balance/result/round_off.hpp"
 
 #include <fmt/format.h>
@@ -10,24 +11,9 @@
 namespace balance {
 namespace {
 
-std::string figure_name(Figure figure) {
-  switch (figure) {
-    case Figure::peak: return "peak";
-    case Figure::rms: return "rms";
-    case Figure::mean: return "mean";
-    case Figure::range: return "range";
-  }
-  return "";
-}
-
 std::string term_text(const ObjectiveTerm& term) {
-  switch (term.size) {
-    case ObjectiveTerm::Size::added_mass: return "added mass";
-    case ObjectiveTerm::Size::added_inertia: return "added inertia";
-    case ObjectiveTerm::Size::total_mass: return "total mass";
-    case ObjectiveTerm::Size::none: break;
-  }
-  return fmt::format("{} of {} along {}", figure_name(term.figure), term.quantity, term.trajectory);
+  if (term.size != ObjectiveTerm::Size::none) return name_of(term);
+  return fmt::format("{} of {} along {}", name_of(term.figure), term.quantity, term.trajectory);
 }
 
 bool is_shown(const std::string& quantity) {

@@ -174,7 +174,7 @@ void add_metrics(Result& result, const BetweenSamples& between) {
   for (const auto& [first, last] : neighbours(tracks)) {
     std::vector<Metric> each;
     for (std::size_t i = first; i < last; ++i) each.push_back(measure(tracks[i], places));
-    if (have_worst(tracks, first, last)) result.metrics.push_back(worst_of(each, tracks[first].of_worst));
+    if (!tracks[first].of_worst.empty()) result.metrics.push_back(worst_of(each, tracks[first].of_worst));
     result.metrics.insert(result.metrics.end(), each.begin(), each.end());
   }
   result.energy = energy(result, places);

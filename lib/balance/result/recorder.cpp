@@ -42,7 +42,7 @@ void size_arrays(const Mechanism& mechanism, long rows, const Contents& contents
   result.newton_iterations.resize(rows);
   for (const QuantityKind& kind : quantity_table())
     if (has(mechanism, contents, result, kind.occasion))
-      (result.*kind.member).setZero(rows, count_columns(columns_of(kind, result), result));
+      (result.*kind.member).resize(rows, count_columns(columns_of(kind, result), result));
 }
 
 void cut_rows(long rows, Result& result) {

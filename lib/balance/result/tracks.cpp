@@ -4,17 +4,15 @@
 
 #include <algorithm>
 #include <array>
+#include <string_view>
+#include <unordered_set>
 
 namespace balance {
 namespace {
 
 using Figures = QuantityKind::Figures;
 
-/// The coordinates that tracking is judged by: the actuated ones, or all if nothing is actuated.
-bool is_tracked(const Result& result, const std::string& coordinate) {
-  const std::vector<std::string>& motors = result.actuator_names;
-  return motors.empty() || std::find(motors.begin(), motors.end(), coordinate) != motors.end();
-}
+using Names = std::unordered_set<std::string_view>;
 
 const std::vector<std::string>& owners(Columns columns, const Result& result) {
   switch (columns) {
@@ -26,7 +24,9 @@ const std::vector<std::string>& owners(Columns columns, const Result& result) {
   }
 }
 
-void add(const Quantity& quantity, Figures figures, const Result& result, std::vector<Track>& tracks) {
+/// @param motors the coordinates that tracking is judged by; none: all
+void add(const Quantity& quantity, Figures figures, const Result& result, const Names& motors,
+         std::vector<Track>& tracks) {
   const int columns = static_cast<int>(quantity.samples->cols());
   if (figures == Figures::whole) {
     tracks.push_back({quantity.name, quantity.units.front(), quantity.member, 0, columns, ""});
@@ -34,12 +34,17 @@ void add(const Quantity& quantity, Figures figures, const Result& result, std::v
   }
   const std::vector<std::string>& names = owners(quantity.columns, result);
   const int width = columns / static_cast<int>(names.size());
+  const auto first = static_cast<std::ptrdiff_t>(tracks.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (figures == Figures::tracked && !is_tracked(result, names[i])) continue;
+    if (figures == Figures::tracked && !motors.empty() && !motors.contains(names[i])) continue;
     const std::string& unit = quantity.units[quantity.units.size() == names.size() ? i : 0];
-    tracks.push_back({quantity.name + "[" + names[i] + "]", unit, quantity.member, static_cast<int>(i) * width, width,
-                      figures == Figures::each ? "" : quantity.name});
+    tracks.push_back({quantity.name + "[" + names[i] + "]", unit, quantity.member, static_cast<int>(i) * width, width});
   }
+  // The worst of torques and forces together would have no unit.
+  const auto begin = tracks.begin() + first;
+  const bool alike = std::all_of(begin, tracks.end(), [&](const Track& track) { return track.unit == begin->unit; });
+  if (figures != Figures::each && alike)
+    for (auto track = begin; track != tracks.end(); ++track) track->of_worst = quantity.name;
 }
 
 bool of_control(Occasion occasion) {
@@ -51,12 +56,13 @@ bool of_control(Occasion occasion) {
 
 std::vector<Track> list_tracks(const Result& result) {
   const std::vector<Quantity> quantities = all_quantities(result);
+  const Names motors(result.actuator_names.begin(), result.actuator_names.end());
   std::vector<Track> tracks;
   for (const bool control : {true, false})
     for (std::size_t q = 0; q < quantities.size(); ++q) {
       const QuantityKind& kind = quantity_table()[q];
       if (of_control(kind.occasion) == control && kind.figures != Figures::none && quantities[q].samples->cols() > 0)
-        add(quantities[q], kind.figures, result, tracks);
+        add(quantities[q], kind.figures, result, motors, tracks);
     }
   return tracks;
 }
@@ -73,13 +79,6 @@ std::vector<std::pair<std::size_t, std::size_t>> neighbours(const std::vector<Tr
   return runs;
 }
 
-bool have_worst(const std::vector<Track>& tracks, std::size_t first, std::size_t last) {
-  if (tracks[first].of_worst.empty()) return false;
-  return std::all_of(tracks.begin() + static_cast<std::ptrdiff_t>(first),
-                     tracks.begin() + static_cast<std::ptrdiff_t>(last),
-                     [&](const Track& track) { return track.unit == tracks[first].unit; });
-}
-
 std::vector<std::string> figure_names(const Mechanism& mechanism) {
   Result shape;
   name_columns(mechanism, shape);
@@ -87,7 +86,7 @@ std::vector<std::string> figure_names(const Mechanism& mechanism) {
   const std::vector<Track> tracks = list_tracks(shape);
   std::vector<std::string> names;
   for (const auto& [first, last] : neighbours(tracks)) {
-    if (have_worst(tracks, first, last)) names.push_back(tracks[first].of_worst);
+    if (!tracks[first].of_worst.empty()) names.push_back(tracks[first].of_worst);
     for (std::size_t i = first; i < last; ++i) names.push_back(tracks[i].quantity);
   }
   return names;

@@ -5,6 +5,7 @@
 #include "balance/result/result.hpp"
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace balance {
@@ -15,18 +16,14 @@ struct Track {
   std::string unit;
   Samples Result::*array = nullptr;
   int first = 0, count = 1;
-  std::string
-      of_worst;  ///< "torque": the worst of neighbours with this name and one unit has figures, too; empty: it has none
+  std::string of_worst;  ///< "torque": the worst of the neighbours with this name has figures, too; empty: none has
 };
 
 /// Of every array that has columns; those of a run under control first.
 std::vector<Track> list_tracks(const Result& result);
 
-/// A run of neighbours that have a worst one: [first, last) in the list. Just one track if it has none.
+/// The tracks in runs [first, last): neighbours that have a worst one together, every other by itself.
 std::vector<std::pair<std::size_t, std::size_t>> neighbours(const std::vector<Track>& tracks);
-
-/// Whether the worst of tracks [first, last) means something: they have a common name and one unit.
-bool have_worst(const std::vector<Track>& tracks, std::size_t first, std::size_t last);
 
 /// Names of all figures of a run of a mechanism along a trajectory, the worst ones before those that they are the worst of.
 std::vector<std::string> figure_names(const Mechanism& mechanism);
