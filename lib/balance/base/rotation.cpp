@@ -7,12 +7,6 @@
 
 namespace balance {
 
-Matrix3 skew(const Vector3& a) {
-  Matrix3 s;
-  s << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return s;
-}
-
 Matrix3 rotation_about(const Vector3& axis, double angle) {
   const Matrix3 k = skew(axis);
   return Matrix3::Identity() + std::sin(angle) * k + (1 - std::cos(angle)) * k * k;
@@ -40,18 +34,6 @@ Vector3 rotation_vector_of(const Matrix3& rotation) {
 Matrix3 rotation_from_vector(const Vector3& v) {
   const double angle = v.norm();
   return angle == 0 ? Matrix3::Identity() : rotation_about(v / angle, angle);
-}
-
-Matrix3 frame_with_z_along(const Vector3& direction) {
-  const double x = direction.x(), y = direction.y(), z = direction.z(), sine2 = x * x + y * y;
-  if (sine2 < 1e-40) return z > 0 ? Matrix3::Identity() : Matrix3(Vector3(1, -1, -1).asDiagonal());
-  // 1 / (1 + z), which nothing may cancel in where the direction is nearly opposite to z
-  const double k = z > 0 ? 1 / (1 + z) : (1 - z) / sine2;
-  Matrix3 r;
-  r << z + y * y * k, -x * y * k, x,  //
-      -x * y * k, z + x * x * k, y,   //
-      -x, -y, z;
-  return r;
 }
 
 }  // namespace balance

@@ -7,10 +7,20 @@
 
 namespace balance {
 
-using Vector2 = Eigen::Vector2d;
-using Vector3 = Eigen::Vector3d;
-using Matrix3 = Eigen::Matrix3d;
-using VectorX = Eigen::VectorXd;
+// Over any scalar.
+template <class T>
+using Vector2Of = Eigen::Matrix<T, 2, 1>;
+template <class T>
+using Vector3Of = Eigen::Matrix<T, 3, 1>;
+template <class T>
+using Matrix3Of = Eigen::Matrix<T, 3, 3>;
+template <class T>
+using VectorXOf = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+
+using Vector2 = Vector2Of<double>;
+using Vector3 = Vector3Of<double>;
+using Matrix3 = Matrix3Of<double>;
+using VectorX = VectorXOf<double>;
 using MatrixX = Eigen::MatrixXd;
 /// One row per sample, contiguous in memory: the layout of the result file.
 using Samples = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

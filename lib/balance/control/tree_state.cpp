@@ -87,7 +87,7 @@ void from_tree(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& 
   const auto count = static_cast<Eigen::Index>(mechanism.coordinates.size());
   q.resize(count), dq.resize(count), ddq.resize(count);
   int read = -1;
-  JointReading reading;
+  JointReading<double> reading;
   for (Eigen::Index c = 0; c < count; ++c) {
     const Coordinate& coordinate = mechanism.coordinates[c];
     const CoordinateSource& source = tree.sources[c];

@@ -1,5 +1,6 @@
 #include "balance/dynamics/actuation.hpp"
 
+#include "balance/base/number.hpp"
 #include "balance/motion/regularity.hpp"
 #include "balance/motion/wording.hpp"
 
@@ -9,12 +10,28 @@
 
 namespace balance {
 
+namespace {
+
+template <class T, int Rows, int Columns>
+Eigen::Matrix<double, Rows, Columns> values_of(const Eigen::Matrix<T, Rows, Columns>& matrix) {
+  return matrix.unaryExpr([](const T& x) { return value_of(x); });
+}
+
+/// Derivatives with respect to number k.
+template <int N, int Rows, int Columns>
+Eigen::Matrix<double, Rows, Columns> derivatives_of(const Eigen::Matrix<Dual<N>, Rows, Columns>& matrix,
+                                                    std::size_t k) {
+  return matrix.unaryExpr([k](const Dual<N>& x) { return x.d[k]; });
+}
+
+}  // namespace
+
 template <class S>
-Actuation<S>::Actuation(const Mechanism& mechanism, const Tree<S>& tree, int freedoms)
+Actuation<S>::Actuation(const MechanismOf<T>& mechanism, const Tree<S>& tree, int freedoms)
     : columns_(tree.columns), closures_(tree.closure_rows), freedoms_(freedoms) {
   std::set<int> distinct;
   for (const int coordinate : mechanism.actuators) {
-    const CoordinateSource& source = tree.sources[coordinate];
+    const CoordinateSourceOf<T>& source = tree.sources[coordinate];
     const bool slides = mechanism.coordinates[coordinate].kind == CoordinateKind::length;
     actuated_.push_back({source.column, source.ratio, slides ? tree.length : 1});
     distinct.insert(source.column);
@@ -62,12 +79,12 @@ void Actuation<S>::prepare_regular(const Tree<S>& tree) {
 }
 
 template <class S>
-bool Actuation<S>::solve(const Equations<S>& equations, const double* tau) {
+bool Actuation<S>::solve(const Equations<S>& equations, const T* tau) {
   return regular_ ? solve_regular(equations, tau) : solve_general(equations, tau);
 }
 
 template <class S>
-bool Actuation<S>::solve_regular(const Equations<S>& equations, const double* tau) {
+bool Actuation<S>::solve_regular(const Equations<S>& equations, const T* tau) {
   for (std::size_t a = 0; a < actuated_.size(); ++a) efforts_[a] = tau[actuated_[a].column] / actuated_[a].ratio;
   if (closures_ == 0) return true;
   if (factorise(equations) < least_regularity) return false;
@@ -75,7 +92,7 @@ bool Actuation<S>::solve_regular(const Equations<S>& equations, const double* ta
   for (int k = 0; k < closures_; ++k) multipliers_[k] = columns[passive_columns_[k]] * tau[passive_columns_[k]];
   passive_.solve_transposed(multipliers_.data());
   for (std::size_t a = 0; a < actuated_.size(); ++a) {
-    double sum = 0;
+    T sum = 0;
     for (const int r : rows_at_[a]) sum += equations.entry(r, actuated_[a].column) * multipliers_[r];
     efforts_[a] -= sum / (columns[actuated_[a].column] * actuated_[a].ratio);
   }
@@ -121,7 +138,7 @@ VectorX Actuation<S>::strengths_without(std::size_t actuator, const Equations<S>
 template <class S>
 MatrixX Actuation<S>::grip_matrix(const Equations<S>& equations) const {
   MatrixX matrix(closures_ + static_cast<Eigen::Index>(actuated_.size()), columns_);
-  matrix << closure_matrix(equations), selection(equations);
+  matrix << values_of(closure_matrix(equations)), values_of(selection(equations));
   return matrix;
 }
 
@@ -140,35 +157,9 @@ bool Actuation<S>::near_kept(double limit) {
   return regular_ ? passive_.near_kept(limit) : grip_.near_kept(limit);
 }
 
-namespace {
-
-/// What efforts can do to the velocities that the loops allow.
-struct Grip {
-  MatrixX null_space;  ///< of the scaled closures
-  Eigen::JacobiSVD<MatrixX> closures, selection;
-  bool firm = true;
-
-  Grip(const MatrixX& closure_matrix, const MatrixX& actuated, int freedoms)
-      : null_space(MatrixX::Identity(actuated.cols(), actuated.cols())) {
-    if (closure_matrix.rows() > 0) {
-      closures.compute(closure_matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-      null_space = closures.matrixV().rightCols(freedoms);
-    }
-    selection.compute(null_space.transpose() * actuated.transpose(), Eigen::ComputeThinU | Eigen::ComputeThinV);
-    const VectorX& strength = selection.singularValues();
-    if (freedoms > 0)
-      firm = strength.size() >= freedoms && strength[freedoms - 1] >= least_regularity * std::max(1e-300, strength[0]);
-    const Eigen::Index rank = actuated.cols() - freedoms;  // the loops must keep it too
-    if (closure_matrix.rows() > 0 && rank > 0 && rank <= closures.singularValues().size())
-      firm = firm && closures.singularValues()[rank - 1] >= least_regularity * closures.singularValues()[0];
-  }
-};
-
-}  // namespace
-
 template <class S>
-MatrixX Actuation<S>::closure_matrix(const Equations<S>& equations) const {
-  MatrixX closures(closures_, columns_);
+auto Actuation<S>::closure_matrix(const Equations<S>& equations) const -> Matrix {
+  Matrix closures(closures_, columns_);
   for (int r = 0; r < closures_; ++r)
     for (int c = 0; c < columns_; ++c) closures(r, c) = equations.entry(r, c);
   return closures;
@@ -177,8 +168,8 @@ MatrixX Actuation<S>::closure_matrix(const Equations<S>& equations) const {
 /// Scaled tree coordinates to actuated ones, scaled too: the least norm of efforts then is the same in all units, forces
 /// counted as moments on the characteristic length.
 template <class S>
-MatrixX Actuation<S>::selection(const Equations<S>& equations) const {
-  MatrixX selection = MatrixX::Zero(static_cast<Eigen::Index>(actuated_.size()), columns_);
+auto Actuation<S>::selection(const Equations<S>& equations) const -> Matrix {
+  Matrix selection = Matrix::Zero(static_cast<Eigen::Index>(actuated_.size()), columns_);
   for (std::size_t a = 0; a < actuated_.size(); ++a)
     selection(static_cast<Eigen::Index>(a), actuated_[a].column) =
         actuated_[a].ratio * equations.column_scale()[actuated_[a].column] / actuated_[a].unit;
@@ -186,23 +177,27 @@ MatrixX Actuation<S>::selection(const Equations<S>& equations) const {
 }
 
 template <class S>
-bool Actuation<S>::solve_general(const Equations<S>& equations, const double* tau) {
+bool Actuation<S>::solve_general(const Equations<S>& equations, const T* tau) {
   const std::vector<double>&columns = equations.column_scale(), &rows = equations.row_scale();
-  const int motors = static_cast<int>(actuated_.size()), rank = columns_ - freedoms_;
-  VectorX needed(columns_);
-  for (int c = 0; c < columns_; ++c) needed[c] = columns[c] * tau[c];
-  const MatrixX actuated = selection(equations);
-  const Grip grip(closure_matrix(equations), actuated, freedoms_);
+  VectorXOf<T> f(columns_);
+  for (int c = 0; c < columns_; ++c) f[c] = columns[c] * tau[c];
+  const Matrix actuated = selection(equations), closures = closure_matrix(equations);
+  const MatrixX S_values = values_of(actuated), C_values = values_of(closures);
+  const Grip grip(C_values, S_values, freedoms_);
   if (!grip.firm) return false;
-  const VectorX efforts = freedoms_ > 0 ? VectorX(grip.selection.solve(grip.null_space.transpose() * needed))
-                                        : VectorX(VectorX::Zero(motors));
-  for (int a = 0; a < motors; ++a) efforts_[a] = efforts[a] / actuated_[a].unit;
-  if (closures_ == 0) return true;
-  // least-norm multipliers: only the kept singular directions
-  const auto& svd = grip.closures;
-  const VectorX rest = svd.matrixV().leftCols(rank).transpose() * (needed - actuated.transpose() * efforts);
-  const VectorX multipliers = svd.matrixU().leftCols(rank) * rest.cwiseQuotient(svd.singularValues().head(rank));
-  for (int r = 0; r < closures_; ++r) multipliers_[r] = rows[r] * multipliers[r];
+  const LeastNorm solution = least_norm(grip, S_values, values_of(f));
+  for (std::size_t a = 0; a < efforts_.size(); ++a) efforts_[a] = solution.efforts[static_cast<Eigen::Index>(a)];
+  for (int r = 0; r < closures_; ++r) multipliers_[r] = solution.multipliers[r];
+  if constexpr (!std::is_same_v<T, double>) {
+    for (std::size_t k = 0; k < T().d.size(); ++k) {
+      const LeastNorm change = least_norm_derivative(grip, solution, C_values, S_values, derivatives_of(closures, k),
+                                                     derivatives_of(actuated, k), derivatives_of(f, k));
+      for (std::size_t a = 0; a < efforts_.size(); ++a) efforts_[a].d[k] = change.efforts[static_cast<Eigen::Index>(a)];
+      for (int r = 0; r < closures_; ++r) multipliers_[r].d[k] = change.multipliers[r];
+    }
+  }
+  for (std::size_t a = 0; a < efforts_.size(); ++a) efforts_[a] = efforts_[a] / actuated_[a].unit;
+  for (int r = 0; r < closures_; ++r) multipliers_[r] *= rows[r];
   return true;
 }
 
@@ -217,23 +212,24 @@ template <class S>
 bool Actuation<S>::project_regular(const Equations<S>& equations, MatrixX& projection) {
   if (closures_ > 0 && factorise(equations) < least_regularity) return false;
   const std::vector<double>& columns = equations.column_scale();
-  std::vector<double> moved(closures_);
+  std::vector<T> moved(closures_);
   for (std::size_t a = 0; a < actuated_.size(); ++a) {
     const auto row = static_cast<Eigen::Index>(a);
     const Selected& motor = actuated_[a];
-    projection(row, motor.column) = 1 / motor.ratio;
+    projection(row, motor.column) = 1 / value_of(motor.ratio);
     if (closures_ == 0) continue;
-    std::fill(moved.begin(), moved.end(), 0);
+    std::fill(moved.begin(), moved.end(), T(0));
     for (const int r : rows_at_[a]) moved[r] = equations.entry(r, motor.column) / (columns[motor.column] * motor.ratio);
     passive_.solve(moved.data());
-    for (int k = 0; k < closures_; ++k) projection(row, passive_columns_[k]) = -moved[k] * columns[passive_columns_[k]];
+    for (int k = 0; k < closures_; ++k)
+      projection(row, passive_columns_[k]) = -value_of(moved[k]) * columns[passive_columns_[k]];
   }
   return true;
 }
 
 template <class S>
 bool Actuation<S>::project_general(const Equations<S>& equations, MatrixX& projection) const {
-  const Grip grip(closure_matrix(equations), selection(equations), freedoms_);
+  const Grip grip(values_of(closure_matrix(equations)), values_of(selection(equations)), freedoms_);
   if (!grip.firm) return false;
   const Eigen::Map<const VectorX> columns(equations.column_scale().data(), columns_);
   if (freedoms_ > 0) projection = grip.selection.solve(grip.null_space.transpose() * columns.asDiagonal());
@@ -241,7 +237,7 @@ bool Actuation<S>::project_general(const Equations<S>& equations, MatrixX& proje
   return true;
 }
 
-template class Actuation<Planar>;
-template class Actuation<Spatial>;
+template class Actuation<PlanarOf<Number>>;
+template class Actuation<SpatialOf<Number>>;
 
 }  // namespace balance

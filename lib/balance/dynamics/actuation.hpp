@@ -2,7 +2,9 @@
 /// From the tree's generalised forces to actuator efforts and loop multipliers: τ = Sᵀ u + Φᵀ λ, which is P0's projection
 /// u = Cᵀ τ with C normalised on the actuated rows (P0 eq. 17, 29–34). Private to dynamics and the rooms that open it up.
 
+#include "balance/base/square_system.hpp"
 #include "balance/base/tall_matrix.hpp"
+#include "balance/dynamics/least_norm.hpp"
 #include "balance/motion/guard.hpp"
 #include "balance/motion/motion.hpp"
 
@@ -14,8 +16,10 @@ namespace balance {
 template <class S>
 class Actuation : public Guard<S> {
  public:
+  using T = typename S::Scalar;
+
   /// @param freedoms by rank
-  Actuation(const Mechanism& mechanism, const Tree<S>& tree, int freedoms);
+  Actuation(const MechanismOf<T>& mechanism, const Tree<S>& tree, int freedoms);
 
   /// Actuators and freedoms do not fit in number; empty if they do.
   const std::string& mismatch() const { return mismatch_; }
@@ -25,15 +29,15 @@ class Actuation : public Guard<S> {
   /// @param equations filled at the present configuration
   /// @param tau per tree coordinate
   /// @return false if the actuators do not hold the mechanism at this configuration
-  bool solve(const Equations<S>& equations, const double* tau);
+  bool solve(const Equations<S>& equations, const T* tau);
 
-  /// The efforts as a matrix times tau: what solve() does to it at this configuration.
+  /// The efforts as a matrix times tau: what solve() does to it at this configuration; values only.
   /// @param projection actuators × tree coordinates
   /// @return as solve()
   bool project(const Equations<S>& equations, MatrixX& projection);
 
-  const std::vector<double>& efforts() const { return efforts_; }          ///< per actuator [N m or N]
-  const std::vector<double>& multipliers() const { return multipliers_; }  ///< per closure row [N or N m]
+  const std::vector<T>& efforts() const { return efforts_; }          ///< per actuator [N m or N]
+  const std::vector<T>& multipliers() const { return multipliers_; }  ///< per closure row [N or N m]
 
   /// The matrix that decides whether the actuators hold the mechanism: the closures' passive columns where these are square, else
   /// closures and actuated coordinates together.
@@ -46,23 +50,24 @@ class Actuation : public Guard<S> {
   VectorX strengths_without(std::size_t actuator, const Equations<S>& equations) const override;
 
  private:
+  using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
   struct Selected {
     int column;
-    double ratio;  ///< of the actuated coordinate to the tree coordinate
-    double unit;   ///< of the actuated coordinate: the characteristic length where it is a length, else 1
+    T ratio;      ///< of the actuated coordinate to the tree coordinate
+    double unit;  ///< of the actuated coordinate: the characteristic length where it is a length, else 1
   };
   struct Gathered {
     int row, column, index;
   };
 
   void prepare_regular(const Tree<S>& tree);
-  bool solve_regular(const Equations<S>& equations, const double* tau);
-  bool solve_general(const Equations<S>& equations, const double* tau);
+  bool solve_regular(const Equations<S>& equations, const T* tau);
+  bool solve_general(const Equations<S>& equations, const T* tau);
   double factorise(const Equations<S>& equations);
   bool project_regular(const Equations<S>& equations, MatrixX& projection);
   bool project_general(const Equations<S>& equations, MatrixX& projection) const;
-  MatrixX closure_matrix(const Equations<S>& equations) const;
-  MatrixX selection(const Equations<S>& equations) const;
+  Matrix closure_matrix(const Equations<S>& equations) const;
+  Matrix selection(const Equations<S>& equations) const;
   /// Closures, below them the selection.
   MatrixX grip_matrix(const Equations<S>& equations) const;
 
@@ -70,14 +75,14 @@ class Actuation : public Guard<S> {
   bool regular_ = false;  ///< as many closures and actuators as coordinates, each actuator on its own
   std::vector<Selected> actuated_;
   std::vector<int> passive_columns_;
-  BlockTriangular passive_;  ///< closure rows × passive columns
+  SquareSystem<T> passive_;  ///< closure rows × passive columns
   std::vector<Gathered> gathered_;
   long factorised_ = -1;  ///< Equations::filled() where `passive_` was factorised
   const Equations<S>* of_ = nullptr;
   double regularity_ = 1;
   TallMatrix grip_;                        ///< closures and actuated coordinates
   std::vector<std::vector<int>> rows_at_;  ///< per actuator: closure rows that its column occurs in
-  std::vector<double> efforts_, multipliers_;
+  std::vector<T> efforts_, multipliers_;
   std::string mismatch_;
   std::vector<std::string> notes_;
 };

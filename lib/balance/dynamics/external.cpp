@@ -1,5 +1,7 @@
 #include "balance/dynamics/external.hpp"
 
+#include "balance/base/number.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -8,13 +10,14 @@ namespace balance {
 namespace {
 
 template <class S>
-FixedFrame<S> placed(const Tree<S>& tree, int body, const Vector3& point) {
+FixedFrame<S> placed(const Tree<S>& tree, int body, const Vector3Of<typename S::Scalar>& point) {
   const FixedFrame<S>& frame = tree.bodies[body];
   return {frame.node, frame.R_N, frame.p_N + frame.R_N * to_vector<S>(point)};
 }
 
 /// Force and moment of a load at a time: linear between its entries, held beyond them.
-void load_at(const Load& load, double time, Vector3& force, Vector3& moment) {
+template <class T>
+void load_at(const LoadOf<T>& load, const T& time, Vector3Of<T>& force, Vector3Of<T>& moment) {
   if (load.time.empty()) {
     force = load.force[0], moment = load.moment[0];
     return;
@@ -26,7 +29,7 @@ void load_at(const Load& load, double time, Vector3& force, Vector3& moment) {
     return;
   }
   const std::size_t k = static_cast<std::size_t>(next - load.time.begin());
-  const double part = (time - load.time[k - 1]) / (load.time[k] - load.time[k - 1]);
+  const T part = (time - load.time[k - 1]) / (load.time[k] - load.time[k - 1]);
   force = (1 - part) * load.force[k - 1] + part * load.force[k];
   moment = (1 - part) * load.moment[k - 1] + part * load.moment[k];
 }
@@ -34,10 +37,10 @@ void load_at(const Load& load, double time, Vector3& force, Vector3& moment) {
 }  // namespace
 
 template <class S>
-ExternalForces<S>::ExternalForces(const Mechanism& mechanism, const Tree<S>& tree) {
-  for (const Load& load : mechanism.loads)
+ExternalForces<S>::ExternalForces(const MechanismOf<Scalar>& mechanism, const Tree<S>& tree) {
+  for (const LoadOf<Scalar>& load : mechanism.loads)
     if (load.body != ground) loads_.push_back({&load, placed(tree, load.body, load.point)});
-  for (const Spring& spring : mechanism.springs)
+  for (const SpringOf<Scalar>& spring : mechanism.springs)
     springs_.push_back({placed(tree, spring.first, spring.point_first),
                         placed(tree, spring.second, spring.point_second), spring.stiffness, spring.free_length});
 }
@@ -55,10 +58,10 @@ void ExternalForces<S>::apply(const State<S>& state, const FixedFrame<S>& at, co
 }
 
 template <class S>
-void ExternalForces<S>::subtract(const State<S>& state, double time, std::vector<Wrench<S>>& wrenches, Wrench<S>& total,
-                                 Wrench<S>& loads) const {
+void ExternalForces<S>::subtract(const State<S>& state, const Scalar& time, std::vector<Wrench<S>>& wrenches,
+                                 Wrench<S>& total, Wrench<S>& loads) const {
   for (const PlacedLoad& placed : loads_) {
-    Vector3 force, moment;
+    Vector3Of<Scalar> force, moment;
     load_at(*placed.load, time, force, moment);
     typename S::Vector f = to_vector<S>(force);
     typename S::Angular m = to_angular<S>(moment);
@@ -72,21 +75,21 @@ void ExternalForces<S>::subtract(const State<S>& state, double time, std::vector
   total = loads;
   for (const PlacedSpring& spring : springs_) {
     const typename S::Vector d = position(state, spring.second) - position(state, spring.first);
-    const double length = d.norm();
+    const Scalar length = d.norm();
     // a spring without free length pulls with k d even at zero length
-    const double tension = spring.free_length == 0 ? spring.stiffness
-                           : length > 0            ? spring.stiffness * (1 - spring.free_length / length)
-                                                   : 0;
+    const Scalar tension = spring.free_length == 0 ? spring.stiffness
+                           : length > 0            ? Scalar(spring.stiffness * (1 - spring.free_length / length))
+                                                   : Scalar(0);
     apply(state, spring.first, tension * d, S::zero_angular(), wrenches, total);
     apply(state, spring.second, -tension * d, S::zero_angular(), wrenches, total);
   }
 }
 
 template <class S>
-double ExternalForces<S>::energy(const State<S>& state) const {
-  double sum = 0;
+typename S::Scalar ExternalForces<S>::energy(const State<S>& state) const {
+  Scalar sum = 0;
   for (const PlacedSpring& spring : springs_) {
-    const double stretch = (position(state, spring.second) - position(state, spring.first)).norm() - spring.free_length;
+    const Scalar stretch = (position(state, spring.second) - position(state, spring.first)).norm() - spring.free_length;
     sum += 0.5 * spring.stiffness * stretch * stretch;
   }
   return sum;
@@ -94,24 +97,24 @@ double ExternalForces<S>::energy(const State<S>& state) const {
 
 template <class S>
 double ExternalForces<S>::length_size(const State<S>& state, const PlacedSpring& spring) {
-  return position(state, spring.first).norm() + position(state, spring.second).norm() + spring.free_length;
+  return value_of(position(state, spring.first).norm() + position(state, spring.second).norm() + spring.free_length);
 }
 
 template <class S>
-void ExternalForces<S>::add_sizes(const State<S>& state, double time, std::vector<ForceSize>& sizes) const {
+void ExternalForces<S>::add_sizes(const State<S>& state, const Scalar& time, std::vector<ForceSize>& sizes) const {
   const auto add = [&](const FixedFrame<S>& at, double force, double moment) {
     if (at.node == 0) return;
     ForceSize& size = sizes[static_cast<std::size_t>(at.node)];
     size.force += force;
-    size.moment += moment + at.p_N.norm() * force;
+    size.moment += moment + value_of(at.p_N.norm()) * force;
   };
   for (const PlacedLoad& placed : loads_) {
-    Vector3 force, moment;
+    Vector3Of<Scalar> force, moment;
     load_at(*placed.load, time, force, moment);
-    add(placed.frame, force.norm(), moment.norm());
+    add(placed.frame, value_of(force.norm()), value_of(moment.norm()));
   }
   for (const PlacedSpring& spring : springs_) {
-    const double tension = spring.stiffness * length_size(state, spring);
+    const double tension = value_of(spring.stiffness) * length_size(state, spring);
     add(spring.first, tension, 0);
     add(spring.second, tension, 0);
   }
@@ -122,12 +125,12 @@ double ExternalForces<S>::energy_size(const State<S>& state) const {
   double sum = 0;
   for (const PlacedSpring& spring : springs_) {
     const double length = length_size(state, spring);
-    sum += 0.5 * spring.stiffness * length * length;
+    sum += 0.5 * value_of(spring.stiffness) * length * length;
   }
   return sum;
 }
 
-template class ExternalForces<Planar>;
-template class ExternalForces<Spatial>;
+template class ExternalForces<PlanarOf<Number>>;
+template class ExternalForces<SpatialOf<Number>>;
 
 }  // namespace balance

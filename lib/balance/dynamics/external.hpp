@@ -14,7 +14,9 @@ struct ForceSize {
 template <class S>
 class ExternalForces {
  public:
-  ExternalForces(const Mechanism& mechanism, const Tree<S>& tree);
+  using Scalar = typename S::Scalar;
+
+  ExternalForces(const MechanismOf<Scalar>& mechanism, const Tree<S>& tree);
 
   bool none() const { return loads_.empty() && springs_.empty(); }
 
@@ -22,26 +24,26 @@ class ExternalForces {
   /// @param state poses in the world
   /// @param total what loads and springs together do to the moving bodies: world axes, about the world's origin
   /// @param loads the loads' part of it
-  void subtract(const State<S>& state, double time, std::vector<Wrench<S>>& wrenches, Wrench<S>& total,
+  void subtract(const State<S>& state, const Scalar& time, std::vector<Wrench<S>>& wrenches, Wrench<S>& total,
                 Wrench<S>& loads) const;
 
   /// Energy stored in the springs [J].
-  double energy(const State<S>& state) const;
+  Scalar energy(const State<S>& state) const;
 
   /// Adds to every node's entry how large the terms of its external wrenches are: a spring's tension is a difference of lengths,
   /// which are differences of places.
-  void add_sizes(const State<S>& state, double time, std::vector<ForceSize>& sizes) const;
+  void add_sizes(const State<S>& state, const Scalar& time, std::vector<ForceSize>& sizes) const;
   /// The same of the springs' energy [J].
   double energy_size(const State<S>& state) const;
 
  private:
   struct PlacedLoad {
-    const Load* load;
+    const LoadOf<Scalar>* load;
     FixedFrame<S> frame;  ///< origin where it acts, axes of the body
   };
   struct PlacedSpring {
     FixedFrame<S> first, second;
-    double stiffness, free_length;
+    Scalar stiffness, free_length;
   };
 
   static double length_size(const State<S>& state, const PlacedSpring& spring);

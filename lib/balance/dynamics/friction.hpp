@@ -12,16 +12,18 @@ namespace balance {
 /// @param dy rates of the tree's coordinates @param duration of the whole motion [s]
 /// @param tau per tree coordinate [N m or N]
 template <class S>
-void add_friction(const Mechanism& mechanism, const Tree<S>& tree, const double* dy, double duration, double* tau) {
+void add_friction(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree, const typename S::Scalar* dy,
+                  double duration, typename S::Scalar* tau) {
+  using T = typename S::Scalar;
   double fastest = 0;
   for (int c = 0; c < tree.columns; ++c)
-    fastest = std::max(fastest, std::abs(dy[c]) / (tree.column_kind_length[c] ? tree.length : 1));
+    fastest = std::max(fastest, std::abs(value_of(dy[c])) / (tree.column_kind_length[c] ? tree.length : 1));
   const double rest = rest_rate(fastest, duration);
-  for (const Friction& friction : mechanism.friction) {
-    const CoordinateSource& source = tree.sources[friction.coordinate];
+  for (const FrictionOf<T>& friction : mechanism.friction) {
+    const CoordinateSourceOf<T>& source = tree.sources[friction.coordinate];
     const bool slides = mechanism.coordinates[friction.coordinate].kind == CoordinateKind::length;
-    const double rate = source.ratio * dy[source.column];
-    const int sign = sliding_sign(rate, slides ? rest * tree.length : rest);
+    const T rate = source.ratio * dy[source.column];
+    const int sign = sliding_sign(value_of(rate), slides ? rest * tree.length : rest);
     tau[source.column] += source.ratio * sliding_friction(friction, rate, sign);
   }
 }

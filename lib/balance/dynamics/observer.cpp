@@ -1,5 +1,6 @@
 #include "balance/dynamics/observer.hpp"
 
+#include "balance/base/number.hpp"
 #include "balance/dynamics/friction.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
 
@@ -9,8 +10,11 @@
 
 namespace balance {
 
+using std::atan2;
+
 template <class S>
-Observer<S>::Observer(const Mechanism& mechanism, const Tree<S>& tree, int freedoms, const typename S::Vector& about)
+Observer<S>::Observer(const MechanismOf<T>& mechanism, const Tree<S>& tree, int freedoms,
+                      const typename S::Vector& about)
     : mechanism_(mechanism),
       tree_(tree),
       gravity_(to_vector<S>(mechanism.gravity)),
@@ -30,7 +34,7 @@ Observer<S>::Observer(const Mechanism& mechanism, const Tree<S>& tree, int freed
     Drive<S> drive;
     attach_tool(mechanism, tree, drive);
     tool_ = drive.tool;
-    if constexpr (std::is_same_v<S, Planar>) tool_angle_ = balance::tool_angle(tree, tool_);
+    if constexpr (is_planar<S>) tool_angle_ = balance::tool_angle(tree, tool_);
   }
   sort_coordinates();
 }
@@ -45,14 +49,14 @@ void Observer<S>::sort_coordinates() {
       continue;
     }
     CutCoordinate cut{static_cast<int>(c), false, {}};
-    if constexpr (std::is_same_v<S, Planar>) {
+    if constexpr (is_planar<S>) {
       if (coordinate.kind == CoordinateKind::angle) {  // the difference of two bodies' angles
-        const Joint& joint = mechanism_.joints[coordinate.joint];
-        const LinearQuantity second = balance::tool_angle(tree_, tree_.bodies[joint.second]);
-        const LinearQuantity first = balance::tool_angle(tree_, tree_.bodies[joint.first]);
+        const JointOf<T>& joint = mechanism_.joints[coordinate.joint];
+        const LinearQuantityOf<T> second = balance::tool_angle(tree_, tree_.bodies[joint.second]);
+        const LinearQuantityOf<T> first = balance::tool_angle(tree_, tree_.bodies[joint.first]);
         cut.linear = true;
         cut.quantity = second;
-        cut.quantity.constant -= first.constant + std::atan2(joint.rotation(1, 0), joint.rotation(0, 0));
+        cut.quantity.constant -= first.constant + atan2(joint.rotation(1, 0), joint.rotation(0, 0));
         for (const auto& [column, coefficient] : first.terms) cut.quantity.terms.emplace_back(column, -coefficient);
       }
     }
@@ -65,20 +69,19 @@ void Observer<S>::sort_coordinates() {
 }
 
 template <class S>
-bool Observer<S>::observe(Stepper<S>& stepper, Detail detail) {
-  const Instant<S> now{stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.direct()};
+bool Observer<S>::observe_at(const Instant<S>& now, const Equations<S>& equations, double duration, Detail detail) {
   set_state(now, detail);
   balance_forces(now);
   read_coordinates(now);
-  if (!mechanism_.friction.empty()) add_friction(mechanism_, tree_, now.dy, stepper.duration(), tau_.data());
-  const bool held = actuation_.solve(stepper.equations(), tau_.data());
+  if (!mechanism_.friction.empty()) add_friction(mechanism_, tree_, now.dy, duration, tau_.data());
+  const bool held = actuation_.solve(equations, tau_.data());
   std::copy(actuation_.efforts().begin(), actuation_.efforts().end(), seen_.effort.data());
   read_rest(now, detail, actuation_.multipliers());
   return held;
 }
 
 template <class S>
-void Observer<S>::observe_under(const Instant<S>& now, const double* efforts, const std::vector<double>& multipliers) {
+void Observer<S>::observe_under(const Instant<S>& now, const T* efforts, const std::vector<T>& multipliers) {
   set_state(now, Detail::everything);
   balance_forces(now);
   read_coordinates(now);
@@ -95,14 +98,7 @@ void Observer<S>::follow(const Instant<S>& now) {
 }
 
 template <class S>
-void Observer<S>::watch(Stepper<S>& stepper) {
-  const Instant<S> now{stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.direct()};
-  follow(now);
-  if (mechanism_.tool) read_tool(now);
-}
-
-template <class S>
-void Observer<S>::read_rest(const Instant<S>& now, Detail detail, const std::vector<double>& multipliers) {
+void Observer<S>::read_rest(const Instant<S>& now, Detail detail, const std::vector<T>& multipliers) {
   seen_.time = now.time;
   for (Eigen::Index a = 0; a < seen_.effort.size(); ++a)
     seen_.power[a] = seen_.effort[a] * seen_.velocity[mechanism_.actuators[static_cast<std::size_t>(a)]];
@@ -137,7 +133,7 @@ void Observer<S>::set_state(const Instant<S>& now, Detail detail) {
     accelerations<S>(tree_, now.dy, now.ddy, -gravity_, state);
     return;
   }
-  const double *y = now.y, *dy = now.dy, *ddy = now.ddy;
+  const T *y = now.y, *dy = now.dy, *ddy = now.ddy;
   state[0].acceleration = -gravity_;
   for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
     const Node<S>& node = tree_.nodes[n];
@@ -154,7 +150,7 @@ void Observer<S>::set_state(const Instant<S>& now, Detail detail) {
 
 template <class S>
 void Observer<S>::read_coordinates(const Instant<S>& now) {
-  const double *y = now.y, *dy = now.dy, *ddy = now.ddy;
+  const T *y = now.y, *dy = now.dy, *ddy = now.ddy;
   for (const TreeCoordinate& own : own_) {
     seen_.position[own.coordinate] = own.source.ratio * y[own.source.column] + own.source.offset;
     seen_.velocity[own.coordinate] = own.source.ratio * dy[own.source.column];
@@ -165,15 +161,14 @@ void Observer<S>::read_coordinates(const Instant<S>& now) {
 
 template <class S>
 void Observer<S>::read_cut_coordinates(const Instant<S>& now) {
-  const double *y = now.y, *dy = now.dy, *ddy = now.ddy;
+  const T *y = now.y, *dy = now.dy, *ddy = now.ddy;
   for (CutCoordinate& cut : cut_) {
     if (!cut.linear) continue;
     if (first_) {  // whole turns are counted from the start
       constexpr double turn = 2 * std::numbers::pi;
-      const double value = cut.quantity.value(y);
-      cut.quantity.constant -= turn * std::round(value / turn);
+      cut.quantity.constant -= turn * std::round(value_of(cut.quantity.value(y)) / turn);
     }
-    double position = cut.quantity.constant, velocity = 0, acceleration = 0;
+    T position = cut.quantity.constant, velocity = 0, acceleration = 0;
     for (const auto& [column, coefficient] : cut.quantity.terms) {
       position += coefficient * y[column];
       velocity += coefficient * dy[column];
@@ -185,20 +180,20 @@ void Observer<S>::read_cut_coordinates(const Instant<S>& now) {
   }
   if (!cut_joints_.empty()) origin_velocities(tree_, dy, *state_);
   for (const int j : cut_joints_) {
-    const Joint& joint = mechanism_.joints[j];
-    const JointReading reading = read_joint(joint, relative_motion(tree_, *state_, joint));
+    const JointOf<T>& joint = mechanism_.joints[j];
+    const JointReading<T> reading = read_joint(joint, relative_motion(tree_, *state_, joint));
     for (const CutCoordinate& cut : cut_) {
       const Coordinate& coordinate = mechanism_.coordinates[cut.coordinate];
       if (cut.linear || coordinate.joint != j) continue;
-      double& position = seen_.position[cut.coordinate];
-      const double value = reading.position[coordinate.index];
+      T& position = seen_.position[cut.coordinate];
+      const T value = reading.position[coordinate.index];
       if (coordinate.kind == CoordinateKind::angle && !first_) {
         // how far it has turned since the last look, by the quadrature that rates at both ends allow
-        const double step = now.time - time_;
-        const double mean = (seen_.velocity[cut.coordinate] + reading.velocity[coordinate.index]) / 2;
-        const double bend = (seen_.acceleration[cut.coordinate] - reading.acceleration[coordinate.index]) / 12;
-        const double expected = position + step * (mean + step * bend);
-        position = unwrapped(value, std::isfinite(expected) ? expected : position);
+        const T step = now.time - time_;
+        const T mean = (seen_.velocity[cut.coordinate] + reading.velocity[coordinate.index]) / 2;
+        const T bend = (seen_.acceleration[cut.coordinate] - reading.acceleration[coordinate.index]) / 12;
+        const double expected = value_of(position + step * (mean + step * bend));
+        position = unwrapped(value, std::isfinite(expected) ? expected : value_of(position));
       } else {
         position = value;
       }
@@ -224,24 +219,24 @@ void Observer<S>::read_forces() {
   const typename S::Vector ground_force = weight + external_loads_.force - shaking;
   const typename S::Angular about_origin = wrenches_[0].moment + weight_moment + external_total_.moment;
   seen_.shaking_force = to_3d(shaking);
-  seen_.shaking_moment = angular_to_3d(about_origin - cross(about_, shaking));
+  seen_.shaking_moment = angular_to_3d(typename S::Angular(about_origin - cross(about_, shaking)));
   seen_.com_acceleration = seen_.shaking_force / tree_.mass;
   seen_.ground_force = to_3d(ground_force);
-  seen_.ground_moment =
-      angular_to_3d(weight_moment + external_loads_.moment - about_origin - cross(about_, ground_force));
+  seen_.ground_moment = angular_to_3d(
+      typename S::Angular(weight_moment + external_loads_.moment - about_origin - cross(about_, ground_force)));
 }
 
 template <class S>
 void Observer<S>::read_tool(const Instant<S>& now) {
   seen_.tool_position = to_3d(position(*state_, tool_));
   seen_.tool_rotation = to_matrix(orientation(*state_, tool_));
-  if constexpr (std::is_same_v<S, Planar>) seen_.tool_angle = tool_angle_.value(now.y);
+  if constexpr (is_planar<S>) seen_.tool_angle = tool_angle_.value(now.y);
 }
 
 template <class S>
 void Observer<S>::read_energies() {
   const State<S>& state = *state_;
-  double kinetic = 0, potential = external_.energy(state);
+  T kinetic = 0, potential = external_.energy(state);
   for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
     const auto& inertia = tree_.nodes[n].inertia;
     const NodeState<S>& s = state[n];
@@ -255,7 +250,7 @@ void Observer<S>::read_energies() {
   seen_.potential_energy = potential;
 }
 
-template class Observer<Planar>;
-template class Observer<Spatial>;
+template class Observer<PlanarOf<Number>>;
+template class Observer<SpatialOf<Number>>;
 
 }  // namespace balance

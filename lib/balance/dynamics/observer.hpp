@@ -14,8 +14,8 @@ namespace balance {
 template <class S>
 struct Instant {
   State<S>& state;
-  const double *y, *dy, *ddy;
-  double time;
+  const typename S::Scalar *y, *dy, *ddy;
+  typename S::Scalar time;
   bool direct;
 };
 
@@ -28,27 +28,41 @@ enum class Detail {
 template <class S>
 class Observer {
  public:
+  using T = typename S::Scalar;
+
   /// @param about world point that moments are about
-  Observer(const Mechanism& mechanism, const Tree<S>& tree, int freedoms, const typename S::Vector& about);
+  Observer(const MechanismOf<T>& mechanism, const Tree<S>& tree, int freedoms, const typename S::Vector& about);
 
   const Actuation<S>& actuation() const { return actuation_; }
   /// For a stepper to watch whether the actuators hold the mechanism all along its way.
   Guard<S>& guard() { return actuation_; }
-  const Sample& last() const { return seen_; }
+  const SampleOf<T>& last() const { return seen_; }
   /// For whoever knows more of the moment (mobility) to write it down.
-  Sample& last() { return seen_; }
+  SampleOf<T>& last() { return seen_; }
 
   /// The stepper's present moment, with the accelerations that it holds now.
   /// @return false if the actuators do not hold the mechanism there
-  bool observe(Stepper<S>& stepper, Detail detail);
+  template <class Leader>
+  bool observe(Leader& stepper, Detail detail) {
+    return observe_at(instant_of(stepper), stepper.equations(), stepper.duration(), detail);
+  }
+
+  /// Everything at a moment whose equations are filled and factorised there, for friction in a motion that takes `duration` [s].
+  /// @return as observe()
+  bool observe_at(const Instant<S>& instant, const Equations<S>& equations, double duration, Detail detail);
 
   /// Everything at a moment of a motion whose efforts are known.
   /// @param efforts per actuator
   /// @param multipliers per closure row, as Actuation::multipliers()
-  void observe_under(const Instant<S>& instant, const double* efforts, const std::vector<double>& multipliers);
+  void observe_under(const Instant<S>& instant, const T* efforts, const std::vector<T>& multipliers);
 
   /// Only the coordinates and the tool, at the stepper's present moment: the motion without the forces.
-  void watch(Stepper<S>& stepper);
+  template <class Leader>
+  void watch(Leader& stepper) {
+    const Instant<S> now = instant_of(stepper);
+    follow(now);
+    if (mechanism_.tool) read_tool(now);
+  }
 
   /// Only the coordinates, so that the count of whole turns goes on.
   void follow(const Instant<S>& instant);
@@ -61,27 +75,31 @@ class Observer {
   struct CutCoordinate {
     int coordinate;
     bool linear;
-    LinearQuantity quantity;
+    LinearQuantityOf<T> quantity;
   };
 
   struct TreeCoordinate {
     int coordinate;
-    CoordinateSource source;
+    CoordinateSourceOf<T> source;
   };
 
+  template <class Leader>
+  static Instant<S> instant_of(Leader& stepper) {
+    return {stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.direct()};
+  }
   void sort_coordinates();
   void set_state(const Instant<S>& now, Detail detail);
   void read_coordinates(const Instant<S>& now);
   void read_cut_coordinates(const Instant<S>& now);
   void balance_forces(const Instant<S>& now);
-  void read_rest(const Instant<S>& now, Detail detail, const std::vector<double>& multipliers);
+  void read_rest(const Instant<S>& now, Detail detail, const std::vector<T>& multipliers);
   void read_forces();
   void read_tool(const Instant<S>& now);
-  void read_reactions(const Instant<S>& now, const std::vector<double>& multipliers);
+  void read_reactions(const Instant<S>& now, const std::vector<T>& multipliers);
   void read_energies();
-  void add_closure_wrenches(const std::vector<double>& multipliers);
+  void add_closure_wrenches(const std::vector<T>& multipliers);
 
-  const Mechanism& mechanism_;
+  const MechanismOf<T>& mechanism_;
   const Tree<S>& tree_;
   typename S::Vector gravity_, about_;
   ExternalForces<S> external_;
@@ -90,14 +108,14 @@ class Observer {
   std::vector<CutCoordinate> cut_;
   std::vector<int> cut_joints_;  ///< with coordinates that are not linear
   FixedFrame<S> tool_;
-  LinearQuantity tool_angle_;
+  LinearQuantityOf<T> tool_angle_;
   State<S>* state_ = nullptr;
   std::vector<Wrench<S>> wrenches_;
   Wrench<S> external_total_, external_loads_;
-  std::vector<double> tau_;
-  Sample seen_;
+  std::vector<T> tau_;
+  SampleOf<T> seen_;
   bool first_ = true;
-  double time_ = 0;  ///< of the last observation
+  T time_ = 0;  ///< of the last observation
 };
 
 extern template class Observer<Planar>;

@@ -2,16 +2,18 @@
 
 #include "balance/dynamics/observer.hpp"
 
+#include "balance/base/number.hpp"
+
 namespace balance {
 
 template <class S>
-void Observer<S>::add_closure_wrenches(const std::vector<double>& multipliers) {
+void Observer<S>::add_closure_wrenches(const std::vector<T>& multipliers) {
   int r = 0;
   for (const Closure<S>& closure : tree_.closures) {
     const ClosurePose<S> pose = closure_pose(*state_, closure);
     Wrench<S> on_b;  // world axes, about b's origin
     for (const ClosureRow& row : closure.rows) {
-      const double multiplier = multipliers[r++];
+      const T multiplier = multipliers[r++];
       const RowWrench<S> unit = closure_wrench(pose, row);
       on_b.force += multiplier * unit.force;
       on_b.moment += multiplier * unit.moment;
@@ -34,7 +36,7 @@ void Observer<S>::add_closure_wrenches(const std::vector<double>& multipliers) {
 }
 
 template <class S>
-void Observer<S>::read_reactions(const Instant<S>& now, const std::vector<double>& multipliers) {
+void Observer<S>::read_reactions(const Instant<S>& now, const std::vector<T>& multipliers) {
   State<S>& state = *state_;
   if (!tree_.closures.empty()) {
     for (auto& wrench : wrenches_) wrench = {};
@@ -56,13 +58,14 @@ void Observer<S>::read_reactions(const Instant<S>& now, const std::vector<double
         state[n].R_WN * wrenches_[n].moment + cross(typename S::Vector(state[n].p_WN - Q), force);
     const double sign = tree_.joint_forward[j] ? 1 : -1;
     seen_.joint_force[j] = to_3d(typename S::Vector(sign * force));
-    seen_.joint_moment[j] = angular_to_3d(sign * moment);
+    seen_.joint_moment[j] = angular_to_3d(typename S::Angular(sign * moment));
   }
 }
 
-template void Observer<Planar>::add_closure_wrenches(const std::vector<double>&);
-template void Observer<Spatial>::add_closure_wrenches(const std::vector<double>&);
-template void Observer<Planar>::read_reactions(const Instant<Planar>&, const std::vector<double>&);
-template void Observer<Spatial>::read_reactions(const Instant<Spatial>&, const std::vector<double>&);
+template void Observer<PlanarOf<Number>>::add_closure_wrenches(const std::vector<Number>&);
+template void Observer<SpatialOf<Number>>::add_closure_wrenches(const std::vector<Number>&);
+template void Observer<PlanarOf<Number>>::read_reactions(const Instant<PlanarOf<Number>>&, const std::vector<Number>&);
+template void Observer<SpatialOf<Number>>::read_reactions(const Instant<SpatialOf<Number>>&,
+                                                          const std::vector<Number>&);
 
 }  // namespace balance

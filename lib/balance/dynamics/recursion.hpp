@@ -33,7 +33,7 @@ inline void pass_on(const NodeState<S>& s, const Wrench<S>& wrench, Wrench<S>& p
 
 /// The node's wrench along its own motion.
 template <class S>
-inline double along_motion(const Node<S>& node, const Wrench<S>& wrench) {
+inline typename S::Scalar along_motion(const Node<S>& node, const Wrench<S>& wrench) {
   return node.ratio * (node.motion == NodeMotion::turn ? about_axis(wrench.moment) : along_slide(wrench.force));
 }
 
@@ -41,7 +41,8 @@ inline double along_motion(const Node<S>& node, const Wrench<S>& wrench) {
 ///        parent exerts; wrenches[0]: what the ground exerts on everything, world axes, about the world's origin
 /// @param tau generalised forces per tree coordinate [N m or N]
 template <class S>
-void inverse_dynamics(const Tree<S>& tree, const State<S>& state, std::vector<Wrench<S>>& wrenches, double* tau) {
+void inverse_dynamics(const Tree<S>& tree, const State<S>& state, std::vector<Wrench<S>>& wrenches,
+                      typename S::Scalar* tau) {
   for (int c = 0; c < tree.columns; ++c) tau[c] = 0;
   for (std::size_t n = tree.nodes.size(); n-- > 1;) {
     const Node<S>& node = tree.nodes[n];
@@ -55,7 +56,8 @@ void inverse_dynamics(const Tree<S>& tree, const State<S>& state, std::vector<Wr
 
 /// Generalised forces of the wrenches alone, as if nothing had mass. Arguments as in inverse_dynamics.
 template <class S>
-void wrench_torques(const Tree<S>& tree, const State<S>& state, std::vector<Wrench<S>>& wrenches, double* tau) {
+void wrench_torques(const Tree<S>& tree, const State<S>& state, std::vector<Wrench<S>>& wrenches,
+                    typename S::Scalar* tau) {
   for (int c = 0; c < tree.columns; ++c) tau[c] = 0;
   for (std::size_t n = tree.nodes.size(); n-- > 1;) {
     const Node<S>& node = tree.nodes[n];
@@ -67,8 +69,9 @@ void wrench_torques(const Tree<S>& tree, const State<S>& state, std::vector<Wren
 /// Generalised forces of an open tree without external forces, in one go outwards and one back: the shortest way to the
 /// torques of a serial arm.
 template <class S>
-void tree_torques(const Tree<S>& tree, const double* y, const double* dy, const double* ddy,
-                  const typename S::Vector& gravity, State<S>& state, std::vector<Wrench<S>>& wrenches, double* tau) {
+void tree_torques(const Tree<S>& tree, const typename S::Scalar* y, const typename S::Scalar* dy,
+                  const typename S::Scalar* ddy, const typename S::Vector& gravity, State<S>& state,
+                  std::vector<Wrench<S>>& wrenches, typename S::Scalar* tau) {
   state[0].acceleration = -gravity;
   wrenches[0] = {};
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {

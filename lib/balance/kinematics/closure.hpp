@@ -38,7 +38,7 @@ inline ClosurePose<S> closure_pose(const State<S>& state, const Closure<S>& clos
 }
 
 template <class S>
-inline double closure_residual(const ClosurePose<S>& pose, const ClosureRow& row) {
+inline typename S::Scalar closure_residual(const ClosurePose<S>& pose, const ClosureRow& row) {
   if (row.kind == ClosureRow::Kind::along) return dot(axis(pose.R_A, row.i), typename S::Vector(pose.p_B - pose.p_A));
   return dot(axis(pose.R_A, row.i), axis(pose.R_B, row.j));
 }
@@ -55,8 +55,8 @@ inline RowWrench<S> closure_wrench(const ClosurePose<S>& pose, const ClosureRow&
 
 /// Rate, per unit rate of the node's coordinate, of a wrench's power at the point Q of what the node carries.
 template <class S>
-inline double power_of(const Node<S>& node, const NodeState<S>& state, const typename S::Vector& Q,
-                       const RowWrench<S>& wrench) {
+inline typename S::Scalar power_of(const Node<S>& node, const NodeState<S>& state, const typename S::Vector& Q,
+                                   const RowWrench<S>& wrench) {
   if (node.motion == NodeMotion::slide) return node.ratio * dot(wrench.force, slide_axis(state.R_WN));
   return node.ratio * dot(turn_axis(state.R_WN),
                           typename S::Angular(wrench.moment + cross(typename S::Vector(Q - state.p_WN), wrench.force)));
@@ -87,7 +87,8 @@ inline typename S::Vector carried(const Node<S>& node, const NodeState<S>& state
 /// Second derivative of every row when no coordinate accelerates. State: accelerations with ddy = null, and velocities (those
 /// of the origins only if the closure is not pinned).
 template <class S>
-void closure_bias(const State<S>& state, const Closure<S>& closure, const ClosurePose<S>& pose, double* bias) {
+void closure_bias(const State<S>& state, const Closure<S>& closure, const ClosurePose<S>& pose,
+                  typename S::Scalar* bias) {
   const NodeState<S>&A = state[closure.a.node], &B = state[closure.b.node];
   const typename S::Vector relative = relative_acceleration(A, B, closure, pose);
   if (is_point(closure)) {

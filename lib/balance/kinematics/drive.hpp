@@ -4,6 +4,7 @@
 
 #include "balance/base/rotation.hpp"
 #include "balance/kinematics/closure.hpp"
+#include "balance/model/drive_sample.hpp"
 
 #include <utility>
 #include <vector>
@@ -11,24 +12,27 @@
 namespace balance {
 
 /// Σ coefficient · y[column] + constant.
-struct LinearQuantity {
-  std::vector<std::pair<int, double>> terms;
-  double constant = 0;
+template <class T>
+struct LinearQuantityOf {
+  std::vector<std::pair<int, T>> terms;
+  T constant = 0;
   bool is_length = false;
 
-  double value(const double* y) const {
-    double sum = constant;
+  T value(const T* y) const {
+    T sum = constant;
     for (const auto& [column, coefficient] : terms) sum += coefficient * y[column];
     return sum;
   }
 };
+
+using LinearQuantity = LinearQuantityOf<double>;
 
 /// What must have prescribed values. The rows are ordered: point, com, linear (these have a value each), rotation.
 template <class S>
 struct Drive {
   std::vector<int> point;  ///< world components of the tool point
   std::vector<int> com;    ///< world components of the centre of mass
-  std::vector<LinearQuantity> linear;
+  std::vector<LinearQuantityOf<typename S::Scalar>> linear;
   std::vector<int> rotation;   ///< spatial: world components of the tool's rotation
   FixedFrame<S> tool;          ///< tool point with the axes of its body
   std::vector<int> tool_path;  ///< nodes that move the tool
@@ -40,7 +44,7 @@ struct Drive {
 /// Mass beyond each node, and its first moment in world axes about the world's origin.
 template <class S>
 struct MassDistribution {
-  std::vector<double> mass;                ///< of the node and all nodes it carries
+  std::vector<typename S::Scalar> mass;    ///< of the node and all nodes it carries
   std::vector<typename S::Vector> moment;  ///< Σ m r
 
   explicit MassDistribution(const Tree<S>& tree) : mass(tree.nodes.size(), 0), moment(tree.nodes.size()) {
@@ -72,14 +76,15 @@ struct MassDistribution {
 /// How far a tool's rotation R is from the prescribed T: ½ Σ T axis × R axis, the sine of the missing rotation as a vector in
 /// world axes. Its rate is A ω − Aᵀ ω_T; A is the identity where R = T, which it need not be if only some components of the
 /// rotation are prescribed.
+template <class N>
 struct RotationGap {
-  Vector3 gap;
-  Matrix3 A;  ///< ½ (tr(R Tᵀ) E − R Tᵀ)
+  Vector3Of<N> gap;
+  Matrix3Of<N> A;  ///< ½ (tr(R Tᵀ) E − R Tᵀ)
 
-  RotationGap(const Matrix3& T, const Matrix3& R) {
-    const Matrix3 M = R * T.transpose();
-    gap = 0.5 * Vector3(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));
-    A = 0.5 * (M.trace() * Matrix3::Identity() - M);
+  RotationGap(const Matrix3Of<N>& T, const Matrix3Of<N>& R) {
+    const Matrix3Of<N> M = R * T.transpose();
+    gap = 0.5 * Vector3Of<N>(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));
+    A = 0.5 * (M.trace() * Matrix3Of<N>::Identity() - M);
   }
 };
 
@@ -97,10 +102,32 @@ struct RotationError {
 };
 
 /// dA/dt of RotationGap.
-inline Matrix3 gap_matrix_rate(const Matrix3& T, const Vector3& w_T, const Matrix3& R, const Vector3& w) {
-  const Matrix3 M = R * T.transpose();
-  const Matrix3 rate = skew(w) * M - M * skew(w_T);
-  return 0.5 * (rate.trace() * Matrix3::Identity() - rate);
+template <class N>
+Matrix3Of<N> gap_matrix_rate(const Matrix3Of<N>& T, const Vector3Of<N>& w_T, const Matrix3Of<N>& R,
+                             const Vector3Of<N>& w) {
+  const Matrix3Of<N> M = R * T.transpose();
+  const Matrix3Of<N> rate = skew(w) * M - M * skew(w_T);
+  return 0.5 * (rate.trace() * Matrix3Of<N>::Identity() - rate);
+}
+
+/// Present values of the driven quantities, at rest. State: poses at y.
+template <class S>
+DriveSampleOf<typename S::Scalar> measure(const Tree<S>& tree, const Drive<S>& drive, const State<S>& state,
+                                          const typename S::Scalar* y) {
+  DriveSampleOf<typename S::Scalar> sample;
+  sample.value.resize(drive.values());
+  int k = 0;
+  for (const int component : drive.point) sample.value[k++] = position(state, drive.tool)[component];
+  if (!drive.com.empty()) {
+    MassDistribution<S> masses(tree);
+    masses.update(tree, state);
+    for (const int component : drive.com) sample.value[k++] = masses.com()[component];
+  }
+  for (const auto& quantity : drive.linear) sample.value[k++] = quantity.value(y);
+  sample.rotation = to_matrix(orientation(state, drive.tool));
+  sample.rate.setZero(drive.values());
+  sample.acceleration.setZero(drive.values());
+  return sample;
 }
 
 /// Acceleration of the centre of mass for the accelerations in the state (world axes).

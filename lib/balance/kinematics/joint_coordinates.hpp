@@ -5,32 +5,42 @@
 #include "balance/kinematics/state.hpp"
 
 #include <array>
+#include <cmath>
+#include <numbers>
 #include <vector>
 
 namespace balance {
 
 /// Up to three coordinates of one joint with their derivatives.
+template <class T>
 struct JointReading {
-  std::array<double, 3> position{}, velocity{}, acceleration{};
+  std::array<T, 3> position{}, velocity{}, acceleration{};
 };
 
 /// Motion of a joint's second body seen by an observer on its first, in the first body's axes.
+template <class T>
 struct RelativeMotion {
-  Matrix3 rotation;         ///< of the second body's frame, less the joint's own constant rotation
-  Vector3 place;            ///< from the joint's point on the first body to that on the second
-  Vector3 slip, slip_rate;  ///< its first and second derivative
-  Vector3 spin, spin_rate;  ///< relative angular velocity and acceleration
+  Matrix3Of<T> rotation;         ///< of the second body's frame, less the joint's own constant rotation
+  Vector3Of<T> place;            ///< from the joint's point on the first body to that on the second
+  Vector3Of<T> slip, slip_rate;  ///< its first and second derivative
+  Vector3Of<T> spin, spin_rate;  ///< relative angular velocity and acceleration
 };
 
 /// @param state poses; for the rates also velocities and accelerations
 template <class S>
-RelativeMotion relative_motion(const Tree<S>& tree, const State<S>& state, const Joint& joint);
+RelativeMotion<typename S::Scalar> relative_motion(const Tree<S>& tree, const State<S>& state,
+                                                   const JointOf<typename S::Scalar>& joint);
 
 /// Angles in (−π, π]. Rates of a spherical joint are infinite at its second angle ±π/2.
-JointReading read_joint(const Joint& joint, const RelativeMotion& motion);
+template <class T>
+JointReading<T> read_joint(const JointOf<T>& joint, const RelativeMotion<T>& motion);
 
 /// The value that differs from `angle` by whole turns and is nearest to `reference`.
-double unwrapped(double angle, double reference);
+template <class T>
+T unwrapped(const T& angle, double reference) {
+  constexpr double turn = 2 * std::numbers::pi;
+  return angle + turn * std::round((reference - value_of(angle)) / turn);
+}
 
 /// All coordinates of the mechanism at y, cut joints and floating spherical ones included, angles in (−π, π].
 template <class S>
@@ -38,7 +48,5 @@ std::vector<double> read_coordinates(const Mechanism& mechanism, const Tree<S>& 
 
 extern template std::vector<double> read_coordinates<Planar>(const Mechanism&, const Tree<Planar>&, const VectorX&);
 extern template std::vector<double> read_coordinates<Spatial>(const Mechanism&, const Tree<Spatial>&, const VectorX&);
-extern template RelativeMotion relative_motion<Planar>(const Tree<Planar>&, const State<Planar>&, const Joint&);
-extern template RelativeMotion relative_motion<Spatial>(const Tree<Spatial>&, const State<Spatial>&, const Joint&);
 
 }  // namespace balance

@@ -1,15 +1,17 @@
 #include "balance/kinematics/joint_steps.hpp"
 
+#include "balance/base/number.hpp"
 #include "balance/base/rotation.hpp"
 
 #include <stdexcept>
-#include <type_traits>
 
 namespace balance {
 
-std::vector<Step> steps(const Joint& joint) {
+template <class T>
+std::vector<Step<T>> steps(const JointOf<T>& joint) {
   using enum NodeMotion;
-  const Vector3 u = joint.axis, v = joint.axis2, z = Vector3::UnitZ();
+  using Vector = Vector3Of<T>;
+  const Vector u = joint.axis, v = joint.axis2, z = Vector::UnitZ();
   switch (joint.type) {
     case JointType::fixed: return {};
     case JointType::revolute: return {{turn, u, 0}};
@@ -17,35 +19,37 @@ std::vector<Step> steps(const Joint& joint) {
     case JointType::pin_slot: return {{slide, u, 0}, {turn, z, 1}};
     case JointType::cylindrical: return {{slide, u, 1}, {turn, u, 0}};
     case JointType::universal: return {{turn, u, 0}, {turn, v, 1}};
-    case JointType::spherical: return {{turn, Vector3::UnitX(), 0}, {turn, Vector3::UnitY(), 1}, {turn, z, 2}};
-    case JointType::planar: return {{slide, v, 0}, {slide, u.cross(v), 1}, {turn, u, 2}};
+    case JointType::spherical: return {{turn, Vector::UnitX(), 0}, {turn, Vector::UnitY(), 1}, {turn, z, 2}};
+    case JointType::planar: return {{slide, v, 0}, {slide, cross(u, v), 1}, {turn, u, 2}};
   }
   return {};
 }
 
-template <>
-Matrix3 node_axes<Spatial>(const Step& step) {
-  return frame_with_z_along(step.direction);
-}
-template <>
-Matrix3 node_axes<Planar>(const Step& step) {
-  if (step.motion == NodeMotion::turn) return Matrix3::Identity();
-  Matrix3 R = Matrix3::Identity();
-  const Vector3& d = step.direction;
-  R.topLeftCorner<2, 2>() << d.x(), -d.y(), d.y(), d.x();
-  return R;
+template <class S>
+Matrix3Of<typename S::Scalar> node_axes(const Step<typename S::Scalar>& step) {
+  using Matrix = Matrix3Of<typename S::Scalar>;
+  if constexpr (is_planar<S>) {
+    Matrix R = Matrix::Identity();
+    if (step.motion == NodeMotion::turn) return R;
+    const auto& d = step.direction;
+    R.template topLeftCorner<2, 2>() << d.x(), -d.y(), d.y(), d.x();
+    return R;
+  } else {
+    return frame_with_z_along(step.direction);
+  }
 }
 
 template <class S>
-Matrix3 closure_axes(const Joint& joint) {
-  if constexpr (std::is_same_v<S, Planar>) {
+Matrix3Of<typename S::Scalar> closure_axes(const JointOf<typename S::Scalar>& joint) {
+  using Matrix = Matrix3Of<typename S::Scalar>;
+  if constexpr (is_planar<S>) {
     const bool slides = joint.type == JointType::prismatic || joint.type == JointType::pin_slot;
-    return slides ? node_axes<Planar>({NodeMotion::slide, joint.axis, 0}) : Matrix3::Identity();
+    return slides ? node_axes<S>({NodeMotion::slide, joint.axis, 0}) : Matrix(Matrix::Identity());
   } else {
-    if (joint.type == JointType::spherical || joint.type == JointType::fixed) return Matrix3::Identity();
+    if (joint.type == JointType::spherical || joint.type == JointType::fixed) return Matrix::Identity();
     if (joint.type != JointType::universal && joint.type != JointType::planar) return frame_with_z_along(joint.axis);
-    Matrix3 R;
-    R << joint.axis2, joint.axis.cross(joint.axis2), joint.axis;
+    Matrix R;
+    R << joint.axis2, cross(joint.axis, joint.axis2), joint.axis;
     return R;
   }
 }
@@ -54,7 +58,7 @@ template <class S>
 void set_rows(JointType type, Closure<S>& closure) {
   using enum ClosureRow::Kind;
   const ClosureRow x{along, 0, 0}, y{along, 1, 0}, z{along, 2, 0};
-  if constexpr (std::is_same_v<S, Planar>) {
+  if constexpr (is_planar<S>) {
     const ClosureRow angle{dot, 1, 0};
     switch (type) {
       case JointType::revolute: closure.rows = {x, y}; break;
@@ -78,9 +82,12 @@ void set_rows(JointType type, Closure<S>& closure) {
   }
 }
 
-template Matrix3 closure_axes<Planar>(const Joint&);
-template Matrix3 closure_axes<Spatial>(const Joint&);
-template void set_rows<Planar>(JointType, Closure<Planar>&);
-template void set_rows<Spatial>(JointType, Closure<Spatial>&);
+template std::vector<Step<Number>> steps<Number>(const JointOf<Number>&);
+template Matrix3Of<Number> node_axes<PlanarOf<Number>>(const Step<Number>&);
+template Matrix3Of<Number> node_axes<SpatialOf<Number>>(const Step<Number>&);
+template Matrix3Of<Number> closure_axes<PlanarOf<Number>>(const JointOf<Number>&);
+template Matrix3Of<Number> closure_axes<SpatialOf<Number>>(const JointOf<Number>&);
+template void set_rows<PlanarOf<Number>>(JointType, Closure<PlanarOf<Number>>&);
+template void set_rows<SpatialOf<Number>>(JointType, Closure<SpatialOf<Number>>&);
 
 }  // namespace balance

@@ -9,27 +9,25 @@
 namespace balance {
 
 /// One elementary motion of a joint: about or along `direction`, in the first body's axes at coordinate zero.
+template <class T>
 struct Step {
   NodeMotion motion;
-  Vector3 direction;
+  Vector3Of<T> direction;
   int index;  ///< coordinate within the joint
 };
 
 /// In order from the first body to the second.
-std::vector<Step> steps(const Joint& joint);
+template <class T>
+std::vector<Step<T>> steps(const JointOf<T>& joint);
 
 /// Axes in which a node turns about z or slides along its space's slide direction.
 template <class S>
-Matrix3 node_axes(const Step& step);
-template <>
-Matrix3 node_axes<Planar>(const Step& step);
-template <>
-Matrix3 node_axes<Spatial>(const Step& step);
+Matrix3Of<typename S::Scalar> node_axes(const Step<typename S::Scalar>& step);
 
 /// The axes in which the constraints of a cut joint are simple: z (planar: x) along the joint's axis; universal: x along
 /// the second axis.
 template <class S>
-Matrix3 closure_axes(const Joint& joint);
+Matrix3Of<typename S::Scalar> closure_axes(const JointOf<typename S::Scalar>& joint);
 
 /// Gives a closure the rows of a cut joint of this type.
 /// @throws std::invalid_argument if the type does not exist in this space

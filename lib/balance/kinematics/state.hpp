@@ -29,12 +29,13 @@ using State = std::vector<NodeState<S>>;
 
 /// Pose of the node in its parent at y.
 template <class S>
-inline void set_local_pose(const Node<S>& node, const double* y, NodeState<S>& state) {
+inline void set_local_pose(const Node<S>& node, const typename S::Scalar* y, NodeState<S>& state) {
   switch (node.motion) {
     case NodeMotion::turn: {
-      const double x = node.ratio * y[node.column] + node.offset;
-      double s, c;
-      ::sincos(x, &s, &c);
+      using T = typename S::Scalar;
+      const T x = node.ratio * y[node.column] + node.offset;
+      T s, c;
+      sine_and_cosine(x, s, c);
       state.R_PN = turned(node.R_PF, c, s);
       state.p_PN = node.p_PF;
       break;
@@ -58,14 +59,15 @@ inline void set_world_pose(const NodeState<S>& parent, NodeState<S>& state) {
 
 /// Angular velocity only: all that forces need.
 template <class S>
-inline void set_angular_velocity(const Node<S>& node, const double* dy, const NodeState<S>& parent,
+inline void set_angular_velocity(const Node<S>& node, const typename S::Scalar* dy, const NodeState<S>& parent,
                                  NodeState<S>& state) {
   state.angular_velocity = unrotate(state.R_PN, parent.angular_velocity);
   if (node.motion == NodeMotion::turn) add_about_axis(state.angular_velocity, node.ratio * dy[node.column]);
 }
 
 template <class S>
-inline void set_velocity(const Node<S>& node, const double* dy, const NodeState<S>& parent, NodeState<S>& state) {
+inline void set_velocity(const Node<S>& node, const typename S::Scalar* dy, const NodeState<S>& parent,
+                         NodeState<S>& state) {
   state.velocity =
       unrotate(state.R_PN, typename S::Vector(parent.velocity + cross(parent.angular_velocity, state.p_PN)));
   if (node.motion == NodeMotion::slide) add_along_slide(state.velocity, node.ratio * dy[node.column]);
@@ -79,8 +81,8 @@ inline typename S::Vector own_acceleration(const NodeState<S>& state, const type
 
 /// @param ddy null: the accelerations that velocities alone cause
 template <class S>
-inline void set_acceleration(const Node<S>& node, const double* dy, const double* ddy, const NodeState<S>& parent,
-                             NodeState<S>& state) {
+inline void set_acceleration(const Node<S>& node, const typename S::Scalar* dy, const typename S::Scalar* ddy,
+                             const NodeState<S>& parent, NodeState<S>& state) {
   state.acceleration = unrotate(state.R_PN, own_acceleration(parent, state.p_PN));
   state.angular_acceleration = unrotate(state.R_PN, parent.angular_acceleration);
   if (node.motion == NodeMotion::turn) {
@@ -94,7 +96,7 @@ inline void set_acceleration(const Node<S>& node, const double* dy, const double
 }
 
 template <class S>
-void poses(const Tree<S>& tree, const double* y, State<S>& state) {
+void poses(const Tree<S>& tree, const typename S::Scalar* y, State<S>& state) {
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
     set_local_pose(tree.nodes[n], y, state[n]);
     set_world_pose(state[tree.nodes[n].parent], state[n]);
@@ -102,28 +104,28 @@ void poses(const Tree<S>& tree, const double* y, State<S>& state) {
 }
 
 template <class S>
-void angular_velocities(const Tree<S>& tree, const double* dy, State<S>& state) {
+void angular_velocities(const Tree<S>& tree, const typename S::Scalar* dy, State<S>& state) {
   for (std::size_t n = 1; n < tree.nodes.size(); ++n)
     set_angular_velocity(tree.nodes[n], dy, state[tree.nodes[n].parent], state[n]);
 }
 
 /// Velocities of the nodes' origins, once the angular ones are known.
 template <class S>
-void origin_velocities(const Tree<S>& tree, const double* dy, State<S>& state) {
+void origin_velocities(const Tree<S>& tree, const typename S::Scalar* dy, State<S>& state) {
   for (std::size_t n = 1; n < tree.nodes.size(); ++n)
     set_velocity(tree.nodes[n], dy, state[tree.nodes[n].parent], state[n]);
 }
 
 template <class S>
-void velocities(const Tree<S>& tree, const double* dy, State<S>& state) {
+void velocities(const Tree<S>& tree, const typename S::Scalar* dy, State<S>& state) {
   angular_velocities(tree, dy, state);
   origin_velocities(tree, dy, state);
 }
 
 /// @param base acceleration of the ground; −gravity makes weight part of the inertia forces
 template <class S>
-void accelerations(const Tree<S>& tree, const double* dy, const double* ddy, const typename S::Vector& base,
-                   State<S>& state) {
+void accelerations(const Tree<S>& tree, const typename S::Scalar* dy, const typename S::Scalar* ddy,
+                   const typename S::Vector& base, State<S>& state) {
   state[0].acceleration = base;
   for (std::size_t n = 1; n < tree.nodes.size(); ++n)
     set_acceleration(tree.nodes[n], dy, ddy, state[tree.nodes[n].parent], state[n]);

@@ -70,7 +70,7 @@ void System<S>::prescribed(const VectorX& y, const DriveSample& target, VectorX&
   }
   if (!drive_.rotation.empty()) {
     const Matrix3 R = to_matrix(orientation(state_, drive_.tool));
-    const RotationGap gap(target.rotation, R);
+    const RotationGap<double> gap(target.rotation, R);
     const RotationError error(target.rotation, R);
     const bool whole = drive_.rotation.size() == 3;  // of single components only the sine has a meaning
     for (const int component : drive_.rotation) {
@@ -94,20 +94,7 @@ bool System<S>::aligned() const {
 
 template <class S>
 DriveSample System<S>::measure(const VectorX& y) const {
-  DriveSample sample;
-  sample.value.resize(drive_.values());
-  int k = 0;
-  for (const int component : drive_.point) sample.value[k++] = position(state_, drive_.tool)[component];
-  if (!drive_.com.empty()) {
-    MassDistribution<S> masses(tree_);
-    masses.update(tree_, state_);
-    for (const int component : drive_.com) sample.value[k++] = masses.com()[component];
-  }
-  for (const LinearQuantity& quantity : drive_.linear) sample.value[k++] = quantity.value(y.data());
-  sample.rotation = to_matrix(orientation(state_, drive_.tool));
-  sample.rate.setZero(drive_.values());
-  sample.acceleration.setZero(drive_.values());
-  return sample;
+  return balance::measure(tree_, drive_, state_, y.data());
 }
 
 template class System<Planar>;

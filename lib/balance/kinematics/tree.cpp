@@ -1,54 +1,60 @@
 #include "balance/kinematics/tree.hpp"
 
+#include "balance/base/number.hpp"
 #include "balance/base/rotation.hpp"
 #include "balance/kinematics/joint_steps.hpp"
+#include "balance/model/conversion.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <stdexcept>
+#include <type_traits>
 
 namespace balance {
 
-template <>
-Planar::Inertia inertia_about_origin<Planar>(double mass, const Vector3& com, const Matrix3& about_com) {
-  return {mass, mass * com.head<2>(), about_com(2, 2) + mass * com.head<2>().squaredNorm()};
+template <class S>
+typename S::Inertia inertia_about_origin(const typename S::Scalar& mass, const Vector3Of<typename S::Scalar>& com,
+                                         const Matrix3Of<typename S::Scalar>& about_com) {
+  using T = typename S::Scalar;
+  if constexpr (is_planar<S>)
+    return {mass, mass * com.template head<2>(), about_com(2, 2) + mass * com.template head<2>().squaredNorm()};
+  else
+    return {mass, mass * com,
+            about_com + mass * (com.squaredNorm() * Matrix3Of<T>::Identity() - com * com.transpose())};
 }
 
-template <>
-Spatial::Inertia inertia_about_origin<Spatial>(double mass, const Vector3& com, const Matrix3& about_com) {
-  return {mass, mass * com, about_com + mass * (com.squaredNorm() * Matrix3::Identity() - com * com.transpose())};
-}
-
-template <>
-Planar::Inertia moved<Planar>(const Planar::Inertia& inertia, const Planar::Rotation& R, const Vector2& p) {
-  const Vector2 moment = R * inertia.moment;
-  return {inertia.mass, moment + inertia.mass * p, inertia.second + 2 * p.dot(moment) + inertia.mass * p.squaredNorm()};
-}
-
-template <>
-Spatial::Inertia moved<Spatial>(const Spatial::Inertia& inertia, const Spatial::Rotation& R, const Vector3& p) {
-  const Vector3 moment = R * inertia.moment;
-  const Matrix3 second = R.matrix * inertia.second * R.matrix.transpose();
-  const Matrix3 E = Matrix3::Identity();
-  return {inertia.mass, moment + inertia.mass * p,
-          second + 2 * p.dot(moment) * E - p * moment.transpose() - moment * p.transpose() +
-              inertia.mass * (p.squaredNorm() * E - p * p.transpose())};
+template <class S>
+typename S::Inertia moved(const typename S::Inertia& inertia, const typename S::Rotation& R,
+                          const typename S::Vector& p) {
+  using T = typename S::Scalar;
+  const typename S::Vector moment = R * inertia.moment;
+  if constexpr (is_planar<S>) {
+    return {inertia.mass, moment + inertia.mass * p,
+            inertia.second + 2 * p.dot(moment) + inertia.mass * p.squaredNorm()};
+  } else {
+    const Matrix3Of<T> second = R.matrix * inertia.second * R.matrix.transpose();
+    const Matrix3Of<T> E = Matrix3Of<T>::Identity();
+    return {inertia.mass, moment + inertia.mass * p,
+            second + 2 * p.dot(moment) * E - p * moment.transpose() - moment * p.transpose() +
+                inertia.mass * (p.squaredNorm() * E - p * p.transpose())};
+  }
 }
 
 namespace {
 
 /// q[coordinate] = ratio · q[root] + offset after following the couplings.
+template <class T>
 struct Root {
   int coordinate;
-  double ratio = 1, offset = 0;
+  T ratio = 1, offset = 0;
 };
 
-Root root_of(const Mechanism& mechanism, int coordinate) {
-  Root root{coordinate};
+template <class T>
+Root<T> root_of(const MechanismOf<T>& mechanism, int coordinate) {
+  Root<T> root{coordinate};
   for (std::size_t guard = 0; guard <= mechanism.couplings.size(); ++guard) {
     const auto it = std::find_if(mechanism.couplings.begin(), mechanism.couplings.end(),
-                                 [&](const Coupling& c) { return c.follower == root.coordinate; });
+                                 [&](const CouplingOf<T>& c) { return c.follower == root.coordinate; });
     if (it == mechanism.couplings.end()) return root;
     root.offset += root.ratio * it->offset;
     root.ratio *= it->ratio;
@@ -60,13 +66,17 @@ Root root_of(const Mechanism& mechanism, int coordinate) {
 template <class S>
 class Compiler {
  public:
-  Compiler(const Mechanism& mechanism, const std::vector<int>& needed)
-      : mechanism_(mechanism), needed_(joints_needed(mechanism, needed)), spanning_(span(mechanism, needed)) {
-    if (mechanism.space == SpaceKind::spatial) tree_.held_spins = idle_spins(mechanism, needed);
+  using T = typename S::Scalar;
+
+  Compiler(const MechanismOf<T>& mechanism, const std::vector<int>& needed) : mechanism_(mechanism) {
+    const Mechanism& values = values_of(mechanism);
+    needed_ = joints_needed(values, needed);
+    spanning_ = span(values, needed);
+    if (mechanism.space == SpaceKind::spatial) tree_.held_spins = idle_spins(values, needed);
+    tree_.length = characteristic_length(values);
   }
 
   Tree<S> run() {
-    tree_.length = characteristic_length(mechanism_);
     tree_.nodes.emplace_back();
     tree_.bodies.resize(mechanism_.bodies.size());
     tree_.joint_nodes.assign(mechanism_.joints.size(), -1);
@@ -106,7 +116,7 @@ class Compiler {
       }
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
       if (!in_tree[mechanism_.coordinates[c].joint]) continue;
-      const Root root = root_of(mechanism_, static_cast<int>(c));
+      const Root<T> root = root_of(mechanism_, static_cast<int>(c));
       if (!columns.contains(root.coordinate)) continue;  // a held spin
       tree_.sources[c] = {columns.at(root.coordinate), root.ratio, root.offset};
     }
@@ -126,8 +136,8 @@ class Compiler {
     throw std::invalid_argument("joint has no such coordinate");
   }
 
-  int add_node(int parent, const Matrix3& R, const Vector3& p, NodeMotion motion, const CoordinateSource& source,
-               double sign) {
+  int add_node(int parent, const Matrix3Of<T>& R, const Vector3Of<T>& p, NodeMotion motion,
+               const CoordinateSourceOf<T>& source, double sign) {
     Node<S> node;
     node.parent = parent;
     node.motion = motion;
@@ -141,13 +151,13 @@ class Compiler {
   }
 
   void add_joint(const TreeEdge& edge) {
-    const Joint& joint = mechanism_.joints[edge.joint];
-    std::vector<Step> chain = steps(joint);
-    Vector3 start = joint.point_first, end = joint.point_second;
-    Matrix3 R_parent_child = joint.rotation;
+    const JointOf<T>& joint = mechanism_.joints[edge.joint];
+    std::vector<Step<T>> chain = steps(joint);
+    Vector3Of<T> start = joint.point_first, end = joint.point_second;
+    Matrix3Of<T> R_parent_child = joint.rotation;
     if (!edge.forward) {  // walked backwards: the motions in reverse order and sense, seen from the second body
       std::reverse(chain.begin(), chain.end());
-      for (Step& step : chain) step.direction = joint.rotation.transpose() * step.direction;
+      for (Step<T>& step : chain) step.direction = joint.rotation.transpose() * step.direction;
       std::swap(start, end);
       R_parent_child = joint.rotation.transpose();
     }
@@ -155,15 +165,15 @@ class Compiler {
     if (spin != nullptr) chain = turns_before(*spin, R_parent_child);
     const FixedFrame<S> parent = tree_.bodies[edge.parent];
     int node = parent.node;
-    Matrix3 R = to_matrix(parent.R_N);  // axes of the parent body in the current node
-    Vector3 p = R * start + to_3d(parent.p_N);
+    Matrix3Of<T> R = to_matrix(parent.R_N);  // axes of the parent body in the current node
+    Vector3Of<T> p = R * start + to_3d(parent.p_N);
     if (joint.type == JointType::spherical && !needed_[edge.joint]) {
       tree_.balls.push_back(static_cast<int>(tree_.nodes.size()));
       tree_.joint_floats[edge.joint] = true;
     }
     if (chain.empty()) node = add_node(node, R, p, NodeMotion::weld, {}, 1), R.setIdentity(), p.setZero();
-    for (const Step& step : chain) {
-      const Matrix3 axes = node_axes<S>(step);
+    for (const Step<T>& step : chain) {
+      const Matrix3Of<T> axes = node_axes<S>(step);
       node = add_node(node, R * axes, p, step.motion, source_of(edge.joint, step),
                       spin != nullptr || edge.forward ? 1 : -1);
       R = axes.transpose();
@@ -171,8 +181,8 @@ class Compiler {
     }
     tree_.joint_nodes[edge.joint] = node;
     tree_.joint_forward[edge.joint] = edge.forward;
-    const Matrix3 R_NB = R * R_parent_child;
-    const FixedFrame<S> child{node, to_rotation<S>(R_NB), to_vector<S>(Vector3(-(R_NB * end)))};
+    const Matrix3Of<T> R_NB = R * R_parent_child;
+    const FixedFrame<S> child{node, to_rotation<S>(R_NB), to_vector<S>(Vector3Of<T>(-(R_NB * end)))};
     if (edge.split)
       weld(edge.joint, child, edge.child);
     else
@@ -180,25 +190,39 @@ class Compiler {
   }
 
   /// Two turns across the line of an idle spin, and in the place of the third, about the line, a weld.
-  static std::vector<Step> turns_before(const IdleSpin& spin, const Matrix3& R_parent_child) {
-    const Matrix3 axes = frame_with_z_along(R_parent_child * spin.line);
+  std::vector<Step<T>> turns_before(const IdleSpin& spin, const Matrix3Of<T>& R_parent_child) const {
+    const Matrix3Of<T> axes = frame_with_z_along(Vector3Of<T>(R_parent_child * line_of(spin)));
     return {{NodeMotion::turn, axes.col(0), 0}, {NodeMotion::turn, axes.col(1), 1}, {NodeMotion::weld, axes.col(2), 2}};
   }
 
-  CoordinateSource source_of(int joint, const Step& step) const {
-    return step.motion == NodeMotion::weld ? CoordinateSource{} : tree_.sources[coordinate_of(joint, step.index)];
+  /// The line of an idle spin with its derivatives, if there are any: it goes through its joints.
+  Vector3Of<T> line_of(const IdleSpin& spin) const {
+    if constexpr (std::is_same_v<T, double>) {
+      return spin.line;
+    } else {
+      const auto place = [&](int j) {
+        const JointOf<T>& joint = mechanism_.joints[j];
+        return joint.first == spin.body ? joint.point_first : joint.point_second;
+      };
+      const Vector3Of<T> line = (place(spin.joints[1]) - place(spin.joints[0])).normalized();
+      return line.dot(spin.line.cast<T>()) < 0 ? Vector3Of<T>(-line) : line;
+    }
+  }
+
+  CoordinateSourceOf<T> source_of(int joint, const Step<T>& step) const {
+    return step.motion == NodeMotion::weld ? CoordinateSourceOf<T>{} : tree_.sources[coordinate_of(joint, step.index)];
   }
 
   /// Closes the loop of a split joint: the copy that the joint carries is its second body.
   void weld(int joint, const FixedFrame<S>& copy, int body) { splits_.push_back({joint, copy, body}); }
 
-  static FixedFrame<S> on(const FixedFrame<S>& body, const Matrix3& R, const Vector3& p) {
+  static FixedFrame<S> on(const FixedFrame<S>& body, const Matrix3Of<T>& R, const Vector3Of<T>& p) {
     return {body.node, body.R_N * to_rotation<S>(R), body.p_N + body.R_N * to_vector<S>(p)};
   }
 
   void add_closure(int j) {
-    const Joint& joint = mechanism_.joints[j];
-    const Matrix3 axes = closure_axes<S>(joint);
+    const JointOf<T>& joint = mechanism_.joints[j];
+    const Matrix3Of<T> axes = closure_axes<S>(joint);
     Closure<S> closure;
     closure.joint = j;
     closure.a = on(tree_.bodies[joint.first], axes, joint.point_first);
@@ -212,33 +236,33 @@ class Compiler {
       Closure<S> closure;
       closure.joint = split.joint;
       closure.split = true;
-      const Vector3 at = mechanism_.joints[split.joint].point_second;
-      closure.a = on(split.copy, Matrix3::Identity(), at);
-      closure.b = on(tree_.bodies[split.body], Matrix3::Identity(), at);
+      const Vector3Of<T> at = mechanism_.joints[split.joint].point_second;
+      closure.a = on(split.copy, Matrix3Of<T>::Identity(), at);
+      closure.b = on(tree_.bodies[split.body], Matrix3Of<T>::Identity(), at);
       set_rows(JointType::fixed, closure);
       tree_.closures.push_back(closure);
     }
     for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) {
-      const Body& body = mechanism_.bodies[b];
+      const BodyOf<T>& body = mechanism_.bodies[b];
       add_element(tree_.bodies[b], inertia_about_origin<S>(body.mass, body.com, body.inertia));
     }
-    for (const Attachment& extra : mechanism_.attachments)
+    for (const AttachmentOf<T>& extra : mechanism_.attachments)
       add_element(tree_.bodies[extra.body], inertia_about_origin<S>(extra.mass, extra.position, extra.inertia));
-    for (const Disc& disc : mechanism_.discs) add_disc(disc);
+    for (const DiscOf<T>& disc : mechanism_.discs) add_disc(disc);
   }
 
-  void add_disc(const Disc& disc) {
+  void add_disc(const DiscOf<T>& disc) {
     const FixedFrame<S>& carrier = tree_.bodies[disc.body];
-    const Matrix3 axes = node_axes<S>({NodeMotion::turn, disc.axis, 0});
-    const Matrix3 R = to_matrix(carrier.R_N) * axes;
-    const Vector3 p = to_3d(carrier.p_N) + to_matrix(carrier.R_N) * disc.position;
-    CoordinateSource source = tree_.sources[disc.follows];
+    const Matrix3Of<T> axes = node_axes<S>({NodeMotion::turn, disc.axis, 0});
+    const Matrix3Of<T> R = to_matrix(carrier.R_N) * axes;
+    const Vector3Of<T> p = to_3d(carrier.p_N) + to_matrix(carrier.R_N) * disc.position;
+    CoordinateSourceOf<T> source = tree_.sources[disc.follows];
     source.ratio *= disc.ratio;
     source.offset *= disc.ratio;
     const int node = add_node(carrier.node, R, p, NodeMotion::turn, source, 1);
     // the disc's own frame: its CoM, the carrier's axes at coordinate zero
-    const FixedFrame<S> frame{node, to_rotation<S>(axes.transpose()), S::Vector::Zero()};
-    add_element(frame, inertia_about_origin<S>(disc.mass, Vector3::Zero(), disc.inertia));
+    const FixedFrame<S> frame{node, to_rotation<S>(Matrix3Of<T>(axes.transpose())), S::Vector::Zero()};
+    add_element(frame, inertia_about_origin<S>(disc.mass, Vector3Of<T>::Zero(), disc.inertia));
   }
 
   void add_element(const FixedFrame<S>& frame, const typename S::Inertia& inertia) {
@@ -268,7 +292,7 @@ class Compiler {
     int body;
   };
 
-  const Mechanism& mechanism_;
+  const MechanismOf<T>& mechanism_;
   std::vector<bool> needed_;  ///< per joint
   SpanningTree spanning_;
   Tree<S> tree_;
@@ -278,29 +302,19 @@ class Compiler {
 }  // namespace
 
 template <class S>
-Tree<S> compile(const Mechanism& mechanism, const std::vector<int>& needed) {
+Tree<S> compile(const MechanismOf<typename S::Scalar>& mechanism, const std::vector<int>& needed) {
   return Compiler<S>(mechanism, needed).run();
 }
 
-template <class S>
-void rereference(Tree<S>& tree, int ball, double* y) {
-  Matrix3 all = Matrix3::Identity(), fixed = Matrix3::Identity();
-  for (int n = ball; n < ball + 3; ++n) {
-    const Node<S>& node = tree.nodes[n];
-    const bool turns = node.motion == NodeMotion::turn;  // the last of a held spin does not
-    const double x = turns ? node.ratio * y[node.column] + node.offset : 0;
-    all *= to_matrix(turned(node.R_PF, std::cos(x), std::sin(x)));
-    if (n > ball) fixed *= to_matrix(node.R_PF);
-    if (turns) y[node.column] = -node.offset / node.ratio;
-  }
-  // products of rotations drift; the nearest rotation does not
-  const Eigen::Quaterniond exact = Eigen::Quaterniond(Matrix3(all * fixed.transpose())).normalized();
-  tree.nodes[ball].R_PF = to_rotation<S>(exact.toRotationMatrix());
-}
-
-template void rereference<Planar>(Tree<Planar>&, int, double*);
-template void rereference<Spatial>(Tree<Spatial>&, int, double*);
-template Tree<Planar> compile<Planar>(const Mechanism&, const std::vector<int>&);
-template Tree<Spatial> compile<Spatial>(const Mechanism&, const std::vector<int>&);
+template Tree<PlanarOf<Number>> compile<PlanarOf<Number>>(const MechanismOf<Number>&, const std::vector<int>&);
+template Tree<SpatialOf<Number>> compile<SpatialOf<Number>>(const MechanismOf<Number>&, const std::vector<int>&);
+template PlanarOf<Number>::Inertia inertia_about_origin<PlanarOf<Number>>(const Number&, const Vector3Of<Number>&,
+                                                                          const Matrix3Of<Number>&);
+template SpatialOf<Number>::Inertia inertia_about_origin<SpatialOf<Number>>(const Number&, const Vector3Of<Number>&,
+                                                                            const Matrix3Of<Number>&);
+template PlanarOf<Number>::Inertia moved<PlanarOf<Number>>(const PlanarOf<Number>::Inertia&,
+                                                           const PlanarRotation<Number>&, const Vector2Of<Number>&);
+template SpatialOf<Number>::Inertia moved<SpatialOf<Number>>(const SpatialOf<Number>::Inertia&,
+                                                             const SpatialRotation<Number>&, const Vector3Of<Number>&);
 
 }  // namespace balance

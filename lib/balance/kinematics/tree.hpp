@@ -17,8 +17,8 @@ struct Node {
   int parent = -1;  ///< −1 only for node 0, the world
   NodeMotion motion = NodeMotion::weld;
   int column = -1;  ///< of y; −1 for welds
-  double ratio = 1;
-  double offset = 0;
+  typename S::Scalar ratio = 1;
+  typename S::Scalar offset = 0;
   typename S::Rotation R_PF;  ///< N at x = 0; turns about its z axis, slides along S::slide_direction()
   typename S::Vector p_PF = S::Vector::Zero();
   typename S::Inertia inertia;  ///< of everything fixed to N, about N's origin, in N's axes
@@ -58,10 +58,13 @@ struct Closure {
 };
 
 /// Where a joint coordinate comes from.
-struct CoordinateSource {
-  int column = -1;               ///< −1: the joint is cut
-  double ratio = 1, offset = 0;  ///< q = ratio · y[column] + offset
+template <class T>
+struct CoordinateSourceOf {
+  int column = -1;          ///< −1: the joint is cut
+  T ratio = 1, offset = 0;  ///< q = ratio · y[column] + offset
 };
+
+using CoordinateSource = CoordinateSourceOf<double>;
 
 /// A body, an attachment or a disc: one set of inertial parameters.
 template <class S>
@@ -77,10 +80,10 @@ struct Tree {
   std::vector<FixedFrame<S>> bodies;  ///< frame of every body of the mechanism
   std::vector<Closure<S>> closures;
   int closure_rows = 0;
-  bool slides = false;                    ///< some closure is not pinned
-  std::vector<CoordinateSource> sources;  ///< for every coordinate of the mechanism
-  std::vector<int> joint_nodes;           ///< per joint: the last node of its chain, −1 if cut
-  std::vector<bool> joint_forward;        ///< per joint: the tree walks it from its first to its second body
+  bool slides = false;                                          ///< some closure is not pinned
+  std::vector<CoordinateSourceOf<typename S::Scalar>> sources;  ///< for every coordinate of the mechanism
+  std::vector<int> joint_nodes;                                 ///< per joint: the last node of its chain, −1 if cut
+  std::vector<bool> joint_forward;  ///< per joint: the tree walks it from its first to its second body
   /// First nodes of the spherical joints whose coordinates nobody prescribes, drives or couples: these may be counted from
   /// another reference orientation at any time (rereference), so that they never reach their singular position.
   std::vector<int> balls;
@@ -88,22 +91,23 @@ struct Tree {
   /// Bodies whose idle spin is held: the ball that carries them lacks its last turn, like a universal joint.
   std::vector<IdleSpin> held_spins;
   std::vector<MassElement<S>> elements;  ///< bodies 1…, then attachments, then discs
-  double mass = 0;
+  typename S::Scalar mass = 0;
   double length = 1;                    ///< characteristic length
   std::vector<int> column_kind_length;  ///< per column: 1 if it is a length, 0 if an angle
 };
 
 /// @param needed coordinates that must not be cut (those a drive prescribes)
 template <class S>
-Tree<S> compile(const Mechanism& mechanism, const std::vector<int>& needed);
+Tree<S> compile(const MechanismOf<typename S::Scalar>& mechanism, const std::vector<int>& needed);
 
 /// Counts a ball's coordinates from the present orientation on: they become zero, nothing moves.
 template <class S>
-void rereference(Tree<S>& tree, int ball, double* y);
+void rereference(Tree<S>& tree, int ball, typename S::Scalar* y);
 
 /// Inertia given about the CoM in a frame's axes, moved to that frame's origin.
 template <class S>
-typename S::Inertia inertia_about_origin(double mass, const Vector3& com, const Matrix3& about_com);
+typename S::Inertia inertia_about_origin(const typename S::Scalar& mass, const Vector3Of<typename S::Scalar>& com,
+                                         const Matrix3Of<typename S::Scalar>& about_com);
 
 /// The same inertia seen from the frame that R, p place it in.
 template <class S>

@@ -21,7 +21,8 @@ inline double rest_rate(double fastest, double duration) { return rest_part * st
 inline int sliding_sign(double rate, double rest) { return std::abs(rate) <= rest ? 0 : rate > 0 ? 1 : -1; }
 
 /// What a coordinate that slides resists with [N m or N]; one at rest, with sign 0, by its viscous part alone.
-inline double sliding_friction(const Friction& friction, double rate, int sign) {
+template <class T>
+T sliding_friction(const FrictionOf<T>& friction, const T& rate, int sign) {
   return friction.viscous * rate + friction.coulomb * sign;
 }
 

@@ -20,18 +20,20 @@ enum class SpaceKind { planar, spatial };
 inline constexpr int ground = 0;
 
 /// A named place on a body, in the body's axes from the body's origin [m].
-struct NamedPoint {
+template <class T>
+struct NamedPointOf {
   std::string name;
-  Vector3 position;
+  Vector3Of<T> position;
 };
 
 /// bodies[0] is the ground (mass 0, inertia 0); every other body has a positive mass.
-struct Body {
+template <class T>
+struct BodyOf {
   std::string name;
-  double mass = 0;                    ///< [kg]
-  Vector3 com = Vector3::Zero();      ///< from the body's origin, body axes [m]
-  Matrix3 inertia = Matrix3::Zero();  ///< about the CoM, body axes [kg m^2]; off-diagonal entries are −∫xy dm
-  std::vector<NamedPoint> points;
+  T mass = 0;                                   ///< [kg]
+  Vector3Of<T> com = Vector3Of<T>::Zero();      ///< from the body's origin, body axes [m]
+  Matrix3Of<T> inertia = Matrix3Of<T>::Zero();  ///< about the CoM, body axes [kg m^2]; off-diagonal entries are −∫xy dm
+  std::vector<NamedPointOf<T>> points;
 };
 
 enum class JointType { revolute, prismatic, fixed, pin_slot, cylindrical, universal, spherical, planar };
@@ -50,16 +52,17 @@ enum class JointType { revolute, prismatic, fixed, pin_slot, cylindrical, univer
 /// | universal   | 1, 2         | r = 0; rotation by the first about u, then by the second about the turned v |
 /// | spherical   | 1, 2, 3      | r = 0; successive rotations about x, the turned y, the twice turned z     |
 /// | planar      | x, y, angle  | r = x v + y (u × v); rotation about u                                     |
-struct Joint {
+template <class T>
+struct JointOf {
   std::string name;
   JointType type = JointType::revolute;
   int first = ground;
   int second = ground;
-  Vector3 point_first = Vector3::Zero();
-  Vector3 point_second = Vector3::Zero();
-  Vector3 axis = Vector3::UnitZ();   ///< planar prismatic and pin_slot: direction of the slide
-  Vector3 axis2 = Vector3::UnitX();  ///< universal: second axis; planar: direction of x; else unused
-  Matrix3 rotation = Matrix3::Identity();
+  Vector3Of<T> point_first = Vector3Of<T>::Zero();
+  Vector3Of<T> point_second = Vector3Of<T>::Zero();
+  Vector3Of<T> axis = Vector3Of<T>::UnitZ();   ///< planar prismatic and pin_slot: direction of the slide
+  Vector3Of<T> axis2 = Vector3Of<T>::UnitX();  ///< universal: second axis; planar: direction of x; else unused
+  Matrix3Of<T> rotation = Matrix3Of<T>::Identity();
 };
 
 /// Number of coordinates of a joint type.
@@ -77,101 +80,124 @@ struct Coordinate {
 };
 
 /// Gear or belt: q[follower] = ratio · q[leader] + offset.
-struct Coupling {
+template <class T>
+struct CouplingOf {
   int follower = 0;  ///< coordinate
   int leader = 0;    ///< coordinate
-  double ratio = 1;
-  double offset = 0;
+  T ratio = 1;
+  T offset = 0;
 };
 
 enum class AttachmentKind { counterweight, payload };
 
 /// A mass (a point, or a body with inertia) fixed to a body.
-struct Attachment {
+template <class T>
+struct AttachmentOf {
   std::string name;
   AttachmentKind kind = AttachmentKind::counterweight;
   int body = 0;
-  Vector3 position = Vector3::Zero();  ///< of its CoM, in the body's axes [m]
-  double mass = 0;                     ///< [kg], zero allowed (a free mass may vanish)
-  Matrix3 inertia = Matrix3::Zero();   ///< about its CoM, in the body's axes [kg m^2]
+  Vector3Of<T> position = Vector3Of<T>::Zero();  ///< of its CoM, in the body's axes [m]
+  T mass = 0;                                    ///< [kg], zero allowed (a free mass may vanish)
+  Matrix3Of<T> inertia = Matrix3Of<T>::Zero();   ///< about its CoM, in the body's axes [kg m^2]
 };
 
 /// A rotor carried by a body at `position` (its CoM, on its axis), turning relative to it by ratio · q[follows] about `axis`.
-struct Disc {
+template <class T>
+struct DiscOf {
   std::string name;
-  int body = 0;                        ///< the carrier
-  Vector3 position = Vector3::Zero();  ///< in the carrier's axes [m]
-  Vector3 axis = Vector3::UnitZ();     ///< unit vector in the carrier's axes
-  int follows = 0;                     ///< coordinate
-  double ratio = 1;
-  double mass = 0;                    ///< [kg]
-  Matrix3 inertia = Matrix3::Zero();  ///< about its CoM, in the carrier's axes at coordinate zero [kg m^2]
+  int body = 0;                                  ///< the carrier
+  Vector3Of<T> position = Vector3Of<T>::Zero();  ///< in the carrier's axes [m]
+  Vector3Of<T> axis = Vector3Of<T>::UnitZ();     ///< unit vector in the carrier's axes
+  int follows = 0;                               ///< coordinate
+  T ratio = 1;
+  T mass = 0;                                   ///< [kg]
+  Matrix3Of<T> inertia = Matrix3Of<T>::Zero();  ///< about its CoM, in the carrier's axes at coordinate zero [kg m^2]
 };
 
 enum class Frame { world, body };
 
 /// A force and a moment that the surroundings apply to a body. Constant (one row) or piecewise linear in time.
-struct Load {
+template <class T>
+struct LoadOf {
   std::string name;
   int body = 0;
-  Vector3 point = Vector3::Zero();  ///< where the force acts, in the body's axes [m]
-  Frame frame = Frame::world;       ///< axes in which force and moment are given
-  std::vector<double> time;         ///< empty for a constant load, else increasing [s]; held beyond its ends
-  std::vector<Vector3> force;       ///< one entry, or one per time [N]
-  std::vector<Vector3> moment;      ///< same length as force [N m]
+  Vector3Of<T> point = Vector3Of<T>::Zero();  ///< where the force acts, in the body's axes [m]
+  Frame frame = Frame::world;                 ///< axes in which force and moment are given
+  std::vector<T> time;                        ///< empty for a constant load, else increasing [s]; held beyond its ends
+  std::vector<Vector3Of<T>> force;            ///< one entry, or one per time [N]
+  std::vector<Vector3Of<T>> moment;           ///< same length as force [N m]
 };
 
 /// A linear spring between a point of each of two bodies: tension stiffness · (length − free_length).
-struct Spring {
+template <class T>
+struct SpringOf {
   std::string name;
   int first = 0;
   int second = 0;
-  Vector3 point_first = Vector3::Zero();
-  Vector3 point_second = Vector3::Zero();
-  double stiffness = 0;    ///< [N/m]
-  double free_length = 0;  ///< [m]; zero is a zero-free-length spring
+  Vector3Of<T> point_first = Vector3Of<T>::Zero();
+  Vector3Of<T> point_second = Vector3Of<T>::Zero();
+  T stiffness = 0;    ///< [N/m]
+  T free_length = 0;  ///< [m]; zero is a zero-free-length spring
 };
 
 /// Friction in a joint coordinate: it resists with viscous · q̇ + coulomb · sign(q̇); at rest it holds against as much as
 /// static_limit() (model/friction.hpp has the law).
-struct Friction {
+template <class T>
+struct FrictionOf {
   int coordinate = 0;
-  double viscous = 0;                  ///< [N m s/rad] or [N s/m]
-  double coulomb = 0;                  ///< [N m] or [N]
-  std::optional<double> at_rest = {};  ///< what it takes to break loose, at least coulomb [N m or N]; none: coulomb
-  double static_limit() const { return at_rest.value_or(coulomb); }
+  T viscous = 0;                  ///< [N m s/rad] or [N s/m]
+  T coulomb = 0;                  ///< [N m] or [N]
+  std::optional<T> at_rest = {};  ///< what it takes to break loose, at least coulomb [N m or N]; none: coulomb
+  T static_limit() const { return at_rest.value_or(coulomb); }
 };
 
 /// The point of interest of one body.
-struct Tool {
+template <class T>
+struct ToolOf {
   int body = 0;
-  std::string point;                   ///< its name on the body
-  Vector3 position = Vector3::Zero();  ///< in the body's axes [m]
+  std::string point;                             ///< its name on the body
+  Vector3Of<T> position = Vector3Of<T>::Zero();  ///< in the body's axes [m]
 };
 
 /// A rough value of one joint coordinate that helps to pick the assembly mode.
-struct CoordinateValue {
+template <class T>
+struct CoordinateValueOf {
   int coordinate = 0;
-  double value = 0;
+  T value = 0;
 };
 
-struct Mechanism {
+template <class T>
+struct MechanismOf {
   std::string name;
   SpaceKind space = SpaceKind::planar;
-  Vector3 gravity = Vector3::Zero();  ///< [m/s^2]
-  std::vector<Body> bodies;           ///< bodies[0] is the ground
-  std::vector<Joint> joints;
+  Vector3Of<T> gravity = Vector3Of<T>::Zero();  ///< [m/s^2]
+  std::vector<BodyOf<T>> bodies;                ///< bodies[0] is the ground
+  std::vector<JointOf<T>> joints;
   std::vector<Coordinate> coordinates;  ///< of all joints, in order: list_coordinates(joints)
-  std::vector<Coupling> couplings;
-  std::vector<Attachment> attachments;
-  std::vector<Disc> discs;
-  std::vector<Load> loads;
-  std::vector<Spring> springs;
-  std::vector<Friction> friction;
+  std::vector<CouplingOf<T>> couplings;
+  std::vector<AttachmentOf<T>> attachments;
+  std::vector<DiscOf<T>> discs;
+  std::vector<LoadOf<T>> loads;
+  std::vector<SpringOf<T>> springs;
+  std::vector<FrictionOf<T>> friction;
   std::vector<int> actuators;  ///< coordinates that a motor drives
-  std::optional<Tool> tool;
-  std::vector<CoordinateValue> assembly;
+  std::optional<ToolOf<T>> tool;
+  std::vector<CoordinateValueOf<T>> assembly;
 };
+
+// As its designer wrote it. Over other scalars (base/dual.hpp) the same mechanism is known with its derivatives.
+using NamedPoint = NamedPointOf<double>;
+using Body = BodyOf<double>;
+using Joint = JointOf<double>;
+using Coupling = CouplingOf<double>;
+using Attachment = AttachmentOf<double>;
+using Disc = DiscOf<double>;
+using Load = LoadOf<double>;
+using Spring = SpringOf<double>;
+using Friction = FrictionOf<double>;
+using Tool = ToolOf<double>;
+using CoordinateValue = CoordinateValueOf<double>;
+using Mechanism = MechanismOf<double>;
 
 /// The coordinates of all joints, joint by joint, with their names.
 std::vector<Coordinate> list_coordinates(SpaceKind space, const std::vector<Joint>& joints);

@@ -16,15 +16,7 @@ template <class S>
 DriveChoice<S> drive_of(const Mechanism& mechanism, const Tree<S>& tree, const Trajectory& trajectory, int freedoms) {
   DriveChoice<S> choice;
   choice.quantities = choose_quantities(mechanism, trajectory, freedoms);
-  Drive<S>& drive = choice.drive;
-  attach_tool(mechanism, tree, drive);
-  drive.point = choice.quantities.point;
-  drive.com = choice.quantities.com;
-  drive.rotation = choice.quantities.rotation;
-  if constexpr (std::is_same_v<S, Planar>)
-    if (choice.quantities.tool_angle) drive.linear.push_back(tool_angle(tree, drive.tool));
-  for (const int coordinate : choice.quantities.coordinates)
-    drive.linear.push_back(coordinate_row(mechanism, tree, coordinate));
+  choice.drive = drive_rows(mechanism, tree, choice.quantities);
   return choice;
 }
 

@@ -1,5 +1,7 @@
 #include "balance/motion/equations.hpp"
 
+#include "balance/base/number.hpp"
+
 #include <algorithm>
 #include <set>
 
@@ -12,7 +14,8 @@ Equations<S>::Equations(const Tree<S>& tree, const Drive<S>& drive, bool redunda
     for (const ClosureRow& row : closure.rows)
       row_scale_.push_back(row.kind == ClosureRow::Kind::along ? 1 / tree.length : 1);
   row_scale_.insert(row_scale_.end(), drive.point.size() + drive.com.size(), 1 / tree.length);
-  for (const LinearQuantity& quantity : drive.linear) row_scale_.push_back(quantity.is_length ? 1 / tree.length : 1);
+  for (const LinearQuantityOf<T>& quantity : drive.linear)
+    row_scale_.push_back(quantity.is_length ? 1 / tree.length : 1);
   row_scale_.insert(row_scale_.end(), drive.rotation.size(), 1);
   for (int c = 0; c < tree.columns; ++c) column_scale_.push_back(tree.column_kind_length[c] ? tree.length : 1);
   for (const Node<S>& node : tree.nodes) node_scale_.push_back(node.column < 0 ? 0 : column_scale_[node.column]);
@@ -49,14 +52,14 @@ void Equations<S>::build() {
   }
   for (std::size_t k = 0; k < drive_.point.size(); ++k) mark(row++, drive_.tool_path);
   for (std::size_t k = 0; k < drive_.com.size(); ++k) mark(row++, moving_);
-  for (const LinearQuantity& quantity : drive_.linear) {
+  for (const LinearQuantityOf<T>& quantity : drive_.linear) {
     for (const auto& [column, coefficient] : quantity.terms) pattern(row, column) = 1;
     ++row;
   }
   for (std::size_t k = 0; k < drive_.rotation.size(); ++k) mark(row++, drive_.tool_path);
 
   if (redundant_)
-    dense_.setZero(rows(), columns());
+    tall_.resize(rows(), columns());
   else
     structurally_singular_ = rows() != columns() || !sparse_.analyse(pattern);
   if (structurally_singular_) return;
@@ -73,7 +76,7 @@ void Equations<S>::build() {
   }
   for (std::size_t k = 0; k < drive_.point.size(); ++k) point_entries_.push_back(entries_of(drive_.tool_path, row++));
   for (std::size_t k = 0; k < drive_.com.size(); ++k) com_entries_.push_back(entries_of(moving_, row++));
-  for (const LinearQuantity& quantity : drive_.linear) {  // constant entries, written once
+  for (const LinearQuantityOf<T>& quantity : drive_.linear) {  // constant entries, written once
     for (const auto& [column, coefficient] : quantity.terms)
       storage()[redundant_ ? row * columns() + column : sparse_.index(row, column)] +=
           coefficient * row_scale_[row] * column_scale_[column];
@@ -84,7 +87,7 @@ void Equations<S>::build() {
 }
 
 template <class S>
-void Equations<S>::fill(const State<S>& state, const double* y, const DriveSample& target, double* residual) {
+void Equations<S>::fill(const State<S>& state, const T* y, const DriveSampleOf<T>& target, T* residual) {
   ++filled_;
   fill_closures(state, residual);
   int row = tree_.closure_rows;
@@ -93,7 +96,7 @@ void Equations<S>::fill(const State<S>& state, const double* y, const DriveSampl
   if (!drive_.com.empty()) fill_com(state, target, residual + row);
   row += static_cast<int>(drive_.com.size());
   int k = static_cast<int>(drive_.point.size() + drive_.com.size());
-  for (const LinearQuantity& quantity : drive_.linear) {
+  for (const LinearQuantityOf<T>& quantity : drive_.linear) {
     residual[row] = row_scale_[row] * (quantity.value(y) - target.value[k++]);
     ++row;
   }
@@ -101,10 +104,10 @@ void Equations<S>::fill(const State<S>& state, const double* y, const DriveSampl
 }
 
 template <class S>
-void Equations<S>::fill_closures(const State<S>& state, double* residual) {
+void Equations<S>::fill_closures(const State<S>& state, T* residual) {
   constexpr std::size_t most = S::dimension + S::angular;
   const double shrink = 1 / tree_.length;
-  double* values = storage();
+  T* values = storage();
   for (std::size_t c = 0; c < tree_.closures.size(); ++c) {
     const Closure<S>& closure = tree_.closures[c];
     const ClosurePose<S> pose = closure_pose(state, closure);
@@ -131,7 +134,7 @@ void Equations<S>::fill_closures(const State<S>& state, double* residual) {
       const Node<S>& node = tree_.nodes[step.node];
       const double scale = step.sign * node_scale_[step.node];
       for (std::size_t r = 0; r < rows; ++r, ++entry) {
-        const double value = scale * power_of(node, state[step.node], pose.p_B, wrenches[r]);
+        const T value = scale * power_of(node, state[step.node], pose.p_B, wrenches[r]);
         values[entry->index] = entry->add ? values[entry->index] + value : value;
       }
     }
@@ -139,9 +142,9 @@ void Equations<S>::fill_closures(const State<S>& state, double* residual) {
 }
 
 template <class S>
-void Equations<S>::fill_point(const State<S>& state, const DriveSample& target, double* residual) {
+void Equations<S>::fill_point(const State<S>& state, const DriveSampleOf<T>& target, T* residual) {
   const double shrink = 1 / tree_.length;
-  double* values = storage();
+  T* values = storage();
   const typename S::Vector Q = position(state, drive_.tool);
   const std::size_t rows = drive_.point.size();
   for (std::size_t k = 0; k < rows; ++k) residual[k] = shrink * (Q[drive_.point[k]] - target.value[k]);
@@ -156,7 +159,7 @@ void Equations<S>::fill_point(const State<S>& state, const DriveSample& target, 
 }
 
 template <class S>
-void Equations<S>::fill_com(const State<S>& state, const DriveSample& target, double* residual) {
+void Equations<S>::fill_com(const State<S>& state, const DriveSampleOf<T>& target, T* residual) {
   masses_.update(tree_, state);
   const typename S::Vector G = masses_.com();
   const std::size_t first = drive_.point.size();
@@ -171,8 +174,8 @@ void Equations<S>::fill_com(const State<S>& state, const DriveSample& target, do
 }
 
 template <class S>
-void Equations<S>::fill_rotation(const State<S>& state, const DriveSample& target, double* residual) {
-  const RotationGap gap(target.rotation, to_matrix(orientation(state, drive_.tool)));
+void Equations<S>::fill_rotation(const State<S>& state, const DriveSampleOf<T>& target, T* residual) {
+  const RotationGap<T> gap(target.rotation, to_matrix(orientation(state, drive_.tool)));
   gap_matrix_ = gap.A;
   for (std::size_t k = 0; k < drive_.rotation.size(); ++k) {
     residual[k] = gap.gap[drive_.rotation[k]];
@@ -181,64 +184,66 @@ void Equations<S>::fill_rotation(const State<S>& state, const DriveSample& targe
       const bool turns = tree_.nodes[n].motion == NodeMotion::turn;
       put(*entry++, turns ? node_scale_[n] * tree_.nodes[n].ratio *
                                 gap.A.row(drive_.rotation[k]).dot(angular_to_3d(turn_axis(state[n].R_WN)))
-                          : 0);
+                          : T(0));
     }
   }
 }
 
 template <class S>
 bool Equations<S>::factorise(double least) {
-  if (!redundant_) {
-    regularity_ = sparse_.factorise();
-    return regularity_ > least;
-  }
-  qr_.compute(dense_);
-  regularity_ = smallest_pivot(qr_);
+  regularity_ = redundant_ ? tall_.factorise() : sparse_.factorise();
   return regularity_ > least;
 }
 
 template <class S>
 void Equations<S>::keep() {
   if (redundant_)
-    kept_ = dense_;
+    tall_.keep();
   else
     sparse_.keep();
 }
 
 template <class S>
 bool Equations<S>::near_kept(double limit) {
-  return redundant_ ? balance::near_kept(qr_, dense_, kept_, limit) : sparse_.near_kept(limit);
+  return redundant_ ? tall_.near_kept(limit) : sparse_.near_kept(limit);
 }
 
 template <class S>
-double Equations<S>::least_singular_value() {
-  constexpr int large = 48;
-  const int n = columns();
-  if (!redundant_ && n > large && factorise())
-    if (const std::optional<double> value = least_singular_by_inverse(sparse_)) return *value;
-  Eigen::Map<Samples> normal(least_singular_.normal(n), n, n);
-  if (redundant_) {
-    normal.noalias() = dense_.transpose() * dense_;
-  } else {  // in the order of the storage, which changes no singular value
-    const Eigen::Map<const Samples> matrix(sparse_.storage(), n, n);
-    normal.noalias() = matrix.transpose().lazyProduct(matrix);
+typename S::Scalar Equations<S>::least_singular_value() {
+  if constexpr (std::is_same_v<T, double>) {
+    constexpr int large = 48;
+    const int n = columns();
+    if (!redundant_ && n > large && factorise())
+      if (const std::optional<double> value = least_singular_by_inverse(sparse_)) return *value;
+    Eigen::Map<Samples> normal(least_singular_.normal(n), n, n);
+    if (redundant_) {
+      normal.noalias() = tall_.dense().transpose() * tall_.dense();
+    } else {  // in the order of the storage, which changes no singular value
+      const Eigen::Map<const Samples> matrix(sparse_.storage(), n, n);
+      normal.noalias() = matrix.transpose().lazyProduct(matrix);
+    }
+    return least_singular_.of_normal();
+  } else {  // dσ = uᵀ dA v
+    const Eigen::JacobiSVD<MatrixX> svd(dense(), Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const Eigen::Index last = svd.singularValues().size() - 1;
+    T least = 0;
+    for (int r = 0; r < rows(); ++r)
+      for (int c = 0; c < columns(); ++c) least += svd.matrixU()(r, last) * svd.matrixV()(c, last) * entry(r, c);
+    return least;
   }
-  return least_singular_.of_normal();
 }
 
 template <class S>
-void Equations<S>::solve(double* x) {
-  if (redundant_) {
-    const VectorX solution = qr_.solve(Eigen::Map<const VectorX>(x, rows()));
-    for (int c = 0; c < columns(); ++c) x[c] = solution[c];
-  } else {
+void Equations<S>::solve(T* x) {
+  if (redundant_)
+    tall_.solve(x);
+  else
     sparse_.solve(x);
-  }
   for (int c = 0; c < columns(); ++c) x[c] *= column_scale_[c];
 }
 
 template <class S>
-void Equations<S>::solve_pair(double* x, double* z) {
+void Equations<S>::solve_pair(T* x, T* z) {
   if (redundant_) {
     solve(x);
     return solve(z);
@@ -248,14 +253,14 @@ void Equations<S>::solve_pair(double* x, double* z) {
 }
 
 template <class S>
-void Equations<S>::solve_transposed(double* x) {
+void Equations<S>::solve_transposed(T* x) {
   for (int c = 0; c < columns(); ++c) x[c] *= column_scale_[c];
   sparse_.solve_transposed(x);
   for (int r = 0; r < rows(); ++r) x[r] *= row_scale_[r];
 }
 
 template <class S>
-void Equations<S>::rate_rows(const DriveSample& target, double* out) const {
+void Equations<S>::rate_rows(const DriveSampleOf<T>& target, T* out) const {
   int row = 0;
   for (; row < tree_.closure_rows; ++row) out[row] = 0;
   for (int k = 0; k < drive_.values(); ++k, ++row) out[row] = row_scale_[row] * target.rate[k];
@@ -263,7 +268,7 @@ void Equations<S>::rate_rows(const DriveSample& target, double* out) const {
 }
 
 template <class S>
-void Equations<S>::acceleration_rows(const State<S>& state, const DriveSample& target, double* out) const {
+void Equations<S>::acceleration_rows(const State<S>& state, const DriveSampleOf<T>& target, T* out) const {
   int row = 0;
   for (const Closure<S>& closure : tree_.closures) {
     closure_bias(state, closure, closure_pose(state, closure), out + row);
@@ -283,9 +288,9 @@ void Equations<S>::acceleration_rows(const State<S>& state, const DriveSample& t
   for (std::size_t i = 0; i < drive_.linear.size(); ++i, ++row) out[row] = row_scale_[row] * target.acceleration[k++];
   if (!drive_.rotation.empty()) {
     const NodeState<S>& tool = state[drive_.tool.node];
-    const Vector3 w = angular_to_3d(typename S::Angular(tool.R_WN * tool.angular_velocity));
-    const Vector3 alpha = angular_to_3d(typename S::Angular(tool.R_WN * tool.angular_acceleration));
-    const Matrix3 rate =
+    const Vector3Of<T> w = angular_to_3d(typename S::Angular(tool.R_WN * tool.angular_velocity));
+    const Vector3Of<T> alpha = angular_to_3d(typename S::Angular(tool.R_WN * tool.angular_acceleration));
+    const Matrix3Of<T> rate =
         gap_matrix_rate(target.rotation, target.angular_velocity, to_matrix(orientation(state, drive_.tool)), w);
     for (const int component : drive_.rotation)
       out[row++] = gap_matrix_.col(component).dot(target.angular_acceleration) +
@@ -294,7 +299,7 @@ void Equations<S>::acceleration_rows(const State<S>& state, const DriveSample& t
   }
 }
 
-template class Equations<Planar>;
-template class Equations<Spatial>;
+template class Equations<PlanarOf<Number>>;
+template class Equations<SpatialOf<Number>>;
 
 }  // namespace balance

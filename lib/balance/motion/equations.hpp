@@ -3,9 +3,9 @@
 /// that are lengths are divided by the characteristic length, columns that are lengths multiplied by it.
 /// Private to motion and dynamics.
 
-#include "balance/base/block_triangular.hpp"
 #include "balance/base/least_singular.hpp"
-#include "balance/base/tall_matrix.hpp"
+#include "balance/base/square_system.hpp"
+#include "balance/base/tall_system.hpp"
 #include "balance/kinematics/drive.hpp"
 #include "balance/model/drive_sample.hpp"
 #include "balance/motion/regularity.hpp"
@@ -17,6 +17,8 @@ namespace balance {
 template <class S>
 class Equations {
  public:
+  using T = typename S::Scalar;
+
   /// @param redundant more rows than columns: least squares on the dense matrix instead of a sparse factorisation
   Equations(const Tree<S>& tree, const Drive<S>& drive, bool redundant);
 
@@ -28,40 +30,40 @@ class Equations {
   bool structurally_singular() const { return structurally_singular_; }
 
   /// Writes the matrix and the residual at the poses in `state`.
-  void fill(const State<S>& state, const double* y, const DriveSample& target, double* residual);
+  void fill(const State<S>& state, const T* y, const DriveSampleOf<T>& target, T* residual);
   /// @param least smallest pivot that counts as regular
   /// @return false if the matrix is singular
   bool factorise(double least = least_regularity);
   /// Smallest pivot of the matrix last factorised, a measure of regularity.
   double regularity() const { return regularity_; }
   /// Turns `rows()` right-hand sides into `columns()` unknowns, in place, unscaled on return. Array length: max of both.
-  void solve(double* x);
+  void solve(T* x);
   /// Two right-hand sides at little more than the cost of one.
-  void solve_pair(double* x, double* z);
+  void solve_pair(T* x, T* z);
   /// `columns()` right-hand sides into `rows()` unknowns of the transposed system, in place: generalised forces into multipliers.
   /// Only where the constraints are independent.
-  void solve_transposed(double* x);
+  void solve_transposed(T* x);
   /// Remembers the matrix last factorised for near_kept().
   void keep();
   /// Whether every matrix on the straight way from the kept one to the one last factorised is regular by a margin: the
   /// pseudo-inverse of the latter times their difference is at most `limit` < 1. See docs/theory.md, section 2.
   bool near_kept(double limit);
   /// Smallest singular value of the scaled matrix last filled.
-  double least_singular_value();
+  T least_singular_value();
   /// Counts the calls of fill().
   long filled() const { return filled_; }
 
   /// Right-hand sides for rates and accelerations. State: for the latter velocities and velocity-caused accelerations.
-  void rate_rows(const DriveSample& target, double* out) const;
-  void acceleration_rows(const State<S>& state, const DriveSample& target, double* out) const;
+  void rate_rows(const DriveSampleOf<T>& target, T* out) const;
+  void acceleration_rows(const State<S>& state, const DriveSampleOf<T>& target, T* out) const;
 
   /// Entry of the scaled matrix last filled.
-  double entry(int row, int column) const { return redundant_ ? dense_(row, column) : sparse_.at(row, column); }
+  T entry(int row, int column) const { return redundant_ ? tall_.at(row, column) : sparse_.at(row, column); }
   /// All of it.
   MatrixX dense() const {
     MatrixX matrix(rows(), columns());
     for (int r = 0; r < rows(); ++r)
-      for (int c = 0; c < columns(); ++c) matrix(r, c) = entry(r, c);
+      for (int c = 0; c < columns(); ++c) matrix(r, c) = value_of(entry(r, c));
     return matrix;
   }
 
@@ -72,13 +74,13 @@ class Equations {
   };
 
   void build();
-  void fill_closures(const State<S>& state, double* residual);
-  void fill_point(const State<S>& state, const DriveSample& target, double* residual);
-  void fill_com(const State<S>& state, const DriveSample& target, double* residual);
-  void fill_rotation(const State<S>& state, const DriveSample& target, double* residual);
-  double* storage() { return redundant_ ? dense_.data() : sparse_.storage(); }
-  void put(const Entry& entry, double value) {
-    double& at = storage()[entry.index];
+  void fill_closures(const State<S>& state, T* residual);
+  void fill_point(const State<S>& state, const DriveSampleOf<T>& target, T* residual);
+  void fill_com(const State<S>& state, const DriveSampleOf<T>& target, T* residual);
+  void fill_rotation(const State<S>& state, const DriveSampleOf<T>& target, T* residual);
+  T* storage() { return redundant_ ? tall_.storage() : sparse_.storage(); }
+  void put(const Entry& entry, const T& value) {
+    T& at = storage()[entry.index];
     at = entry.add ? at + value : value;
   }
   std::vector<Entry> entries_of(const std::vector<int>& nodes, int row);
@@ -96,13 +98,11 @@ class Equations {
   std::vector<std::vector<Entry>> rotation_entries_;
   std::vector<int> moving_;  ///< nodes that are no welds
   MassDistribution<S> masses_;
-  Matrix3 gap_matrix_ = Matrix3::Identity();  ///< of the tool's rotation where last filled
-  BlockTriangular sparse_;
+  Matrix3Of<T> gap_matrix_ = Matrix3Of<T>::Identity();  ///< of the tool's rotation where last filled
+  SquareSystem<T> sparse_;
   LeastSingular least_singular_;
-  Samples dense_;
-  MatrixX kept_;  ///< of dense_
+  TallSystem<T> tall_;
   long filled_ = 0;
-  Eigen::ColPivHouseholderQR<MatrixX> qr_;
 };
 
 extern template class Equations<Planar>;

@@ -110,6 +110,7 @@ class Planner {
     const std::string& mismatch = choice_.quantities.mismatch;
     if (!mismatch.empty()) return fail(failed(MotionStatus::mismatch, mismatch));
     plan_.drive = choice_.drive;
+    plan_.quantities = choice_.quantities;
     return true;
   }
 
@@ -125,10 +126,10 @@ class Planner {
   }
 
   bool end_values() {
-    request_.from = stated_values(choice_.quantities, trajectory_.from, measured(plan_.start));
-    request_.to = request_.from;
+    plan_.request.from = stated_values(choice_.quantities, trajectory_.from, measured(plan_.start));
+    plan_.request.to = plan_.request.from;
     if (end_is_stated(choice_.quantities, trajectory_)) {
-      request_.to = stated_values(choice_.quantities, trajectory_.to, request_.from);
+      plan_.request.to = stated_values(choice_.quantities, trajectory_.to, plan_.request.from);
       return true;
     }
     // `to` is stated in other quantities than the drive's: go there and look
@@ -143,22 +144,23 @@ class Planner {
                    trajectory_.duration,
                    "the end pose (to) cannot be reached from the start pose without leaving the assembly mode",
                    {}});
-    request_.to = measured(end.y);
+    plan_.request.to = measured(end.y);
+    plan_.end = end.y;
     return true;
   }
 
   bool make_schedule() {
-    request_.law = trajectory_.law;
-    request_.duration = trajectory_.duration;
+    plan_.request.law = trajectory_.law;
+    plan_.request.duration = trajectory_.duration;
     const std::vector<int>& place = choice_.drive.point.empty() ? choice_.drive.com : choice_.drive.point;
-    request_.position_components = place.size() < 2 ? 0 : static_cast<int>(place.size());
-    request_.path = place.size() == 2 ? in_components(trajectory_.path, place[0], place[1]) : trajectory_.path;
-    request_.turns = !choice_.drive.rotation.empty();
+    plan_.request.position_components = place.size() < 2 ? 0 : static_cast<int>(place.size());
+    plan_.request.path = place.size() == 2 ? in_components(trajectory_.path, place[0], place[1]) : trajectory_.path;
+    plan_.request.turns = !choice_.drive.rotation.empty();
     if (const auto* way = std::get_if<WaypointPath>(&trajectory_.path))
       for (const PoseTarget& point : way->points)
-        request_.via.push_back(
-            stated_values(choice_.quantities, point, request_.via.empty() ? request_.from : request_.via.back()));
-    plan_.schedule.emplace(request_);
+        plan_.request.via.push_back(stated_values(
+            choice_.quantities, point, plan_.request.via.empty() ? plan_.request.from : plan_.request.via.back()));
+    plan_.schedule.emplace(plan_.request);
     DriveSample first;
     plan_.schedule->at(0, Side::after, first);
     System<S> system(tree_, choice_.drive);
@@ -177,7 +179,6 @@ class Planner {
   const Trajectory& trajectory_;
   Plan<S> plan_;
   DriveChoice<S> choice_;
-  Schedule::Request request_;
 };
 
 }  // namespace

@@ -16,10 +16,13 @@ template <class S>
 struct Plan {
   MotionOutcome outcome;  ///< done: can be followed
   Drive<S> drive;
-  VectorX start;           ///< y at time 0
-  int freedoms = 0;        ///< by rank
-  bool redundant = false;  ///< closures have more rows than rank
+  DriveQuantities quantities;  ///< that the drive prescribes
+  VectorX start;               ///< y at time 0
+  VectorX end;                 ///< y at the end pose, if that had to be found to know what it prescribes; else empty
+  int freedoms = 0;            ///< by rank
+  bool redundant = false;      ///< closures have more rows than rank
   std::optional<Schedule> schedule;
+  Schedule::Request request;  ///< what the schedule was made from
 };
 
 /// @throws std::invalid_argument if the trajectory asks for something that does not exist (a tool that the mechanism lacks)
@@ -30,21 +33,29 @@ Plan<S> make_plan(const Mechanism& mechanism, const Tree<S>& tree, const Traject
 template <class S>
 struct PoseEquations {
   Drive<S> drive;
-  DriveSample target;
+  DriveSampleOf<typename S::Scalar> target;
 };
 template <class S>
-PoseEquations<S> pose_equations(const Mechanism& mechanism, const Tree<S>& tree, const PoseTarget& pose);
+PoseEquations<S> pose_equations(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree,
+                                const PoseTarget& pose);
+
+/// The equations of what is driven.
+template <class S>
+Drive<S> drive_rows(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree,
+                    const DriveQuantities& quantities);
 
 /// Fills in the tool's frame and path.
 template <class S>
-void attach_tool(const Mechanism& mechanism, const Tree<S>& tree, Drive<S>& drive);
+void attach_tool(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree, Drive<S>& drive);
 
 /// A joint coordinate as a quantity linear in y.
 template <class S>
-LinearQuantity coordinate_row(const Mechanism& mechanism, const Tree<S>& tree, int coordinate);
+LinearQuantityOf<typename S::Scalar> coordinate_row(const MechanismOf<typename S::Scalar>& mechanism,
+                                                    const Tree<S>& tree, int coordinate);
 
 /// Angle of the tool's body against the world's x axis, continuous over whole turns.
-LinearQuantity tool_angle(const Tree<Planar>& tree, const FixedFrame<Planar>& tool);
+template <class T>
+LinearQuantityOf<T> tool_angle(const Tree<PlanarOf<T>>& tree, const FixedFrame<PlanarOf<T>>& tool);
 
 /// Root-mean-square distance of a configuration from the mechanism's `assembly` values, angles modulo whole turns, lengths in
 /// units of the characteristic length.
@@ -55,12 +66,9 @@ double distance_from_assembly(const Mechanism& mechanism, const Tree<S>& tree, c
 template <class S>
 Solution find_pose(const Mechanism& mechanism, const Tree<S>& tree, System<S>& system, const DriveSample& target);
 
-#define BALANCE_DECLARE(S)                                                                                 \
-  extern template Plan<S> make_plan<S>(const Mechanism&, const Tree<S>&, const Trajectory&);               \
-  extern template PoseEquations<S> pose_equations<S>(const Mechanism&, const Tree<S>&, const PoseTarget&); \
-  extern template void attach_tool<S>(const Mechanism&, const Tree<S>&, Drive<S>&);                        \
-  extern template LinearQuantity coordinate_row<S>(const Mechanism&, const Tree<S>&, int);                 \
-  extern template double distance_from_assembly<S>(const Mechanism&, const Tree<S>&, const VectorX&);      \
+#define BALANCE_DECLARE(S)                                                                            \
+  extern template Plan<S> make_plan<S>(const Mechanism&, const Tree<S>&, const Trajectory&);          \
+  extern template double distance_from_assembly<S>(const Mechanism&, const Tree<S>&, const VectorX&); \
   extern template Solution find_pose<S>(const Mechanism&, const Tree<S>&, System<S>&, const DriveSample&);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)

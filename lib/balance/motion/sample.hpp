@@ -10,29 +10,32 @@ namespace balance {
 
 /// SI, world axes; moments about the run's point unless said otherwise. Of planar mechanisms vectors have z = 0 and moments lie along
 /// z. What a formulation does not know stays as it is here.
-struct Sample {
-  double time = 0;
-  VectorX position, velocity, acceleration;  ///< per coordinate of the mechanism; angles run on past ±π
-  VectorX effort, power;                     ///< per actuator
-  Vector3 com = Vector3::Zero(), com_velocity = Vector3::Zero(), com_acceleration = Vector3::Zero();
-  Vector3 tool_position = Vector3::Zero();  ///< zero without a tool
-  Matrix3 tool_rotation = Matrix3::Identity();
-  double tool_angle = 0;                         ///< planar, runs on past ±π
-  Vector3 shaking_force = Vector3::Zero();       ///< rate of the linear momentum (P3 eq. 23)
-  Vector3 shaking_moment = Vector3::Zero();      ///< rate of the angular momentum (P3 eq. 27)
-  Vector3 shaking_moment_com = Vector3::Zero();  ///< rate of the angular momentum about the moving centre of mass
-  Vector3 ground_force = Vector3::Zero();        ///< what the frame feels, weight included
-  Vector3 ground_moment = Vector3::Zero();
-  std::vector<Vector3> joint_force;   ///< on the second body
-  std::vector<Vector3> joint_moment;  ///< about the joint's point on the second body
-  double kinetic_energy = 0, potential_energy = 0;
-  double total_torque = 0;  ///< root of the sum of the squared efforts; means something where all are of one kind
-  double mobility = 0;      ///< smallest singular value of the scaled equations that lead the motion
+template <class T>
+struct SampleOf {
+  using Vector = Vector3Of<T>;
+
+  T time = 0;
+  VectorXOf<T> position, velocity, acceleration;  ///< per coordinate of the mechanism; angles run on past ±π
+  VectorXOf<T> effort, power;                     ///< per actuator
+  Vector com = Vector::Zero(), com_velocity = Vector::Zero(), com_acceleration = Vector::Zero();
+  Vector tool_position = Vector::Zero();  ///< zero without a tool
+  Matrix3Of<T> tool_rotation = Matrix3Of<T>::Identity();
+  T tool_angle = 0;                            ///< planar, runs on past ±π
+  Vector shaking_force = Vector::Zero();       ///< rate of the linear momentum (P3 eq. 23)
+  Vector shaking_moment = Vector::Zero();      ///< rate of the angular momentum (P3 eq. 27)
+  Vector shaking_moment_com = Vector::Zero();  ///< rate of the angular momentum about the moving centre of mass
+  Vector ground_force = Vector::Zero();        ///< what the frame feels, weight included
+  Vector ground_moment = Vector::Zero();
+  std::vector<Vector> joint_force;   ///< on the second body
+  std::vector<Vector> joint_moment;  ///< about the joint's point on the second body
+  T kinetic_energy = 0, potential_energy = 0;
+  T total_torque = 0;  ///< root of the sum of the squared efforts; means something where all are of one kind
+  T mobility = 0;      ///< smallest singular value of the scaled equations that lead the motion
   int newton_iterations = 0;
 
   // of a mechanism that moves under efforts
-  double friction_power = 0;  ///< taken out by friction, not negative [W]
-  double closure = 0;         ///< largest scaled residual of the loop closures
+  T friction_power = 0;  ///< taken out by friction, not negative [W]
+  double closure = 0;    ///< largest scaled residual of the loop closures
 
   // of a run under control
   VectorX desired_position, tracking_error;  ///< per coordinate: desired − actual
@@ -44,10 +47,12 @@ struct Sample {
 
   /// Fills what follows from the rest: total_torque, and shaking_moment_com = M − (c − o) × F.
   /// @param about the run's point o
-  void add_derived(const Vector3& about) {
+  void add_derived(const Vector& about) {
     total_torque = effort.norm();
     shaking_moment_com = shaking_moment - (com - about).cross(shaking_force);
   }
 };
+
+using Sample = SampleOf<double>;
 
 }  // namespace balance

@@ -1,0 +1,174 @@
+#pragma once
+/// Numbers that carry their derivatives: forward differentiation, exact to round-off. Comparisons and branches look at the value
+/// alone.
+
+#include "balance/base/types.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace balance {
+
+/// A value and its derivatives with respect to N numbers.
+template <int N>
+struct Dual {
+  double value = 0;
+  std::array<double, N> d{};  ///< per number
+
+  Dual() = default;
+  Dual(double constant) : value(constant) {}  // NOLINT(google-explicit-constructor): a constant is a number, too
+  /// The k-th of the numbers that derivatives are taken with respect to.
+  static Dual variable(double value, int k) {
+    Dual x(value);
+    x.d[static_cast<std::size_t>(k)] = 1;
+    return x;
+  }
+
+  Dual& operator+=(const Dual& b) {
+    value += b.value;
+    for (int i = 0; i < N; ++i) d[i] += b.d[i];
+    return *this;
+  }
+  Dual& operator-=(const Dual& b) {
+    value -= b.value;
+    for (int i = 0; i < N; ++i) d[i] -= b.d[i];
+    return *this;
+  }
+  Dual& operator*=(const Dual& b) {
+    for (int i = 0; i < N; ++i) d[i] = d[i] * b.value + value * b.d[i];
+    value *= b.value;
+    return *this;
+  }
+  Dual& operator*=(double b) {
+    for (int i = 0; i < N; ++i) d[i] *= b;
+    value *= b;
+    return *this;
+  }
+  Dual& operator/=(const Dual& b) {
+    const double inverse = 1 / b.value;
+    value /= b.value;
+    for (int i = 0; i < N; ++i) d[i] = (d[i] - value * b.d[i]) * inverse;
+    return *this;
+  }
+  friend Dual operator+(Dual a, const Dual& b) { return a += b; }
+  friend Dual operator-(Dual a, const Dual& b) { return a -= b; }
+  friend Dual operator*(Dual a, const Dual& b) { return a *= b; }
+  friend Dual operator*(Dual a, double b) { return a *= b; }
+  friend Dual operator*(double a, Dual b) { return b *= a; }
+  friend Dual operator/(Dual a, const Dual& b) { return a /= b; }
+  friend Dual operator+(const Dual& a) { return a; }
+  friend Dual operator-(Dual a) { return a *= -1.0; }
+
+  friend bool operator==(const Dual& a, const Dual& b) { return a.value == b.value; }
+  friend auto operator<=>(const Dual& a, const Dual& b) { return a.value <=> b.value; }
+};
+
+inline double value_of(double x) { return x; }
+template <int N>
+double value_of(const Dual<N>& x) {
+  return x.value;
+}
+
+/// f(x) where f has this value and this derivative at x.
+template <int N>
+Dual<N> chained(const Dual<N>& x, double value, double derivative) {
+  Dual<N> out(value);
+  for (int i = 0; i < N; ++i) out.d[i] = derivative * x.d[i];
+  return out;
+}
+
+template <int N>
+Dual<N> sin(const Dual<N>& x) {
+  return chained(x, std::sin(x.value), std::cos(x.value));
+}
+template <int N>
+Dual<N> cos(const Dual<N>& x) {
+  return chained(x, std::cos(x.value), -std::sin(x.value));
+}
+template <int N>
+Dual<N> tan(const Dual<N>& x) {
+  const double t = std::tan(x.value);
+  return chained(x, t, 1 + t * t);
+}
+template <int N>
+Dual<N> asin(const Dual<N>& x) {
+  return chained(x, std::asin(x.value), 1 / std::sqrt(1 - x.value * x.value));
+}
+template <int N>
+Dual<N> acos(const Dual<N>& x) {
+  return chained(x, std::acos(x.value), -1 / std::sqrt(1 - x.value * x.value));
+}
+template <int N>
+Dual<N> atan(const Dual<N>& x) {
+  return chained(x, std::atan(x.value), 1 / (1 + x.value * x.value));
+}
+template <int N>
+Dual<N> exp(const Dual<N>& x) {
+  const double e = std::exp(x.value);
+  return chained(x, e, e);
+}
+template <int N>
+Dual<N> log(const Dual<N>& x) {
+  return chained(x, std::log(x.value), 1 / x.value);
+}
+/// At zero, where the root has no derivative, those of zero: a length that vanishes with its whole neighbourhood has none to show.
+template <int N>
+Dual<N> sqrt(const Dual<N>& x) {
+  const double root = std::sqrt(x.value);
+  return chained(x, root, root > 0 ? 0.5 / root : 0);
+}
+template <int N>
+Dual<N> abs(const Dual<N>& x) {
+  return x.value < 0 ? -x : x;
+}
+template <int N>
+Dual<N> atan2(const Dual<N>& y, const Dual<N>& x) {
+  const double square = x.value * x.value + y.value * y.value;
+  Dual<N> out(std::atan2(y.value, x.value));
+  for (int i = 0; i < N; ++i) out.d[i] = (x.value * y.d[i] - y.value * x.d[i]) / square;
+  return out;
+}
+template <int N>
+Dual<N> hypot(const Dual<N>& x, const Dual<N>& y) {
+  return sqrt(x * x + y * y);
+}
+/// x to a constant power.
+template <int N>
+Dual<N> pow(const Dual<N>& x, double power) {
+  return chained(x, std::pow(x.value, power), power == 0 ? 0 : power * std::pow(x.value, power - 1));
+}
+template <int N>
+bool isfinite(const Dual<N>& x) {
+  for (const double d : x.d)
+    if (!std::isfinite(d)) return false;
+  return std::isfinite(x.value);
+}
+
+inline void sine_and_cosine(double x, double& s, double& c) { ::sincos(x, &s, &c); }
+template <int N>
+void sine_and_cosine(const Dual<N>& x, Dual<N>& s, Dual<N>& c) {
+  double sine, cosine;
+  ::sincos(x.value, &sine, &cosine);
+  s = chained(x, sine, cosine);
+  c = chained(x, cosine, -sine);
+}
+
+}  // namespace balance
+
+/// So that vectors and matrices may have such entries.
+template <int N>
+struct Eigen::NumTraits<balance::Dual<N>> : Eigen::NumTraits<double> {
+  using Real = balance::Dual<N>;
+  using NonInteger = balance::Dual<N>;
+  using Nested = balance::Dual<N>;
+  using Literal = double;
+  enum { RequireInitialization = 1, ReadCost = N + 1, AddCost = N + 1, MulCost = 2 * N + 1 };
+};
+template <int N, class Operation>
+struct Eigen::ScalarBinaryOpTraits<balance::Dual<N>, double, Operation> {
+  using ReturnType = balance::Dual<N>;
+};
+template <int N, class Operation>
+struct Eigen::ScalarBinaryOpTraits<double, balance::Dual<N>, Operation> {
+  using ReturnType = balance::Dual<N>;
+};

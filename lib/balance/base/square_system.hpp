@@ -1,0 +1,109 @@
+#pragma once
+/// Square linear systems of fixed sparsity over any scalar: BlockTriangular itself over doubles; over duals one factorisation of the
+/// values, and per number one more right-hand side: from A x = b follows A dx = db − dA x.
+
+#include "balance/base/block_triangular.hpp"
+#include "balance/base/dual.hpp"
+
+#include <vector>
+
+namespace balance {
+
+/// The interface is that of BlockTriangular; regularity and nearness are those of the values.
+template <int N>
+class DualBlockTriangular {
+ public:
+  using T = Dual<N>;
+
+  bool analyse(const Eigen::MatrixXi& pattern) {
+    if (!values_.analyse(pattern)) return false;
+    const int n = values_.size();
+    int last = -1;
+    nonzeros_.clear();
+    for (int row = 0; row < n; ++row)
+      for (int column = 0; column < n; ++column) {
+        if (!pattern(row, column)) continue;
+        nonzeros_.push_back({row, column, values_.index(row, column)});
+        last = std::max(last, nonzeros_.back().index);
+      }
+    entries_.assign(static_cast<std::size_t>(last + 1), 0);
+    side_.assign(static_cast<std::size_t>(n), 0);
+    solution_ = side_;
+    return true;
+  }
+
+  int size() const { return values_.size(); }
+  int index(int row, int column) const { return values_.index(row, column); }
+  T* storage() { return entries_.data(); }
+  /// Zero outside the pattern.
+  T at(int row, int column) const {
+    const auto place = static_cast<std::size_t>(values_.index(row, column));
+    return place < entries_.size() ? entries_[place] : T(0);
+  }
+  const BlockTriangular& values() const { return values_; }
+
+  double factorise() {
+    for (const Nonzero& entry : nonzeros_) values_.storage()[entry.index] = entries_[at(entry)].value;
+    return values_.factorise();
+  }
+  void keep() { values_.keep(); }
+  bool near_kept(double limit) { return values_.near_kept(limit); }
+
+  void solve(T* x) {
+    solve_with(
+        x, [&](double* side) { values_.solve(side); },
+        [](const Nonzero& entry) { return std::pair(entry.row, entry.column); });
+  }
+  void solve_pair(T* x, T* z) {
+    solve(x);
+    solve(z);
+  }
+  void solve_transposed(T* x) {
+    solve_with(
+        x, [&](double* side) { values_.solve_transposed(side); },
+        [](const Nonzero& entry) { return std::pair(entry.column, entry.row); });
+  }
+
+ private:
+  struct Nonzero {
+    int row, column, index;
+  };
+  std::size_t at(const Nonzero& entry) const { return static_cast<std::size_t>(entry.index); }
+
+  template <class Solve, class Place>
+  void solve_with(T* x, const Solve& solve_values, const Place& place) {
+    const int n = size();
+    for (int i = 0; i < n; ++i) solution_[i] = x[i].value;
+    solve_values(solution_.data());
+    for (const Nonzero& entry : nonzeros_) {
+      const auto [row, column] = place(entry);
+      for (int k = 0; k < N; ++k) x[row].d[k] -= entries_[at(entry)].d[k] * solution_[column];
+    }
+    for (int k = 0; k < N; ++k) {
+      for (int i = 0; i < n; ++i) side_[i] = x[i].d[k];
+      solve_values(side_.data());
+      for (int i = 0; i < n; ++i) x[i].d[k] = side_[i];
+    }
+    for (int i = 0; i < n; ++i) x[i].value = solution_[i];
+  }
+
+  BlockTriangular values_;
+  std::vector<T> entries_;
+  std::vector<Nonzero> nonzeros_;
+  std::vector<double> side_, solution_;
+};
+
+template <class T>
+struct SquareSystemOf;
+template <>
+struct SquareSystemOf<double> {
+  using Type = BlockTriangular;
+};
+template <int N>
+struct SquareSystemOf<Dual<N>> {
+  using Type = DualBlockTriangular<N>;
+};
+template <class T>
+using SquareSystem = typename SquareSystemOf<T>::Type;
+
+}  // namespace balance

@@ -1,0 +1,55 @@
+#include "balance/dynamics/least_norm.hpp"
+
+#include "balance/motion/regularity.hpp"
+
+#include <algorithm>
+
+namespace balance {
+
+Grip::Grip(const MatrixX& C, const MatrixX& S, int freedoms) : null_space(MatrixX::Identity(S.cols(), S.cols())) {
+  if (C.rows() > 0) {
+    closures.compute(C, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    null_space = closures.matrixV().rightCols(freedoms);
+  }
+  selection.compute(null_space.transpose() * S.transpose(), Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const VectorX& strength = selection.singularValues();
+  if (freedoms > 0)
+    firm = strength.size() >= freedoms && strength[freedoms - 1] >= least_regularity * std::max(1e-300, strength[0]);
+  const Eigen::Index rank = S.cols() - freedoms;
+  if (C.rows() > 0 && rank > 0 && rank <= closures.singularValues().size())
+    firm = firm && closures.singularValues()[rank - 1] >= least_regularity * closures.singularValues()[0];
+}
+
+LeastNorm least_norm(const Grip& grip, const MatrixX& S, const VectorX& f) {
+  const Eigen::Index freedoms = grip.null_space.cols(), rank = S.cols() - freedoms;
+  LeastNorm solution{VectorX::Zero(S.rows()), {}};
+  if (freedoms > 0) solution.efforts = grip.selection.solve(grip.null_space.transpose() * f);
+  if (grip.closures.rows() == 0) return solution;
+  // only the kept singular directions
+  const auto& svd = grip.closures;
+  const VectorX rest = svd.matrixV().leftCols(rank).transpose() * (f - S.transpose() * solution.efforts);
+  solution.multipliers = svd.matrixU().leftCols(rank) * rest.cwiseQuotient(svd.singularValues().head(rank));
+  return solution;
+}
+
+LeastNorm least_norm_derivative(const Grip& grip, const LeastNorm& solution, const MatrixX& C, const MatrixX& S,
+                                const MatrixX& dC, const MatrixX& dS, const VectorX& df) {
+  const Eigen::Index columns = S.cols(), closures = C.rows();
+  const MatrixX& N = grip.null_space;
+  const VectorX n = N.cols() > 0 ? VectorX(N * (S * N).completeOrthogonalDecomposition().solve(solution.efforts))
+                                 : VectorX(VectorX::Zero(columns));
+  const VectorX v = closures > 0 ? VectorX(C.completeOrthogonalDecomposition().solve(solution.multipliers))
+                                 : VectorX(VectorX::Zero(columns));
+  MatrixX system = MatrixX::Zero(columns + closures, 2 * columns);
+  system.topLeftCorner(columns, columns) = S.transpose() * S;
+  system.topRightCorner(columns, columns) = C.transpose() * C;
+  system.bottomLeftCorner(closures, columns) = C;
+  VectorX side(columns + closures);
+  side.head(columns) =
+      df - dS.transpose() * (S * n) - S.transpose() * (dS * n) - dC.transpose() * (C * v) - C.transpose() * (dC * v);
+  side.tail(closures) = -dC * n;
+  const VectorX change = system.completeOrthogonalDecomposition().solve(side);
+  return {dS * n + S * change.head(columns), dC * v + C * change.tail(columns)};
+}
+
+}  // namespace balance

@@ -1,0 +1,26 @@
+#include "balance/kinematics/tree.hpp"
+
+#include <cmath>
+
+namespace balance {
+
+template <class S>
+void rereference(Tree<S>& tree, int ball, typename S::Scalar* y) {
+  Matrix3 all = Matrix3::Identity(), fixed = Matrix3::Identity();
+  for (int n = ball; n < ball + 3; ++n) {
+    const Node<S>& node = tree.nodes[n];
+    const bool turns = node.motion == NodeMotion::turn;  // the last of a held spin does not
+    const double x = turns ? node.ratio * y[node.column] + node.offset : 0;
+    all *= to_matrix(turned(node.R_PF, std::cos(x), std::sin(x)));
+    if (n > ball) fixed *= to_matrix(node.R_PF);
+    if (turns) y[node.column] = -node.offset / node.ratio;
+  }
+  // products of rotations drift; the nearest rotation does not
+  const Eigen::Quaterniond exact = Eigen::Quaterniond(Matrix3(all * fixed.transpose())).normalized();
+  tree.nodes[ball].R_PF = to_rotation<S>(exact.toRotationMatrix());
+}
+
+template void rereference<Planar>(Tree<Planar>&, int, double*);
+template void rereference<Spatial>(Tree<Spatial>&, int, double*);
+
+}  // namespace balance
