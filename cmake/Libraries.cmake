@@ -39,6 +39,19 @@ target_include_directories(
 # buffer: without this the recursions take a third longer.
 target_compile_definitions(balance_core PUBLIC EIGEN_UNALIGNED_VECTORIZE=0)
 
+# The engine over numbers with derivatives: these sources of templates once more, see base/number.hpp.
+add_library(balance_duals OBJECT
+  lib/balance/kinematics/joint_coordinates.cpp lib/balance/kinematics/joint_steps.cpp lib/balance/kinematics/tree.cpp
+  lib/balance/motion/drive_rows.cpp lib/balance/motion/equations.cpp
+  lib/balance/dynamics/actuation.cpp lib/balance/dynamics/external.cpp lib/balance/dynamics/observer.cpp
+  lib/balance/dynamics/observer_reactions.cpp)
+target_link_libraries(balance_duals PRIVATE balance_core)
+target_compile_definitions(balance_duals PRIVATE BALANCE_DUALS)
+balance_compile_options(balance_duals)
+balance_harden(balance_duals)
+balance_part(gradients ROOMS gradients STANDS_ON core)
+target_sources(balance_gradients PRIVATE $<TARGET_OBJECTS:balance_duals>)
+
 balance_part(reading ROOMS hdf5 spec STANDS_ON core
              LINK yaml-cpp muparser::muparser hdf5::hdf5 hdf5::hdf5_hl fmt::fmt ZLIB::ZLIB)
 balance_optimise_little(balance_reading)

@@ -1,0 +1,77 @@
+#include "balance/gradients/moment.hpp"
+
+#include <algorithm>
+
+namespace balance {
+
+template <class S>
+DualMoment<S>::DualMoment(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<int>& needed,
+                          const DriveQuantities& quantities, bool redundant, int freedoms,
+                          const typename S::Vector& about)
+    : values_(tree),
+      tree_(compile<D>(mechanism, needed)),
+      drive_(drive_rows(mechanism, tree_, quantities)),
+      equations_(tree_, drive_, redundant),
+      observer_(mechanism, tree_, freedoms, about.template cast<DualNumber>()),
+      state_(tree_.nodes.size()) {
+  const auto one_coordinate = [](const LinearQuantityOf<DualNumber>& quantity) {
+    return quantity.terms.size() == 1 && quantity.terms[0].second != 0;
+  };
+  direct_ = tree_.closures.empty() && drive_.rows() == static_cast<int>(drive_.linear.size()) &&
+            std::all_of(drive_.linear.begin(), drive_.linear.end(), one_coordinate);
+  for (auto* values : {&now_.y, &now_.dy, &now_.ddy}) values->setZero(tree_.columns);
+  x_.assign(static_cast<std::size_t>(std::max(tree_.columns, equations_.rows())), 0);
+}
+
+template <class S>
+void DualMoment<S>::move_direct(const DriveSampleOf<DualNumber>& target) {
+  for (std::size_t i = 0; i < drive_.linear.size(); ++i) {
+    const auto& [column, coefficient] = drive_.linear[i].terms[0];
+    const auto k = static_cast<Eigen::Index>(i);
+    now_.y[column] = (target.value[k] - drive_.linear[i].constant) / coefficient;
+    now_.dy[column] = target.rate[k] / coefficient;
+    now_.ddy[column] = target.acceleration[k] / coefficient;
+  }
+}
+
+template <class S>
+void DualMoment<S>::move(const double* y, const DriveSampleOf<DualNumber>& target) {
+  if (direct_) return move_direct(target);
+  // a floating spherical joint counts from any constant orientation
+  for (const int ball : values_.balls) tree_.nodes[ball].R_PF = constant(values_.nodes[ball].R_PF);
+  now_.y = Eigen::Map<const VectorX>(y, tree_.columns).template cast<DualNumber>();
+  const auto fill = [&] {
+    poses(tree_, now_.y.data(), state_);
+    equations_.fill(state_, now_.y.data(), target, x_.data());
+  };
+  fill();
+  equations_.factorise();
+  equations_.solve(x_.data());
+  for (int c = 0; c < tree_.columns; ++c) now_.y[c].d = (-x_[static_cast<std::size_t>(c)]).d;
+  fill();
+  equations_.rate_rows(target, x_.data());
+  equations_.solve(x_.data());
+  std::copy_n(x_.begin(), tree_.columns, now_.dy.begin());
+  angular_velocities(tree_, now_.dy.data(), state_);
+  if (tree_.slides) origin_velocities(tree_, now_.dy.data(), state_);
+  accelerations<D>(tree_, now_.dy.data(), nullptr, D::Vector::Zero(), state_);
+  equations_.acceleration_rows(state_, target, x_.data());
+  equations_.solve(x_.data());
+  std::copy_n(x_.begin(), tree_.columns, now_.ddy.begin());
+}
+
+template <class S>
+bool DualMoment<S>::observe(double time, double duration, Detail detail) {
+  const Instant<D> here{state_, now_.y.data(), now_.dy.data(), now_.ddy.data(), time, direct_};
+  return observer_.observe_at(here, equations_, duration, detail);
+}
+
+template <class S>
+DualNumber DualMoment<S>::mobility() {
+  return direct_ ? DualNumber(1) : equations_.least_singular_value();
+}
+
+template class DualMoment<Planar>;
+template class DualMoment<Spatial>;
+
+}  // namespace balance

@@ -1,0 +1,58 @@
+#pragma once
+/// One moment of a motion with its derivatives. Newton's iteration is never differentiated: where the equations f(y, p) = 0 were solved
+/// over doubles, one evaluation over duals and one solution with the matrix A = ∂f/∂y, which is factorised once, give dy = −A⁻¹ ∂f/∂p
+/// (implicit function theorem); rates and accelerations follow from their own equations in the same way. Private to gradients.
+
+#include "balance/dynamics/observer.hpp"
+#include "balance/gradients/over_duals.hpp"
+
+#include <vector>
+
+namespace balance {
+
+/// y, dy and ddy per tree coordinate.
+struct DualCoordinates {
+  VectorXOf<DualNumber> y, dy, ddy;
+};
+
+template <class S>
+class DualMoment {
+ public:
+  using D = OverDuals<S>;
+
+  /// @param mechanism, tree must outlive the moment; the tree is that of the mechanism's values
+  /// @param needed as the tree was compiled with
+  /// @param redundant more closure rows than rank @param about world point of moments
+  DualMoment(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<int>& needed,
+             const DriveQuantities& quantities, bool redundant, int freedoms, const typename S::Vector& about);
+
+  /// Differentiates the configuration, rates and accelerations that the target prescribes.
+  /// @param y meets the target's values to round-off, with the tree's present references
+  void move(const double* y, const DriveSampleOf<DualNumber>& target);
+  /// Everything there. @param duration of the whole motion [s], as friction asks
+  /// @return false if the actuators do not hold the mechanism
+  bool observe(double time, double duration, Detail detail);
+
+  const DualCoordinates& coordinates() const { return now_; }
+  const SampleOf<DualNumber>& sample() const { return observer_.last(); }
+  /// Smallest singular value of the scaled equations; 1 where nothing has to be solved.
+  DualNumber mobility();
+
+ private:
+  void move_direct(const DriveSampleOf<DualNumber>& target);
+
+  const Tree<S>& values_;
+  Tree<D> tree_;
+  Drive<D> drive_;
+  Equations<D> equations_;
+  Observer<D> observer_;
+  State<D> state_;
+  bool direct_;
+  DualCoordinates now_;
+  std::vector<DualNumber> x_;
+};
+
+extern template class DualMoment<Planar>;
+extern template class DualMoment<Spatial>;
+
+}  // namespace balance

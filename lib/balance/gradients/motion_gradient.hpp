@@ -1,0 +1,42 @@
+#pragma once
+/// A whole run with its derivatives with respect to up to dual_width numbers of the mechanism: inertial numbers, lengths, angles,
+/// stiffnesses, ratios. Forward differentiation through the implicit function theorem, good to round-off; see docs/theory.md, section 9.
+
+#include "balance/gradients/over_duals.hpp"
+#include "balance/motion/trajectory.hpp"
+#include "balance/result/metrics.hpp"
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+struct RunGradient {
+  Result run;  ///< as simulate() gives it, without metrics' round-off; its outcome says whether there is anything
+  BetweenSamples between;
+  /// Per number: what every entry of the run's arrays changes by. Orientations have none (quaternions).
+  std::array<Result, dual_width> derivatives;
+  std::array<BetweenSamples, dual_width> derivatives_between;
+};
+
+/// @param mechanism with_derivatives(), those of the numbers wanted set
+RunGradient differentiate(const MechanismOf<DualNumber>& mechanism, const Trajectory& trajectory);
+
+/// A figure of a run and its derivatives.
+struct FigureGradient {
+  std::string quantity;  ///< as in Metric
+  double peak = 0, rms = 0, mean = 0, range = 0;
+  std::array<double, dual_width> d_peak{}, d_rms{}, d_mean{}, d_range{};
+};
+
+struct FigureGradients {
+  std::vector<FigureGradient> figures;  ///< of every track, worst ones left to the caller
+  double energy = 0;
+  std::array<double, dual_width> d_energy{};
+};
+
+/// Peaks and ranges are differentiated at the places where they are now. A magnitude of zero has the derivative of zero.
+FigureGradients figure_gradients(const RunGradient& gradient);
+
+}  // namespace balance

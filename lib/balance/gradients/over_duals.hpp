@@ -1,0 +1,38 @@
+#pragma once
+/// The engine over numbers with derivatives: its spaces, and values turned into constants of them.
+
+#include "balance/base/number.hpp"
+#include "balance/kinematics/space.hpp"
+#include "balance/model/conversion.hpp"
+#include "balance/model/drive_sample.hpp"
+#include "balance/motion/sample.hpp"
+
+namespace balance {
+
+using DualNumber = Dual<dual_width>;
+
+template <class S>
+struct OverDualsOf;
+template <>
+struct OverDualsOf<Planar> {
+  using Type = PlanarOf<DualNumber>;
+};
+template <>
+struct OverDualsOf<Spatial> {
+  using Type = SpatialOf<DualNumber>;
+};
+template <class S>
+using OverDuals = typename OverDualsOf<S>::Type;
+
+/// The mechanism with derivatives of zero; set those of the numbers wanted: `m.bodies[1].mass.d[0] = 1`.
+inline MechanismOf<DualNumber> with_derivatives(const Mechanism& mechanism) {
+  return converted<DualNumber>(mechanism, [](double x) { return DualNumber(x); });
+}
+
+inline PlanarRotation<DualNumber> constant(const PlanarRotation<double>& R) { return {R.c, R.s}; }
+inline SpatialRotation<DualNumber> constant(const SpatialRotation<double>& R) { return {R.matrix.cast<DualNumber>()}; }
+
+/// Derivatives with respect to number k, each where the sample has the value. Counts and what only runs under control know are zero.
+Sample derivative_of(const SampleOf<DualNumber>& sample, std::size_t k);
+
+}  // namespace balance
