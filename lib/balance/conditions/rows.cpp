@@ -135,12 +135,17 @@ bool GoalRows<S>::set_actuated(const MatrixX& null_space) {
 }
 
 template <class S>
-Regressor<S> GoalRows<S>::regress(const VectorX& velocity, const VectorX& acceleration, bool weight) {
+void GoalRows<S>::move(const VectorX& velocity, const VectorX& acceleration, bool weight) {
   const VectorX dy = scale_.cwiseProduct(velocity), ddy = scale_.cwiseProduct(acceleration);
   angular_velocities(tree_, dy.data(), state_);
   const typename S::Vector base =
       weight ? typename S::Vector(-to_vector<S>(mechanism_.gravity)) : typename S::Vector(S::Vector::Zero());
   accelerations(tree_, dy.data(), ddy.data(), base, state_);
+}
+
+template <class S>
+Regressor<S> GoalRows<S>::regress(const VectorX& velocity, const VectorX& acceleration, bool weight) {
+  move(velocity, acceleration, weight);
   return regressor(tree_, state_);
 }
 
@@ -148,7 +153,8 @@ Regressor<S> GoalRows<S>::regress(const VectorX& velocity, const VectorX& accele
 template <class S>
 void GoalRows<S>::add(const MatrixX& rows, double unit) {
   const Eigen::Index count = rows.rows(), width = std::min<Eigen::Index>(rows.cols(), parameters_);
-  out_.conservativeResize(filled_ + count, Eigen::NoChange);
+  if (filled_ + count > out_.rows())
+    out_.conservativeResize(std::max(2 * out_.rows(), filled_ + count), Eigen::NoChange);
   auto place = out_.middleRows(filled_, count);
   place.setZero();
   place.leftCols(width) =
@@ -256,7 +262,8 @@ void GoalRows<S>::add_momentum(const Probe& probe) {
   const double L = units_.length;
   const Vector3 about = options_.about;
   for (Eigen::Index k = 0; k < probe.directions.cols(); ++k) {
-    const Regressor<S> momentum = regress(rest, probe.directions.col(k), false);
+    move(rest, probe.directions.col(k), false);
+    const Regressor<S> momentum = ground_regressor(tree_, state_);
     if (linear) add(momentum.force, L);
     if (angular) {
       MatrixX rows = momentum.moment;

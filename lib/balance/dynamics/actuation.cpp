@@ -32,33 +32,33 @@ Actuation<S>::Actuation(const Mechanism& mechanism, const Tree<S>& tree, int fre
 
 template <class S>
 void Actuation<S>::prepare_regular(const Tree<S>& tree) {
-  std::vector<int> position(columns_, -1);
+  std::vector<int> motor_at(columns_, -1), position(columns_, -1);
+  for (std::size_t a = 0; a < actuated_.size(); ++a) motor_at[actuated_[a].column] = static_cast<int>(a);
   for (int c = 0; c < columns_; ++c) {
-    const auto same = [c](const Selected& selected) { return selected.column == c; };
-    if (std::any_of(actuated_.begin(), actuated_.end(), same)) continue;
+    if (motor_at[c] >= 0) continue;
     position[c] = static_cast<int>(passive_columns_.size());
     passive_columns_.push_back(c);
   }
-  Eigen::MatrixXi pattern = Eigen::MatrixXi::Zero(closures_, columns_);
+  at_motor_.resize(actuated_.size());
+  SparsityPattern passive(static_cast<std::size_t>(closures_));
   int row = 0;
-  for (const Closure<S>& closure : tree.closures)
+  for (const Closure<S>& closure : tree.closures) {
+    std::set<int> columns;
+    for (const PathStep& step : closure.path) columns.insert(tree.nodes[step.node].column);
     for (std::size_t r = 0; r < closure.rows.size(); ++r, ++row)
-      for (const PathStep& step : closure.path) pattern(row, tree.nodes[step.node].column) = 1;
-  Eigen::MatrixXi passive(closures_, closures_);
-  for (int k = 0; k < closures_; ++k) passive.col(k) = pattern.col(passive_columns_[k]);
+      for (const int c : columns) {
+        if (motor_at[c] >= 0)
+          at_motor_[motor_at[c]].push_back({row, c});
+        else
+          passive[row].push_back(position[c]);
+      }
+  }
   if (!passive_.analyse(passive)) {
     regular_ = false;
     return;
   }
   for (int r = 0; r < closures_; ++r)
-    for (int k = 0; k < closures_; ++k)
-      if (passive(r, k)) gathered_.push_back({r, passive_columns_[k], passive_.index(r, k)});
-  for (const Selected& motor : actuated_) {
-    std::vector<int> rows;
-    for (int r = 0; r < closures_; ++r)
-      if (pattern(r, motor.column)) rows.push_back(r);
-    rows_at_.push_back(rows);
-  }
+    for (const int k : passive[r]) gathered_.push_back({r, passive_columns_[k], passive_.index(r, k)});
 }
 
 template <class S>
@@ -76,7 +76,7 @@ bool Actuation<S>::solve_regular(const Equations<S>& equations, const double* ta
   passive_.solve_transposed(multipliers_.data());
   for (std::size_t a = 0; a < actuated_.size(); ++a) {
     double sum = 0;
-    for (const int r : rows_at_[a]) sum += equations.entry(r, actuated_[a].column) * multipliers_[r];
+    for (const Gathered& entry : at_motor_[a]) sum += equations.value(entry.place) * multipliers_[entry.row];
     efforts_[a] -= sum / (columns[actuated_[a].column] * actuated_[a].ratio);
   }
   for (int r = 0; r < closures_; ++r) multipliers_[r] *= rows[r];
@@ -87,11 +87,20 @@ bool Actuation<S>::solve_regular(const Equations<S>& equations, const double* ta
 template <class S>
 double Actuation<S>::factorise(const Equations<S>& equations) {
   if (of_ == &equations && factorised_ == equations.filled()) return regularity_;
-  for (const Gathered& entry : gathered_) passive_.storage()[entry.index] = equations.entry(entry.row, entry.column);
+  if (layout_ != equations.layout()) find_places(equations);
+  for (const Gathered& entry : gathered_) passive_.storage()[entry.index] = equations.value(entry.place);
   regularity_ = passive_.factorise();
   of_ = &equations;
   factorised_ = equations.filled();
   return regularity_;
+}
+
+template <class S>
+void Actuation<S>::find_places(const Equations<S>& equations) {
+  for (Gathered& entry : gathered_) entry.place = equations.place(entry.row, entry.column);
+  for (std::vector<Gathered>& column : at_motor_)
+    for (Gathered& entry : column) entry.place = equations.place(entry.row, entry.column);
+  layout_ = equations.layout();
 }
 
 template <class S>
@@ -103,7 +112,28 @@ double Actuation<S>::look(const Equations<S>& equations) {
 
 template <class S>
 double Actuation<S>::mobility(const Equations<S>& equations) const {
-  return closures_ == 0 ? 1 : smallest_singular_value(grip_matrix(equations));
+  if (closures_ == 0) return 1;
+  if (regular_ && columns_ > most_dense)
+    if (const std::optional<double> value = sparse_mobility(equations)) return *value;
+  return smallest_singular_value(grip_matrix(equations));
+}
+
+/// The matrix of grip_matrix(), by its sparse factors.
+template <class S>
+std::optional<double> Actuation<S>::sparse_mobility(const Equations<S>& equations) const {
+  SparsityPattern pattern(static_cast<std::size_t>(columns_));
+  for (const Gathered& entry : gathered_) pattern[entry.row].push_back(entry.column);
+  for (const std::vector<Gathered>& column : at_motor_)
+    for (const Gathered& entry : column) pattern[entry.row].push_back(entry.column);
+  for (std::size_t a = 0; a < actuated_.size(); ++a) pattern[closures_ + a].push_back(actuated_[a].column);
+  for (std::vector<int>& row : pattern) std::sort(row.begin(), row.end());
+  BlockTriangular grip;
+  if (!grip.analyse(pattern)) return {};
+  for (int r = 0; r < closures_; ++r)
+    for (const int c : pattern[r]) grip.at(r, c) = equations.entry(r, c);
+  for (std::size_t a = 0; a < actuated_.size(); ++a)
+    grip.at(closures_ + static_cast<int>(a), actuated_[a].column) = selected(actuated_[a], equations);
+  return grip.factorise() > 0 ? least_singular_by_inverse(grip) : std::nullopt;
 }
 
 template <class S>
@@ -177,11 +207,15 @@ MatrixX Actuation<S>::closure_matrix(const Equations<S>& equations) const {
 /// Scaled tree coordinates to actuated ones, scaled too: the least norm of efforts then is the same in all units, forces
 /// counted as moments on the characteristic length.
 template <class S>
+double Actuation<S>::selected(const Selected& motor, const Equations<S>& equations) {
+  return motor.ratio * equations.column_scale()[motor.column] / motor.unit;
+}
+
+template <class S>
 MatrixX Actuation<S>::selection(const Equations<S>& equations) const {
   MatrixX selection = MatrixX::Zero(static_cast<Eigen::Index>(actuated_.size()), columns_);
   for (std::size_t a = 0; a < actuated_.size(); ++a)
-    selection(static_cast<Eigen::Index>(a), actuated_[a].column) =
-        actuated_[a].ratio * equations.column_scale()[actuated_[a].column] / actuated_[a].unit;
+    selection(static_cast<Eigen::Index>(a), actuated_[a].column) = selected(actuated_[a], equations);
   return selection;
 }
 
@@ -224,7 +258,8 @@ bool Actuation<S>::project_regular(const Equations<S>& equations, MatrixX& proje
     projection(row, motor.column) = 1 / motor.ratio;
     if (closures_ == 0) continue;
     std::fill(moved.begin(), moved.end(), 0);
-    for (const int r : rows_at_[a]) moved[r] = equations.entry(r, motor.column) / (columns[motor.column] * motor.ratio);
+    for (const Gathered& entry : at_motor_[a])
+      moved[entry.row] = equations.value(entry.place) / (columns[motor.column] * motor.ratio);
     passive_.solve(moved.data());
     for (int k = 0; k < closures_; ++k) projection(row, passive_columns_[k]) = -moved[k] * columns[passive_columns_[k]];
   }

@@ -2,6 +2,8 @@
 
 #include "balance/base/rotation.hpp"
 #include "balance/kinematics/joint_steps.hpp"
+#include "balance/model/coupling_roots.hpp"
+#include "balance/model/incidence.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -38,30 +40,14 @@ Spatial::Inertia moved<Spatial>(const Spatial::Inertia& inertia, const Spatial::
 
 namespace {
 
-/// q[coordinate] = ratio · q[root] + offset after following the couplings.
-struct Root {
-  int coordinate;
-  double ratio = 1, offset = 0;
-};
-
-Root root_of(const Mechanism& mechanism, int coordinate) {
-  Root root{coordinate};
-  for (std::size_t guard = 0; guard <= mechanism.couplings.size(); ++guard) {
-    const auto it = std::find_if(mechanism.couplings.begin(), mechanism.couplings.end(),
-                                 [&](const Coupling& c) { return c.follower == root.coordinate; });
-    if (it == mechanism.couplings.end()) return root;
-    root.offset += root.ratio * it->offset;
-    root.ratio *= it->ratio;
-    root.coordinate = it->leader;
-  }
-  throw std::invalid_argument("couplings follow each other in a circle");
-}
-
 template <class S>
 class Compiler {
  public:
   Compiler(const Mechanism& mechanism, const std::vector<int>& needed)
-      : mechanism_(mechanism), needed_(joints_needed(mechanism, needed)), spanning_(span(mechanism, needed)) {
+      : mechanism_(mechanism),
+        coordinates_(coordinates_of_joints(mechanism)),
+        needed_(joints_needed(mechanism, needed)),
+        spanning_(span(mechanism, needed)) {
     if (mechanism.space == SpaceKind::spatial) tree_.held_spins = idle_spins(mechanism, needed);
   }
 
@@ -92,13 +78,13 @@ class Compiler {
     std::vector<bool> in_tree(mechanism_.joints.size(), false);
     for (const TreeEdge& edge : spanning_.edges) in_tree[edge.joint] = true;
     std::map<int, int> columns;
+    const std::vector<CouplingRoot> roots = coupling_roots(mechanism_);
     tree_.sources.resize(mechanism_.coordinates.size());
     // columns in the order of the tree keep the loops' blocks together
     for (const TreeEdge& edge : spanning_.edges)
-      for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
-        if (mechanism_.coordinates[c].joint != edge.joint) continue;
+      for (const int c : coordinates_[edge.joint]) {
         if (held_spin(edge) != nullptr && mechanism_.coordinates[c].index == 2) continue;
-        const int root = root_of(mechanism_, static_cast<int>(c)).coordinate;
+        const int root = roots[c].coordinate;
         if (columns.emplace(root, tree_.columns).second) {
           ++tree_.columns;
           tree_.column_kind_length.push_back(mechanism_.coordinates[root].kind == CoordinateKind::length);
@@ -106,7 +92,7 @@ class Compiler {
       }
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
       if (!in_tree[mechanism_.coordinates[c].joint]) continue;
-      const Root root = root_of(mechanism_, static_cast<int>(c));
+      const CouplingRoot& root = roots[c];
       if (!columns.contains(root.coordinate)) continue;  // a held spin
       tree_.sources[c] = {columns.at(root.coordinate), root.ratio, root.offset};
     }
@@ -120,9 +106,8 @@ class Compiler {
   }
 
   int coordinate_of(int joint, int index) const {
-    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c)
-      if (mechanism_.coordinates[c].joint == joint && mechanism_.coordinates[c].index == index)
-        return static_cast<int>(c);
+    for (const int c : coordinates_[joint])
+      if (mechanism_.coordinates[c].index == index) return c;
     throw std::invalid_argument("joint has no such coordinate");
   }
 
@@ -254,12 +239,12 @@ class Compiler {
   }
 
   void find_path(Closure<S>& closure) {
-    std::vector<double> sign(tree_.nodes.size(), 0);
-    for (int n = closure.b.node; n > 0; n = tree_.nodes[n].parent) sign[n] += 1;
-    for (int n = closure.a.node; n > 0; n = tree_.nodes[n].parent) sign[n] -= 1;
-    for (std::size_t n = 0; n < sign.size(); ++n)
-      if (sign[n] != 0 && tree_.nodes[n].motion != NodeMotion::weld)
-        closure.path.push_back({static_cast<int>(n), sign[n]});
+    for (int b = closure.b.node, a = closure.a.node; a != b;) {  // parents come before their children
+      int& last = b > a ? b : a;
+      if (tree_.nodes[last].motion != NodeMotion::weld) closure.path.push_back({last, b > a ? 1.0 : -1.0});
+      last = tree_.nodes[last].parent;
+    }
+    std::reverse(closure.path.begin(), closure.path.end());
   }
 
   struct Split {
@@ -269,7 +254,8 @@ class Compiler {
   };
 
   const Mechanism& mechanism_;
-  std::vector<bool> needed_;  ///< per joint
+  std::vector<std::vector<int>> coordinates_;  ///< per joint
+  std::vector<bool> needed_;                   ///< per joint
   SpanningTree spanning_;
   Tree<S> tree_;
   std::vector<Split> splits_;

@@ -48,6 +48,8 @@ class Equations {
   bool near_kept(double limit);
   /// Smallest singular value of the scaled matrix last filled.
   double least_singular_value();
+  /// The same, of a matrix near a singular one too. Remembers nothing.
+  double distance_from_singular() const;
   /// Counts the calls of fill().
   long filled() const { return filled_; }
 
@@ -57,6 +59,11 @@ class Equations {
 
   /// Entry of the scaled matrix last filled.
   double entry(int row, int column) const { return redundant_ ? dense_(row, column) : sparse_.at(row, column); }
+  /// The place of an entry that may be other than zero, for value(): saves the look-up in a hot loop.
+  int place(int row, int column) const { return redundant_ ? row * columns() + column : sparse_.index(row, column); }
+  /// Equations with the same number, never 0, have the same places.
+  std::size_t layout() const { return layout_; }
+  double value(int place) const { return (redundant_ ? dense_.data() : sparse_.storage())[place]; }
   /// All of it.
   MatrixX dense() const {
     MatrixX matrix(rows(), columns());
@@ -87,6 +94,7 @@ class Equations {
   const Drive<S>& drive_;
   bool redundant_;
   bool structurally_singular_ = false;
+  std::size_t layout_ = 0;
   double regularity_ = 0;
   std::vector<double> row_scale_, column_scale_;
   std::vector<double> node_scale_;                   ///< per node: scale of the column that it moves
@@ -99,9 +107,9 @@ class Equations {
   Matrix3 gap_matrix_ = Matrix3::Identity();  ///< of the tool's rotation where last filled
   BlockTriangular sparse_;
   LeastSingular least_singular_;
-  Samples dense_;
-  MatrixX kept_;  ///< of dense_
-  long filled_ = 0;
+  Samples dense_, permuted_;
+  MatrixX kept_;                       ///< of dense_
+  long filled_ = 0, factorised_ = -1;  ///< the latter: filled() of the matrix last factorised
   Eigen::ColPivHouseholderQR<MatrixX> qr_;
 };
 
