@@ -59,6 +59,7 @@ void Actuation<S>::prepare_regular(const Tree<S>& tree) {
   }
   for (int r = 0; r < closures_; ++r)
     for (const int k : passive[r]) gathered_.push_back({r, passive_columns_[k], passive_.index(r, k)});
+  if (columns_ > most_dense) prepare_grip();
 }
 
 template <class S>
@@ -111,48 +112,8 @@ double Actuation<S>::look(const Equations<S>& equations) {
 }
 
 template <class S>
-double Actuation<S>::mobility(const Equations<S>& equations) const {
-  if (closures_ == 0) return 1;
-  if (regular_ && columns_ > most_dense)
-    if (const std::optional<double> value = sparse_mobility(equations)) return *value;
-  return smallest_singular_value(grip_matrix(equations));
-}
-
-/// The matrix of grip_matrix(), by its sparse factors.
-template <class S>
-std::optional<double> Actuation<S>::sparse_mobility(const Equations<S>& equations) const {
-  SparsityPattern pattern(static_cast<std::size_t>(columns_));
-  for (const Gathered& entry : gathered_) pattern[entry.row].push_back(entry.column);
-  for (const std::vector<Gathered>& column : at_motor_)
-    for (const Gathered& entry : column) pattern[entry.row].push_back(entry.column);
-  for (std::size_t a = 0; a < actuated_.size(); ++a) pattern[closures_ + a].push_back(actuated_[a].column);
-  for (std::vector<int>& row : pattern) std::sort(row.begin(), row.end());
-  BlockTriangular grip;
-  if (!grip.analyse(pattern)) return {};
-  for (int r = 0; r < closures_; ++r)
-    for (const int c : pattern[r]) grip.at(r, c) = equations.entry(r, c);
-  for (std::size_t a = 0; a < actuated_.size(); ++a)
-    grip.at(closures_ + static_cast<int>(a), actuated_[a].column) = selected(actuated_[a], equations);
-  return grip.factorise() > 0 ? least_singular_by_inverse(grip) : std::nullopt;
-}
-
-template <class S>
 std::size_t Actuation<S>::spares() const {
   return closures_ > 0 && static_cast<int>(actuated_.size()) > freedoms_ ? actuated_.size() : 0;
-}
-
-template <class S>
-VectorX Actuation<S>::strengths_without(std::size_t actuator, const Equations<S>& equations) const {
-  MatrixX matrix = grip_matrix(equations);
-  matrix.row(closures_ + static_cast<Eigen::Index>(actuator)).setZero();
-  return Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
-}
-
-template <class S>
-MatrixX Actuation<S>::grip_matrix(const Equations<S>& equations) const {
-  MatrixX matrix(closures_ + static_cast<Eigen::Index>(actuated_.size()), columns_);
-  matrix << closure_matrix(equations), selection(equations);
-  return matrix;
 }
 
 template <class S>
@@ -195,29 +156,6 @@ struct Grip {
 };
 
 }  // namespace
-
-template <class S>
-MatrixX Actuation<S>::closure_matrix(const Equations<S>& equations) const {
-  MatrixX closures(closures_, columns_);
-  for (int r = 0; r < closures_; ++r)
-    for (int c = 0; c < columns_; ++c) closures(r, c) = equations.entry(r, c);
-  return closures;
-}
-
-/// Scaled tree coordinates to actuated ones, scaled too: the least norm of efforts then is the same in all units, forces
-/// counted as moments on the characteristic length.
-template <class S>
-double Actuation<S>::selected(const Selected& motor, const Equations<S>& equations) {
-  return motor.ratio * equations.column_scale()[motor.column] / motor.unit;
-}
-
-template <class S>
-MatrixX Actuation<S>::selection(const Equations<S>& equations) const {
-  MatrixX selection = MatrixX::Zero(static_cast<Eigen::Index>(actuated_.size()), columns_);
-  for (std::size_t a = 0; a < actuated_.size(); ++a)
-    selection(static_cast<Eigen::Index>(a), actuated_[a].column) = selected(actuated_[a], equations);
-  return selection;
-}
 
 template <class S>
 bool Actuation<S>::solve_general(const Equations<S>& equations, const double* tau) {

@@ -69,6 +69,7 @@ class Actuation : public Guard<S> {
   MatrixX closure_matrix(const Equations<S>& equations) const;
   static double selected(const Selected& motor, const Equations<S>& equations);
   MatrixX selection(const Equations<S>& equations) const;
+  void prepare_grip();
   std::optional<double> sparse_mobility(const Equations<S>& equations) const;
   /// Closures, below them the selection.
   MatrixX grip_matrix(const Equations<S>& equations) const;
@@ -79,11 +80,13 @@ class Actuation : public Guard<S> {
   std::vector<int> passive_columns_;
   BlockTriangular passive_;  ///< closure rows × passive columns
   std::vector<Gathered> gathered_;
-  long factorised_ = -1;              ///< Equations::filled() where `passive_` was factorised
+  long factorised_ = -1;  ///< Equations::filled() where `passive_` was factorised
   const Equations<S>* of_ = nullptr;
   std::size_t layout_ = 0;  ///< Equations::layout() that the places are of
   double regularity_ = 1;
-  TallMatrix grip_;                              ///< closures and actuated coordinates
+  TallMatrix grip_;              ///< closures and actuated coordinates
+  BlockTriangular sparse_grip_;  ///< the same of a large mechanism
+  bool has_sparse_grip_ = false;
   std::vector<std::vector<Gathered>> at_motor_;  ///< per actuator: the closures' entries in its column
   std::vector<double> efforts_, multipliers_;
   std::string mismatch_;
