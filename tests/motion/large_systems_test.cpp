@@ -82,6 +82,20 @@ TEST_CASE("the sparse matrix of all equations is the dense one") {
   CHECK((MatrixX(sparse) - dense).cwiseAbs().maxCoeff() <= 1e-15 * dense.cwiseAbs().maxCoeff());
 }
 
+TEST_CASE("twice as many loops have twice as many numbers to be stored and worked on") {
+  const auto numbers = [](int loops) {
+    const Mechanism m = ladder(loops);
+    const Tree<Planar> tree = compile<Planar>(m, {});
+    System<Planar> closures(tree, Drive<Planar>{});
+    VectorX residual;
+    SparseMatrix jacobian;
+    closures.evaluate(parallel(m, tree, tilt), {}, residual, jacobian);
+    return static_cast<double>(jacobian.nonZeros());
+  };
+  CHECK(numbers(200) <= 2.02 * numbers(100));
+  CHECK(numbers(400) <= 2.02 * numbers(200));
+}
+
 TEST_CASE(
     "a large row of loops is assembled where every parallelogram closes, and has full rank as singular values say") {
   for (const int loops : {20, 40}) {  // 41 coordinates are solved for as dense, 81 as sparse
