@@ -1,6 +1,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "failure.hpp"
+#include "progress_line.hpp"
 
 #include "balance/analysis/check.hpp"
 #include "balance/analysis/verify.hpp"
@@ -30,6 +31,11 @@ std::optional<VerifyReport> verify_or_throw(const Study& study) {
   }
 }
 
+CheckReport check_with_progress(const Study& study) {
+  ProgressLine line(false);
+  return check(study, [&](double part) { line.draw_part("assembly modes", part); });
+}
+
 ExitCode run(const CheckOptions& wanted) {
   const SpecOptions& options = wanted.spec;
   const Study study = read_study(options);
@@ -37,7 +43,7 @@ ExitCode run(const CheckOptions& wanted) {
     throw UsageError(study.spec_file +
                      " is spatial: --verify compares two formulations, and spatial mechanisms have one");
   for (const std::string& warning : study.warnings) tell("warning: " + warning);
-  const CheckReport report = check(study);
+  const CheckReport report = check_with_progress(study);
   const bool done = report.outcome.status == MotionStatus::done;
   // In JSON a failure is one document, the error's; as text what is known is worth reading first.
   std::optional<VerifyReport> verified;

@@ -17,7 +17,7 @@ Result simulate_or_throw(const Study& study, const Trajectory& trajectory, const
   ProgressLine line(options.quiet);
   const auto progress = [&](double part) { line.draw_part(trajectory.name, part); };
   try {
-    Result result = options.formulation == "natural" ? simulate_natural(study.mechanism, trajectory)
+    Result result = options.formulation == "natural" ? simulate_natural(study.mechanism, trajectory, progress)
                                                      : simulate(study.mechanism, trajectory, progress);
     if (result.outcome.status != MotionStatus::done) throw MotionFailure(result.outcome);
     return result;

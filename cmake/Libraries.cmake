@@ -41,9 +41,10 @@ target_compile_definitions(balance_core PUBLIC EIGEN_UNALIGNED_VECTORIZE=0)
 
 # The engine over numbers with derivatives: these sources of templates once more, see base/number.hpp.
 add_library(balance_duals OBJECT
+  lib/balance/model/coupling_roots.cpp
   lib/balance/kinematics/joint_coordinates.cpp lib/balance/kinematics/joint_steps.cpp lib/balance/kinematics/tree.cpp
-  lib/balance/motion/drive_rows.cpp lib/balance/motion/equations.cpp
-  lib/balance/dynamics/actuation.cpp lib/balance/dynamics/external.cpp lib/balance/dynamics/observer.cpp
+  lib/balance/motion/drive_rows.cpp lib/balance/motion/equations.cpp lib/balance/motion/equations_singular.cpp
+  lib/balance/dynamics/actuation.cpp lib/balance/dynamics/actuation_grip.cpp lib/balance/dynamics/external.cpp lib/balance/dynamics/observer.cpp
   lib/balance/dynamics/observer_reactions.cpp)
 target_link_libraries(balance_duals PRIVATE balance_core)
 target_compile_definitions(balance_duals PRIVATE BALANCE_DUALS)

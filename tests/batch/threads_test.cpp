@@ -42,8 +42,9 @@ TEST_CASE("cases are computed in several threads of one process") {
     std::vector<std::jthread> threads;
     for (int thread = 0; thread < 4; ++thread)
       threads.emplace_back([&] {
+        LastSpec last;
         for (std::size_t i = next++; i < records.size(); i = next++)
-          records[i] = run_case(all, i, folder.path.string());
+          records[i] = run_case(all, i, folder.path.string(), Keep::series, last);
       });
   }
   const Folder other{fs::temp_directory_path() / ("balance-threads-p-" + std::to_string(::getpid()))};

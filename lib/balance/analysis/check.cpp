@@ -14,6 +14,9 @@ namespace balance {
 
 namespace {
 
+/// Coordinates times steps that the search for assembly modes may take: seconds. Mechanisms of three hundred coordinates need less.
+constexpr long most_work = 400'000;
+
 /// @param scale what counts as one: a radian, the characteristic length
 /// @param unit what the spec tells it in
 std::string rounded(double value, double scale, double unit) {
@@ -25,8 +28,9 @@ std::string rounded(double value, double scale, double unit) {
 template <class S>
 class Checker {
  public:
-  explicit Checker(const Study& study)
+  Checker(const Study& study, const std::function<void(double)>& progress)
       : study_(study),
+        progress_(progress),
         mechanism_(study.mechanism),
         tree_(compile<S>(mechanism_, needed(study))),
         from_(start_equations()),
@@ -86,10 +90,10 @@ class Checker {
   }
 
   void ranks(const VectorX& y) {
-    const RankReport rank = generic_closure_rank(tree_, y);
-    report_.closure_rank = rank.rank;
-    report_.degrees_of_freedom = tree_.columns - rank.rank;
-    if (tree_.closure_rows > rank.rank) name_redundant(y, rank.rank);
+    const int rank = generic_closure_rank(tree_, y);
+    report_.closure_rank = rank;
+    report_.degrees_of_freedom = tree_.columns - rank;
+    if (tree_.closure_rows > rank) name_redundant(y, rank);
     find_idle();
   }
 
@@ -140,10 +144,18 @@ class Checker {
   void find_modes(const VectorX& selected) {
     if (tree_.closures.empty() && from_.drive.linear.size() == static_cast<std::size_t>(tree_.columns)) return;
     add_mode(selected);
-    const int restarts = std::clamp(6000 / (tree_.columns * tree_.columns + 1), 24, 400);
+    const int restarts = tree_.columns > 100 ? 24 : std::clamp(6000 / (tree_.columns * tree_.columns + 1), 24, 400);
+    long spent = 0;
     for (int seed = 1; seed <= restarts; ++seed) {
+      if (spent > most_work) {
+        report_.notes.push_back("the search for assembly modes stopped after " + std::to_string(seed - 1) + " of " +
+                                std::to_string(restarts) + " random starts: the mechanism is large");
+        break;
+      }
+      if (progress_) progress_(static_cast<double>(seed - 1) / restarts);
       const Solution other =
           solve(system_, random_coordinates(tree_, 1000 + static_cast<std::uint64_t>(seed)), from_.target, 60);
+      spent += static_cast<long>(other.iterations) * tree_.columns;
       if (other.found) add_mode(other.y);
     }
     std::sort(report_.modes.begin() + 1, report_.modes.end(),
@@ -207,6 +219,7 @@ class Checker {
   }
 
   const Study& study_;
+  const std::function<void(double)>& progress_;
   const Mechanism& mechanism_;
   Tree<S> tree_;
   PoseEquations<S> from_;
@@ -216,9 +229,9 @@ class Checker {
 
 }  // namespace
 
-CheckReport check(const Study& study) {
-  CheckReport report =
-      study.mechanism.space == SpaceKind::planar ? Checker<Planar>(study).run() : Checker<Spatial>(study).run();
+CheckReport check(const Study& study, const std::function<void(double)>& progress) {
+  CheckReport report = study.mechanism.space == SpaceKind::planar ? Checker<Planar>(study, progress).run()
+                                                                  : Checker<Spatial>(study, progress).run();
   if (report.outcome.status == MotionStatus::done && !(report.com.allFinite() && std::isfinite(report.total_mass)))
     report.outcome = numbers_overflow(0, "the centre of mass");
   return report;

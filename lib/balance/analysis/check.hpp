@@ -5,6 +5,7 @@
 #include "balance/motion/motion.hpp"
 #include "balance/study/study.hpp"
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -37,15 +38,17 @@ struct CheckReport {
   std::vector<std::string> redundant;      ///< one line per redundant constraint: "D1: moment about x of the loop …"
   std::vector<std::string>
       idle;  ///< spins that nothing else notices, held and not counted: "rod1 could spin about the line …"
-  double total_mass = 0;            ///< [kg]
-  Vector3 com = Vector3::Zero();    ///< at the start pose [m]
-  std::vector<double> start;        ///< coordinates at the start pose
-  std::vector<AssemblyMode> modes;  ///< found at the start pose
+  double total_mass = 0;          ///< [kg]
+  Vector3 com = Vector3::Zero();  ///< at the start pose [m]
+  std::vector<double> start;      ///< coordinates at the start pose
+  std::vector<AssemblyMode>
+      modes;  ///< found at the start pose, those of large mechanisms by fewer starts (a note says how many)
   std::vector<std::string> notes;
 };
 
 /// @param study its first trajectory's `from` is the start pose; without trajectories the actuated coordinates are held
 ///        at their assembly values (or zero)
-CheckReport check(const Study& study);
+/// @param progress told now and then which part of the search for assembly modes is done, 0 to 1
+CheckReport check(const Study& study, const std::function<void(double part)>& progress = {});
 
 }  // namespace balance

@@ -1,9 +1,9 @@
 #pragma once
 /// Square linear systems whose sparsity never changes, solved thousands of times: rows and columns are put once into block
-/// lower triangular form (maximum matching, then strongly connected components: Duff & Reid, ACM TOMS 4, 1978), after which
-/// only the diagonal blocks are factorised. The legs of a parallel robot separate, a chain of loops costs what its loops cost.
+/// lower triangular form, after which only the diagonal blocks are factorised and nothing else that is zero is stored. The legs of a
+/// parallel robot separate, a chain of loops costs what its loops cost, in time and memory.
 
-#include "balance/base/types.hpp"
+#include "balance/base/block_order.hpp"
 
 #include <vector>
 
@@ -13,18 +13,27 @@ class BlockTriangular {
  public:
   BlockTriangular() = default;
 
-  /// @param pattern n×n, non-zero where an entry may ever be non-zero
+  /// @param pattern where an entry may ever be non-zero
   /// @return false if no choice of values makes the matrix regular (structurally singular)
-  bool analyse(const Eigen::MatrixXi& pattern);
+  bool analyse(const SparsityPattern& pattern);
 
   int size() const { return static_cast<int>(row_position_.size()); }
 
-  /// Entry (row, column) of the matrix, to be written before factorise(). Entries outside the pattern stay zero.
-  double& at(int row, int column) { return values_[row_position_[row] * size() + column_position_[column]]; }
-  double at(int row, int column) const { return values_[row_position_[row] * size() + column_position_[column]]; }
-  /// The place of an entry in storage(), which saves two look-ups in a hot loop.
-  int index(int row, int column) const { return row_position_[row] * size() + column_position_[column]; }
+  /// Entry (row, column) of the matrix, inside the pattern, to be written before factorise().
+  double& at(int row, int column) { return values_[index(row, column)]; }
+  /// Zero outside the pattern.
+  double at(int row, int column) const {
+    const int place = index(row, column);
+    return place < 0 ? 0 : values_[place];
+  }
+  /// The place of an entry in storage(), which saves the look-up in a hot loop; negative outside the pattern.
+  int index(int row, int column) const;
   double* storage() { return values_.data(); }
+  const double* storage() const { return values_.data(); }
+  /// How many entries have a place.
+  std::size_t stored() const { return values_.size(); }
+  /// The n×n matrix with its rows and columns in another order, row-major.
+  void copy_permuted(double* matrix) const;
 
   /// The diagonal blocks: inverses of the smallest, LU with partial pivoting of the others.
   /// @return the smallest |pivot| or 1/|entry of an inverse|, 0 if singular; a measure of regularity for matrices with entries of the order of one
@@ -58,11 +67,14 @@ class BlockTriangular {
   bool block_near_kept(const Block& block, double limit);
 
   std::vector<int> row_position_, column_position_;  ///< of an original row or column in the permuted matrix
-  std::vector<int> first_;                           ///< per permuted row: its first column that may be non-zero
   std::vector<Block> blocks_;
-  std::vector<double> values_;   ///< permuted matrix, row-major
-  std::vector<double> factors_;  ///< of the diagonal blocks, row-major one after another
-  std::vector<double> kept_;     ///< the diagonal blocks of an earlier matrix, in the same order
+  std::vector<int> block_at_;    ///< per permuted row
+  std::vector<int> start_;       ///< per permuted row: its entries left of the diagonal block, in columns_; and the end
+  std::vector<int> columns_;     ///< of these entries, permuted
+  std::vector<double> values_;   ///< the diagonal blocks, row-major one after another, then the entries left of them
+  int inside_ = 0;               ///< how many values the diagonal blocks have
+  std::vector<double> factors_;  ///< of the diagonal blocks, in the same order
+  std::vector<double> kept_;     ///< the diagonal blocks of an earlier matrix
   std::vector<int> pivots_;      ///< row exchanges, per permuted row
   struct Pair {
     double x, z;

@@ -85,9 +85,61 @@ double LeastSingular::of_normal() {
   return std::sqrt(least);
 }
 
+/// AᵀA − value² is positive definite beyond the doubt of round-off.
+bool LeastSingular::is_below_all(double value) {
+  double trace = 0;
+  for (int i = 0; i < n_; ++i) trace += matrix_[i * n_ + i];
+  const double doubt = 4e-16 * n_ * trace;
+  shifted_ = matrix_;
+  for (int k = 0; k < n_; ++k) {
+    double* row = &shifted_[k * n_];
+    const double pivot = row[k] - value * value;
+    if (!(pivot > doubt)) return false;
+    const double inverse = 1 / pivot;
+    for (int i = k + 1; i < n_; ++i) {
+      const double factor = row[i] * inverse;
+      if (factor == 0) continue;
+      for (int j = i; j < n_; ++j) shifted_[i * n_ + j] -= factor * row[j];
+    }
+  }
+  return true;
+}
+
+std::optional<double> LeastSingular::of_factors(BlockTriangular& factors) {
+  constexpr int most = 12;
+  constexpr double settled = 1e-10, proof = 2e-9;
+  if (static_cast<int>(guess_.size()) != n_) {
+    guess_.resize(n_);
+    for (int i = 0; i < n_; ++i) guess_[i] = 1 + 0.3 * std::sin(i + 1);  // in no likely singular direction
+  }
+  double value = INFINITY;
+  for (int step = 0; step < most; ++step) {
+    factors.solve_transposed(guess_.data());
+    double before = 0, after = 0;
+    for (int i = 0; i < n_; ++i) before += guess_[i] * guess_[i];
+    factors.solve(guess_.data());
+    for (int i = 0; i < n_; ++i) after += guess_[i] * guess_[i];
+    const double last = value, scale = 1 / std::sqrt(after);
+    value = std::sqrt(before) * scale;  // ‖A x‖ / ‖x‖ of the vector that is the guess now
+    for (int i = 0; i < n_; ++i) guess_[i] *= scale;
+    if (!(std::abs(value - last) <= settled * value)) continue;
+    if (is_below_all((1 - proof) * value)) return value;
+    break;
+  }
+  guess_.clear();
+  return {};
+}
+
 std::optional<double> least_singular_by_inverse(BlockTriangular& matrix) {
+  const auto inverse = [&](VectorX& x) {
+    matrix.solve_transposed(x.data());
+    matrix.solve(x.data());
+  };
+  return least_singular_by_inverse(matrix.size(), inverse, 1);
+}
+
+std::optional<double> least_singular_by_inverse(int n, const std::function<void(VectorX&)>& inverse, int steps) {
   constexpr int most = 60;
-  const int n = matrix.size();
   std::minstd_rand random(1);
   MatrixX basis(n, std::min(most, n));
   VectorX next = VectorX::NullaryExpr(n, [&] { return static_cast<double>(random()) / random.max() - 0.5; });
@@ -96,16 +148,18 @@ std::optional<double> least_singular_by_inverse(BlockTriangular& matrix) {
   for (int k = 0; k < basis.cols(); ++k) {
     basis.col(k) = next / length;
     next = basis.col(k);
-    matrix.solve_transposed(next.data());
-    matrix.solve(next.data());
+    inverse(next);
     diagonal[k] = basis.col(k).dot(next);
     const auto known = basis.leftCols(k + 1);
     for (int twice = 0; twice < 2; ++twice) next -= known * (known.transpose() * next).eval();
     beside[k] = length = next.norm();
+    const bool whole = k + 1 == basis.cols() || length <= 1e-13 * diagonal.head(k + 1).maxCoeff();
+    if (k % 4 != 3 && !whole) continue;  // to look takes longer than a step
     Eigen::SelfAdjointEigenSolver<MatrixX> ritz;
     ritz.computeFromTridiagonal(diagonal.head(k + 1), beside.head(k));
     const double largest = ritz.eigenvalues()[k];
-    if (length * std::abs(ritz.eigenvectors()(k, k)) <= 1e-10 * largest) return 1 / std::sqrt(largest);
+    const bool converged = length * std::abs(ritz.eigenvectors()(k, k)) <= 1e-10 * largest;
+    if (converged && (k + 1 >= steps || length <= 1e-13 * largest)) return 1 / std::sqrt(largest);
   }
   return {};
 }

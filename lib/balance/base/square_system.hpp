@@ -15,19 +15,14 @@ class DualBlockTriangular {
  public:
   using T = Dual<N>;
 
-  bool analyse(const Eigen::MatrixXi& pattern) {
+  bool analyse(const SparsityPattern& pattern) {
     if (!values_.analyse(pattern)) return false;
-    const int n = values_.size();
-    int last = -1;
     nonzeros_.clear();
-    for (int row = 0; row < n; ++row)
-      for (int column = 0; column < n; ++column) {
-        if (!pattern(row, column)) continue;
+    for (int row = 0; row < values_.size(); ++row)
+      for (const int column : pattern[static_cast<std::size_t>(row)])
         nonzeros_.push_back({row, column, values_.index(row, column)});
-        last = std::max(last, nonzeros_.back().index);
-      }
-    entries_.assign(static_cast<std::size_t>(last + 1), 0);
-    side_.assign(static_cast<std::size_t>(n), 0);
+    entries_.assign(values_.stored(), 0);
+    side_.assign(static_cast<std::size_t>(values_.size()), 0);
     solution_ = side_;
     return true;
   }
@@ -35,12 +30,13 @@ class DualBlockTriangular {
   int size() const { return values_.size(); }
   int index(int row, int column) const { return values_.index(row, column); }
   T* storage() { return entries_.data(); }
+  const T* storage() const { return entries_.data(); }
   /// Zero outside the pattern.
   T at(int row, int column) const {
-    const auto place = static_cast<std::size_t>(values_.index(row, column));
-    return place < entries_.size() ? entries_[place] : T(0);
+    const int place = values_.index(row, column);
+    return place < 0 ? T(0) : entries_[static_cast<std::size_t>(place)];
   }
-  const BlockTriangular& values() const { return values_; }
+  BlockTriangular& values() { return values_; }
 
   double factorise() {
     for (const Nonzero& entry : nonzeros_) values_.storage()[entry.index] = entries_[at(entry)].value;
@@ -92,6 +88,12 @@ class DualBlockTriangular {
   std::vector<Nonzero> nonzeros_;
   std::vector<double> side_, solution_;
 };
+
+inline BlockTriangular& values_of(BlockTriangular& system) { return system; }
+template <int N>
+BlockTriangular& values_of(DualBlockTriangular<N>& system) {
+  return system.values();
+}
 
 template <class T>
 struct SquareSystemOf;

@@ -13,6 +13,7 @@ class TallSystem {
  public:
   void resize(int rows, int columns) { dense_.setZero(rows, columns); }
   T* storage() { return dense_.data(); }  ///< row by row
+  const T* storage() const { return dense_.data(); }
   const T& at(int row, int column) const { return dense_(row, column); }
   const auto& dense() const { return dense_; }
 

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 
 namespace balance {
 namespace {
@@ -108,8 +109,12 @@ std::string encode(const CaseRecord& record) {
   json["notes"] = record.notes;
   json["files"] = Json::array();
   for (const RecordedFile& file : record.files) json["files"].push_back({{"name", file.name}, {"sha256", file.sha256}});
-  json[seal_key] = sha256(dump(json));
-  return dump(json);
+  // the last key, written by hand: numbers take long to become digits
+  std::string text = dump(json);
+  const std::string seal = sha256(text);
+  constexpr std::string_view end = "\n}\n";
+  text.resize(text.size() - end.size());
+  return text.append(",\n  \"").append(seal_key).append("\": \"").append(seal).append("\"").append(end);
 }
 
 std::optional<CaseRecord> decode(const std::string& text) {
@@ -125,9 +130,9 @@ std::string record_file(const std::string& case_name) { return case_name + ".cas
 std::string result_file(const std::string& case_name) { return case_name + ".h5"; }
 std::string balanced_file(const std::string& case_name) { return case_name + ".yaml"; }
 
-void store_record(const std::string& folder, const CaseRecord& record) {
+void store_record(const std::string& folder, const CaseRecord& record, const std::string& text) {
   PendingFile file(path_in(folder, record_file(record.name)), Existing::replace, temporary_mark);
-  file.write(encode(record));
+  file.write(text);
   file.commit(Durability::later);
 }
 

@@ -67,8 +67,10 @@ std::string balanced_file(const std::string& case_name);
 /// Marks the temporary files of a batch.
 inline constexpr const char* temporary_mark = "batch-";
 
-/// Remembers a case that a system's failure did not spoil. @throws SystemError
-void store_record(const std::string& folder, const CaseRecord& record);
+/// Remembers a case that a system's failure did not spoil.
+/// @param text encode(record)
+/// @throws SystemError
+void store_record(const std::string& folder, const CaseRecord& record, const std::string& text);
 
 /// The record of a case, if it was computed from the same, and it and all its files are as they were written. What a symbolic link
 /// leads to is none of its files.

@@ -122,25 +122,30 @@ class Crew {
       waiting_.push_front(index);
       return begin_next(hand, others);
     }
-    finish(index, record_of(index, *hand.worker, state));
+    std::optional<CaseRecord> told = state == FenceState::idle ? decode(hand.worker->text()) : std::nullopt;
+    if (told)
+      finish(index, std::move(*told), hand.worker->text());
+    else
+      finish(index, what_befell(index, *hand.worker, state));
     return begin_next(hand, others);
   }
 
   FencedWorker::Work work() const {
-    return [this](std::size_t index) { return encode(run_case(plan_, cases_[index], options_.folder, options_.keep)); };
+    return [this, last = LastSpec{}](std::size_t index) mutable {
+      return encode(run_case(plan_, cases_[index], options_.folder, options_.keep, last));
+    };
   }
 
-  void finish(std::size_t index, CaseRecord record) {
+  /// @param text of the record, where it is at hand
+  void finish(std::size_t index, CaseRecord record, const std::string& text = {}) {
     if (record.status == "failed") folder_.clean(record.name);
-    store(record);
+    store(record, text);
     count(record, false);
     records_[index] = std::move(record);
   }
 
-  /// What the case says of itself, or what has befallen it.
-  CaseRecord record_of(std::size_t index, const FencedWorker& worker, FenceState state) const {
-    std::optional<CaseRecord> told = state == FenceState::idle ? decode(worker.text()) : std::nullopt;
-    if (told) return std::move(*told);
+  /// Of a case that says nothing of itself.
+  CaseRecord what_befell(std::size_t index, const FencedWorker& worker, FenceState state) const {
     const SuiteCase& wanted = plan_.suite.cases[cases_[index]];
     CaseRecord record;
     record.name = wanted.name;
@@ -160,10 +165,10 @@ class Crew {
     return record;
   }
 
-  void store(CaseRecord& record) const {
+  void store(CaseRecord& record, const std::string& text) const {
     if (record.status == "system") return;  // next time it may go well
     try {
-      store_record(options_.folder, record);
+      store_record(options_.folder, record, text.empty() ? encode(record) : text);
     } catch (const SystemError& error) {
       record.status = "system";
       record.message = error.what();

@@ -31,16 +31,22 @@ struct Unable : std::runtime_error {
 
 class CaseRun {
  public:
-  CaseRun(const Plan& plan, std::size_t index, const std::string& folder, Keep keep, CaseRecord& record)
+  CaseRun(const Plan& plan, std::size_t index, const std::string& folder, Keep keep, LastSpec& last, CaseRecord& record)
       : wanted_(plan.suite.cases[index]),
         spec_(plan.specs[plan.cases[index].spec]),
         folder_(folder),
         keep_(keep),
-        record_(record) {}
+        last_(last),
+        record_(record) {
+    const std::size_t spec = plan.cases[index].spec;
+    if (!last.document || last.index != spec) last = {spec, SpecDocument(spec_.text)};
+  }
 
   void run() {
     if (!spec_.trouble.empty()) throw SystemError(wanted_.place_of("spec").text() + ": " + spec_.trouble);
-    const Study study = wanted_.design ? balance() : read(read_spec);
+    const Study study = wanted_.design ? balance() : read([this](const ReadOptions& options) {
+      return read_spec(*last_.document, spec_.path, options);
+    });
     record_.title = study.mechanism.name;
     record_.warnings = study.warnings;
     const Trajectory trajectory = choose_trajectory(study);
@@ -71,10 +77,10 @@ class CaseRun {
   }
 
   /// A mistake in an override is the suite's, not the spec's.
-  template <class Spec>
-  Spec read(Spec (*reader)(const std::string&, const std::string&, const ReadOptions&)) const {
+  template <class Reader>
+  auto read(const Reader& reader) const {
     try {
-      return reader(spec_.text, spec_.path, {.set = wanted_.set});
+      return reader(ReadOptions{.set = wanted_.set});
     } catch (const SpecError& error) {
       std::vector<Mistake> mistakes = error.mistakes();
       for (const auto& [name, value] : wanted_.set)
@@ -168,7 +174,8 @@ class CaseRun {
   }
 
   Study balance() {
-    const DesignSpace space = read(read_design_space);
+    const DesignSpace space =
+        read([this](const ReadOptions& options) { return read_design_space(spec_.text, spec_.path, options); });
     const DesignStudyOptions options = design_options(space.start);
     DesignReport report;
     try {
@@ -203,12 +210,13 @@ class CaseRun {
   const SpecSource& spec_;
   const std::string& folder_;
   const Keep keep_;
+  const LastSpec& last_;
   CaseRecord& record_;
 };
 
 }  // namespace
 
-CaseRecord run_case(const Plan& plan, std::size_t index, const std::string& folder, Keep keep) {
+CaseRecord run_case(const Plan& plan, std::size_t index, const std::string& folder, Keep keep, LastSpec& last) {
   CaseRecord record;
   record.name = plan.suite.cases[index].name;
   record.key = plan.cases[index].key;
@@ -217,7 +225,7 @@ CaseRecord run_case(const Plan& plan, std::size_t index, const std::string& fold
     record.message = message;
   };
   try {
-    CaseRun(plan, index, folder, keep, record).run();
+    CaseRun(plan, index, folder, keep, last, record).run();
   } catch (const SpecError& error) {
     failed("spec", error.brief());
   } catch (const Unable& error) {

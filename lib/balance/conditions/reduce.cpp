@@ -9,6 +9,7 @@
 #include <numeric>
 #include <queue>
 #include <tuple>
+#include <utility>
 
 namespace balance {
 
@@ -70,6 +71,26 @@ int rank_by_gap(const VectorX& values, double floor, Conditions& conditions) {
   return widest > clear_gap ? rank : -1;
 }
 
+/// An orthonormal basis of what the rows span where a column is zero: one row fewer.
+MatrixX without_column(MatrixX rows, int column) {
+  constexpr Eigen::Index many = 48;
+  if (rows.rows() > many) {  // one reflection makes all entries but the first zero, and keeps rows orthonormal
+    VectorX mirror = rows.col(column);
+    mirror[0] += std::copysign(mirror.norm(), mirror[0]);
+    const Eigen::RowVectorXd along = (2 / mirror.squaredNorm()) * (mirror.transpose() * rows);
+    return rows.bottomRows(rows.rows() - 1) - mirror.tail(rows.rows() - 1) * along;
+  }
+  Eigen::Index best;
+  rows.col(column).cwiseAbs().maxCoeff(&best);
+  rows.row(0).swap(rows.row(best));
+  const VectorX share = rows.col(column).tail(rows.rows() - 1) / rows(0, column);
+  const MatrixX left = rows.bottomRows(rows.rows() - 1) - share * rows.row(0);
+  if (left.rows() == 0) return left;
+  // what is left keeps its size, so that small stays small: orthonormal again
+  const Eigen::HouseholderQR<MatrixX> qr(left.transpose());
+  return (qr.householderQ() * MatrixX::Identity(left.cols(), left.rows())).transpose();
+}
+
 /// Columns that the rows can be solved for, in the order of preference. Rows: orthonormal.
 std::vector<int> choose_pivots(MatrixX rows, const std::vector<int>& order) {
   std::vector<int> pivots;
@@ -78,17 +99,10 @@ std::vector<int> choose_pivots(MatrixX rows, const std::vector<int>& order) {
     for (const int column : order) {
       if (rows.rows() == 0) return pivots;
       if (taken[static_cast<std::size_t>(column)]) continue;
-      Eigen::Index best;
-      if (!(rows.col(column).cwiseAbs().maxCoeff(&best) > least)) continue;
+      if (!(rows.col(column).cwiseAbs().maxCoeff() > least)) continue;
       taken[static_cast<std::size_t>(column)] = true;
       pivots.push_back(column);
-      rows.row(0).swap(rows.row(best));
-      const VectorX share = rows.col(column).tail(rows.rows() - 1) / rows(0, column);
-      const MatrixX left = rows.bottomRows(rows.rows() - 1) - share * rows.row(0);
-      // what is left keeps its size, so that small stays small: orthonormal again
-      if (left.rows() == 0) return pivots;
-      const Eigen::HouseholderQR<MatrixX> qr(left.transpose());
-      rows = (qr.householderQ() * MatrixX::Identity(left.cols(), left.rows())).transpose();
+      rows = without_column(std::move(rows), column);
       for (const int done : pivots) rows.col(done).setZero();
     }
   return pivots;

@@ -11,9 +11,6 @@ namespace balance {
 
 namespace {
 
-/// Smallest singular value of the actuated rows of the null space: below it C is large and the rows are ill-conditioned.
-constexpr double well_held = 0.02;
-
 /// What a parameter's unit is besides a power of the length, when forces are in kg times the acceleration.
 double unit_of(Bearer bearer, double acceleration, double length) {
   switch (bearer) {
@@ -124,23 +121,18 @@ bool GoalRows<S>::at(const Configuration& configuration, const Probe& probe, Mat
   return true;
 }
 
-/// C = N (S N)⁻¹: its actuated rows are the identity.
 template <class S>
-bool GoalRows<S>::set_actuated(const MatrixX& null_space) {
-  const MatrixX held = selection_ * null_space;
-  const Eigen::JacobiSVD<MatrixX> svd(held);
-  if (svd.singularValues().tail(1)[0] < well_held) return false;
-  actuated_ = null_space * held.partialPivLu().inverse();
-  return true;
-}
-
-template <class S>
-Regressor<S> GoalRows<S>::regress(const VectorX& velocity, const VectorX& acceleration, bool weight) {
+void GoalRows<S>::move(const VectorX& velocity, const VectorX& acceleration, bool weight) {
   const VectorX dy = scale_.cwiseProduct(velocity), ddy = scale_.cwiseProduct(acceleration);
   angular_velocities(tree_, dy.data(), state_);
   const typename S::Vector base =
       weight ? typename S::Vector(-to_vector<S>(mechanism_.gravity)) : typename S::Vector(S::Vector::Zero());
   accelerations(tree_, dy.data(), ddy.data(), base, state_);
+}
+
+template <class S>
+Regressor<S> GoalRows<S>::regress(const VectorX& velocity, const VectorX& acceleration, bool weight) {
+  move(velocity, acceleration, weight);
   return regressor(tree_, state_);
 }
 
@@ -148,7 +140,8 @@ Regressor<S> GoalRows<S>::regress(const VectorX& velocity, const VectorX& accele
 template <class S>
 void GoalRows<S>::add(const MatrixX& rows, double unit) {
   const Eigen::Index count = rows.rows(), width = std::min<Eigen::Index>(rows.cols(), parameters_);
-  out_.conservativeResize(filled_ + count, Eigen::NoChange);
+  if (filled_ + count > out_.rows())
+    out_.conservativeResize(std::max(2 * out_.rows(), filled_ + count), Eigen::NoChange);
   auto place = out_.middleRows(filled_, count);
   place.setZero();
   place.leftCols(width) =
@@ -200,29 +193,6 @@ void GoalRows<S>::add_efforts(const Probe& probe) {
   if (independent) add(project * regress(probe.velocity, actuated_bias(probe.velocity), false).torque, L * L);
 }
 
-/// The accelerations that a velocity causes while the actuators' own are zero.
-template <class S>
-VectorX GoalRows<S>::actuated_bias(const VectorX& velocity) {
-  const VectorX dy = scale_.cwiseProduct(velocity);
-  velocities(tree_, dy.data(), state_);
-  accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
-  const Eigen::Index closures = tree_.closure_rows, actuated = selection_.rows();
-  VectorX bias = VectorX::Zero(closures + actuated), residual;
-  System<S> system(tree_, Drive<S>{});
-  MatrixX jacobian;
-  system.evaluate(y_, {}, residual, jacobian);
-  double* next = bias.data();
-  for (const Closure<S>& closure : tree_.closures) {
-    closure_bias(state_, closure, closure_pose(state_, closure), next);
-    for (const ClosureRow& row : closure.rows) *next++ *= row.kind == ClosureRow::Kind::along ? -1 / tree_.length : -1;
-  }
-  MatrixX all(closures + actuated, tree_.columns);
-  all << jacobian, selection_;
-  Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
-  qr.setThreshold(1e-9);  // redundant closures have rows of round-off
-  return qr.compute(all).solve(bias);
-}
-
 /// decoupled: what one actuator's acceleration asks of another; fully-: changes of the inertia that the actuators feel.
 template <class S>
 void GoalRows<S>::add_inertia() {
@@ -256,7 +226,8 @@ void GoalRows<S>::add_momentum(const Probe& probe) {
   const double L = units_.length;
   const Vector3 about = options_.about;
   for (Eigen::Index k = 0; k < probe.directions.cols(); ++k) {
-    const Regressor<S> momentum = regress(rest, probe.directions.col(k), false);
+    move(rest, probe.directions.col(k), false);
+    const Regressor<S> momentum = ground_regressor(tree_, state_);
     if (linear) add(momentum.force, L);
     if (angular) {
       MatrixX rows = momentum.moment;

@@ -51,6 +51,7 @@ class GoalRows {
   bool place(const Configuration& configuration);
   bool set_actuated(const MatrixX& null_space);
   VectorX actuated_bias(const VectorX& velocity);
+  void move(const VectorX& velocity, const VectorX& acceleration, bool weight);
   Regressor<S> regress(const VectorX& velocity, const VectorX& acceleration, bool weight);
   void add(const MatrixX& rows, double unit);
   void add_known(const MatrixX& projection, const MatrixX& torque, double unit);

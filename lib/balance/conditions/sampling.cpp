@@ -69,7 +69,7 @@ bool Sampler<S>::start() {
   if (!found.found) return false;
   y_ = found.y;
   for (const int ball : tree_.balls) rereference(tree_, ball, y_.data());
-  rank_ = generic_closure_rank(tree_, y_).rank;
+  rank_ = generic_closure_rank(tree_, y_);
   freedoms_ = tree_.columns - rank_;
   if (freedoms_ == 0) return false;
   look(y_);

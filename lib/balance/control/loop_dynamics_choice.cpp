@@ -146,7 +146,7 @@ MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, Vec
   const Solution nearest = solve(closures, y, {});
   if (!nearest.found)
     return stopped(MotionStatus::not_assembled, 0, "the loops do not close near the joint coordinates given");
-  if (freedoms_ < 0) freedoms_ = columns() - generic_closure_rank(full_, nearest.y).rank;
+  if (freedoms_ < 0) freedoms_ = columns() - generic_closure_rank(full_, nearest.y);
   const auto singular = [&] {
     return stopped(
         MotionStatus::constraint_singularity, 0,

@@ -10,22 +10,6 @@
 
 namespace balance {
 
-namespace {
-
-template <class T, int Rows, int Columns>
-Eigen::Matrix<double, Rows, Columns> values_of(const Eigen::Matrix<T, Rows, Columns>& matrix) {
-  return matrix.unaryExpr([](const T& x) { return value_of(x); });
-}
-
-/// Derivatives with respect to number k.
-template <int N, int Rows, int Columns>
-Eigen::Matrix<double, Rows, Columns> derivatives_of(const Eigen::Matrix<Dual<N>, Rows, Columns>& matrix,
-                                                    std::size_t k) {
-  return matrix.unaryExpr([k](const Dual<N>& x) { return x.d[k]; });
-}
-
-}  // namespace
-
 template <class S>
 Actuation<S>::Actuation(const MechanismOf<T>& mechanism, const Tree<S>& tree, int freedoms)
     : columns_(tree.columns), closures_(tree.closure_rows), freedoms_(freedoms) {
@@ -49,33 +33,34 @@ Actuation<S>::Actuation(const MechanismOf<T>& mechanism, const Tree<S>& tree, in
 
 template <class S>
 void Actuation<S>::prepare_regular(const Tree<S>& tree) {
-  std::vector<int> position(columns_, -1);
+  std::vector<int> motor_at(columns_, -1), position(columns_, -1);
+  for (std::size_t a = 0; a < actuated_.size(); ++a) motor_at[actuated_[a].column] = static_cast<int>(a);
   for (int c = 0; c < columns_; ++c) {
-    const auto same = [c](const Selected& selected) { return selected.column == c; };
-    if (std::any_of(actuated_.begin(), actuated_.end(), same)) continue;
+    if (motor_at[c] >= 0) continue;
     position[c] = static_cast<int>(passive_columns_.size());
     passive_columns_.push_back(c);
   }
-  Eigen::MatrixXi pattern = Eigen::MatrixXi::Zero(closures_, columns_);
+  at_motor_.resize(actuated_.size());
+  SparsityPattern passive(static_cast<std::size_t>(closures_));
   int row = 0;
-  for (const Closure<S>& closure : tree.closures)
+  for (const Closure<S>& closure : tree.closures) {
+    std::set<int> columns;
+    for (const PathStep& step : closure.path) columns.insert(tree.nodes[step.node].column);
     for (std::size_t r = 0; r < closure.rows.size(); ++r, ++row)
-      for (const PathStep& step : closure.path) pattern(row, tree.nodes[step.node].column) = 1;
-  Eigen::MatrixXi passive(closures_, closures_);
-  for (int k = 0; k < closures_; ++k) passive.col(k) = pattern.col(passive_columns_[k]);
+      for (const int c : columns) {
+        if (motor_at[c] >= 0)
+          at_motor_[motor_at[c]].push_back({row, c});
+        else
+          passive[row].push_back(position[c]);
+      }
+  }
   if (!passive_.analyse(passive)) {
     regular_ = false;
     return;
   }
   for (int r = 0; r < closures_; ++r)
-    for (int k = 0; k < closures_; ++k)
-      if (passive(r, k)) gathered_.push_back({r, passive_columns_[k], passive_.index(r, k)});
-  for (const Selected& motor : actuated_) {
-    std::vector<int> rows;
-    for (int r = 0; r < closures_; ++r)
-      if (pattern(r, motor.column)) rows.push_back(r);
-    rows_at_.push_back(rows);
-  }
+    for (const int k : passive[r]) gathered_.push_back({r, passive_columns_[k], passive_.index(r, k)});
+  if (columns_ > most_dense) prepare_grip();
 }
 
 template <class S>
@@ -93,7 +78,7 @@ bool Actuation<S>::solve_regular(const Equations<S>& equations, const T* tau) {
   passive_.solve_transposed(multipliers_.data());
   for (std::size_t a = 0; a < actuated_.size(); ++a) {
     T sum = 0;
-    for (const int r : rows_at_[a]) sum += equations.entry(r, actuated_[a].column) * multipliers_[r];
+    for (const Gathered& entry : at_motor_[a]) sum += equations.value(entry.place) * multipliers_[entry.row];
     efforts_[a] -= sum / (columns[actuated_[a].column] * actuated_[a].ratio);
   }
   for (int r = 0; r < closures_; ++r) multipliers_[r] *= rows[r];
@@ -104,11 +89,20 @@ bool Actuation<S>::solve_regular(const Equations<S>& equations, const T* tau) {
 template <class S>
 double Actuation<S>::factorise(const Equations<S>& equations) {
   if (of_ == &equations && factorised_ == equations.filled()) return regularity_;
-  for (const Gathered& entry : gathered_) passive_.storage()[entry.index] = equations.entry(entry.row, entry.column);
+  if (layout_ != equations.layout()) find_places(equations);
+  for (const Gathered& entry : gathered_) passive_.storage()[entry.index] = equations.value(entry.place);
   regularity_ = passive_.factorise();
   of_ = &equations;
   factorised_ = equations.filled();
   return regularity_;
+}
+
+template <class S>
+void Actuation<S>::find_places(const Equations<S>& equations) {
+  for (Gathered& entry : gathered_) entry.place = equations.place(entry.row, entry.column);
+  for (std::vector<Gathered>& column : at_motor_)
+    for (Gathered& entry : column) entry.place = equations.place(entry.row, entry.column);
+  layout_ = equations.layout();
 }
 
 template <class S>
@@ -119,27 +113,8 @@ double Actuation<S>::look(const Equations<S>& equations) {
 }
 
 template <class S>
-double Actuation<S>::mobility(const Equations<S>& equations) const {
-  return closures_ == 0 ? 1 : smallest_singular_value(grip_matrix(equations));
-}
-
-template <class S>
 std::size_t Actuation<S>::spares() const {
   return closures_ > 0 && static_cast<int>(actuated_.size()) > freedoms_ ? actuated_.size() : 0;
-}
-
-template <class S>
-VectorX Actuation<S>::strengths_without(std::size_t actuator, const Equations<S>& equations) const {
-  MatrixX matrix = grip_matrix(equations);
-  matrix.row(closures_ + static_cast<Eigen::Index>(actuator)).setZero();
-  return Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
-}
-
-template <class S>
-MatrixX Actuation<S>::grip_matrix(const Equations<S>& equations) const {
-  MatrixX matrix(closures_ + static_cast<Eigen::Index>(actuated_.size()), columns_);
-  matrix << values_of(closure_matrix(equations)), values_of(selection(equations));
-  return matrix;
 }
 
 template <class S>
@@ -155,25 +130,6 @@ template <class S>
 bool Actuation<S>::near_kept(double limit) {
   if (closures_ == 0) return true;
   return regular_ ? passive_.near_kept(limit) : grip_.near_kept(limit);
-}
-
-template <class S>
-auto Actuation<S>::closure_matrix(const Equations<S>& equations) const -> Matrix {
-  Matrix closures(closures_, columns_);
-  for (int r = 0; r < closures_; ++r)
-    for (int c = 0; c < columns_; ++c) closures(r, c) = equations.entry(r, c);
-  return closures;
-}
-
-/// Scaled tree coordinates to actuated ones, scaled too: the least norm of efforts then is the same in all units, forces
-/// counted as moments on the characteristic length.
-template <class S>
-auto Actuation<S>::selection(const Equations<S>& equations) const -> Matrix {
-  Matrix selection = Matrix::Zero(static_cast<Eigen::Index>(actuated_.size()), columns_);
-  for (std::size_t a = 0; a < actuated_.size(); ++a)
-    selection(static_cast<Eigen::Index>(a), actuated_[a].column) =
-        actuated_[a].ratio * equations.column_scale()[actuated_[a].column] / actuated_[a].unit;
-  return selection;
 }
 
 template <class S>
@@ -219,7 +175,8 @@ bool Actuation<S>::project_regular(const Equations<S>& equations, MatrixX& proje
     projection(row, motor.column) = 1 / value_of(motor.ratio);
     if (closures_ == 0) continue;
     std::fill(moved.begin(), moved.end(), T(0));
-    for (const int r : rows_at_[a]) moved[r] = equations.entry(r, motor.column) / (columns[motor.column] * motor.ratio);
+    for (const Gathered& entry : at_motor_[a])
+      moved[entry.row] = equations.value(entry.place) / (columns[motor.column] * motor.ratio);
     passive_.solve(moved.data());
     for (int k = 0; k < closures_; ++k)
       projection(row, passive_columns_[k]) = -value_of(moved[k]) * columns[passive_columns_[k]];

@@ -8,6 +8,7 @@
 #include "balance/motion/guard.hpp"
 #include "balance/motion/motion.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,18 +57,25 @@ class Actuation : public Guard<S> {
     T ratio;      ///< of the actuated coordinate to the tree coordinate
     double unit;  ///< of the actuated coordinate: the characteristic length where it is a length, else 1
   };
+  /// An entry of the closures among the equations and, where it is one of the passive columns', in `passive_`.
   struct Gathered {
-    int row, column, index;
+    int row, column;
+    int index = -1;
+    int place = -1;  ///< among the equations' values
   };
 
   void prepare_regular(const Tree<S>& tree);
   bool solve_regular(const Equations<S>& equations, const T* tau);
   bool solve_general(const Equations<S>& equations, const T* tau);
   double factorise(const Equations<S>& equations);
+  void find_places(const Equations<S>& equations);
   bool project_regular(const Equations<S>& equations, MatrixX& projection);
   bool project_general(const Equations<S>& equations, MatrixX& projection) const;
   Matrix closure_matrix(const Equations<S>& equations) const;
+  static T selected(const Selected& motor, const Equations<S>& equations);
   Matrix selection(const Equations<S>& equations) const;
+  void prepare_grip();
+  std::optional<double> sparse_mobility(const Equations<S>& equations) const;
   /// Closures, below them the selection.
   MatrixX grip_matrix(const Equations<S>& equations) const;
 
@@ -79,9 +87,12 @@ class Actuation : public Guard<S> {
   std::vector<Gathered> gathered_;
   long factorised_ = -1;  ///< Equations::filled() where `passive_` was factorised
   const Equations<S>* of_ = nullptr;
+  std::size_t layout_ = 0;  ///< Equations::layout() that the places are of
   double regularity_ = 1;
-  TallMatrix grip_;                        ///< closures and actuated coordinates
-  std::vector<std::vector<int>> rows_at_;  ///< per actuator: closure rows that its column occurs in
+  TallMatrix grip_;              ///< closures and actuated coordinates
+  BlockTriangular sparse_grip_;  ///< the same of a large mechanism
+  bool has_sparse_grip_ = false;
+  std::vector<std::vector<Gathered>> at_motor_;  ///< per actuator: the closures' entries in its column
   std::vector<T> efforts_, multipliers_;
   std::string mismatch_;
   std::vector<std::string> notes_;

@@ -7,6 +7,20 @@
 
 namespace balance {
 
+// ---- matrices over numbers with derivatives ----
+
+template <class T, int Rows, int Columns>
+Eigen::Matrix<double, Rows, Columns> values_of(const Eigen::Matrix<T, Rows, Columns>& matrix) {
+  return matrix.unaryExpr([](const T& x) { return value_of(x); });
+}
+
+/// Derivatives with respect to number k.
+template <int N, int Rows, int Columns>
+Eigen::Matrix<double, Rows, Columns> derivatives_of(const Eigen::Matrix<Dual<N>, Rows, Columns>& matrix,
+                                                    std::size_t k) {
+  return matrix.unaryExpr([k](const Dual<N>& x) { return x.d[k]; });
+}
+
 /// What efforts can do to the velocities that the loops allow.
 struct Grip {
   MatrixX null_space;  ///< of the closures: columns × freedoms

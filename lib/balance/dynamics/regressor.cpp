@@ -90,8 +90,33 @@ Regressor<S> regressor(const Tree<S>& tree, const State<S>& state) {
   return out;
 }
 
-#define BALANCE_INSTANTIATE(S)                       \
-  template VectorX parameters_of<S>(const Tree<S>&); \
+template <class S>
+Regressor<S> ground_regressor(const Tree<S>& tree, const State<S>& state) {
+  const Eigen::Index P = S::parameters * static_cast<Eigen::Index>(tree.elements.size());
+  Regressor<S> out{MatrixX(0, P), MatrixX::Zero(S::dimension, P), MatrixX::Zero(S::angular, P)};
+  for (std::size_t e = 0; e < tree.elements.size(); ++e) {
+    const FixedFrame<S>& frame = tree.elements[e].frame;
+    if (frame.node == 0) continue;
+    const NodeState<S> s = motion_of(state[frame.node], frame);
+    NodeState<S> place;  // of the element's frame in the world
+    place.R_PN = state[frame.node].R_WN * frame.R_N;
+    place.p_PN = position(state, frame);
+    for (int k = 0; k < S::parameters; ++k) {
+      Wrench<S> own, here;
+      add_inertia_wrench<S>(unit_inertia<S>(k), s, own);
+      pass_on(place, own, here);
+      const Eigen::Index column = static_cast<Eigen::Index>(e) * S::parameters + k;
+      for (int i = 0; i < S::dimension; ++i) out.force(i, column) = here.force[i];
+      const Vector3 moment = angular_to_3d(here.moment);
+      for (int i = 0; i < S::angular; ++i) out.moment(i, column) = moment[S::angular == 1 ? 2 : i];
+    }
+  }
+  return out;
+}
+
+#define BALANCE_INSTANTIATE(S)                                                \
+  template VectorX parameters_of<S>(const Tree<S>&);                          \
+  template Regressor<S> ground_regressor<S>(const Tree<S>&, const State<S>&); \
   template Regressor<S> regressor<S>(const Tree<S>&, const State<S>&);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)

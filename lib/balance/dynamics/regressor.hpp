@@ -29,8 +29,13 @@ struct Regressor {
 template <class S>
 Regressor<S> regressor(const Tree<S>& tree, const State<S>& state);
 
-#define BALANCE_DECLARE(S)                                  \
-  extern template VectorX parameters_of<S>(const Tree<S>&); \
+/// Its force and moment alone, without going through the joints: a cost that grows as the mechanism does.
+template <class S>
+Regressor<S> ground_regressor(const Tree<S>& tree, const State<S>& state);
+
+#define BALANCE_DECLARE(S)                                                           \
+  extern template VectorX parameters_of<S>(const Tree<S>&);                          \
+  extern template Regressor<S> ground_regressor<S>(const Tree<S>&, const State<S>&); \
   extern template Regressor<S> regressor<S>(const Tree<S>&, const State<S>&);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cstring>
 #include <functional>
+#include <numeric>
 #include <stdexcept>
 
 namespace balance {
@@ -42,6 +43,17 @@ void set_chunks(hid_t properties, std::vector<hsize_t> sizes) {
   checked_status(H5Pset_chunk(properties, static_cast<int>(sizes.size()), sizes.data()));
   checked_status(H5Pset_shuffle(properties));
   checked_status(H5Pset_deflate(properties, gzip_level));
+}
+
+/// Texts are converted in pieces, for each of which HDF5 clears a buffer: of a megabyte if it is not told otherwise, for three labels.
+Handle transfer_properties(bool text, std::size_t count) {
+  Handle properties(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
+  constexpr std::size_t bytes_of_a_text = 32, least = 4096, most = std::size_t{1} << 20;
+  if (text) {
+    const std::size_t size = std::clamp(bytes_of_a_text * count, least, most);
+    checked_status(H5Pset_buffer(properties.get(), size, nullptr, nullptr));
+  }
+  return properties;
 }
 
 /// How the bytes of a dataset lie: text of any length cannot do without fill values, numbers are all written anyway.
@@ -110,7 +122,9 @@ struct Hdf5File::Implementation {
     Handle dataset(H5Dcreate2(groups.at(group.index).get(), variable.name.c_str(), type, hdf5::make_space(sizes).get(),
                               H5P_DEFAULT, properties.get(), H5P_DEFAULT),
                    H5Dclose);
-    checked_status(H5Dwrite(dataset.get(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data));
+    const hsize_t count = std::accumulate(sizes.begin(), sizes.end(), hsize_t{1}, std::multiplies<>());
+    const Handle transfer = transfer_properties(text, count);
+    checked_status(H5Dwrite(dataset.get(), memory_type, H5S_ALL, H5S_ALL, transfer.get(), data));
     hdf5::write_text(dataset.get(), "long_name", variable.long_name);
     hdf5::write_text(dataset.get(), "units", variable.units);
     for (const Numbers& numbers_attribute : variable.attributes) {

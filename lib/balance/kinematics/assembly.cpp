@@ -20,20 +20,32 @@ VectorX column_scale(const Tree<S>& tree) {
 
 namespace {
 
+/// The least-norm solution of J x = r, as far as there is one.
+VectorX least_norm(const MatrixX& jacobian, const VectorX& residual) {
+  Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
+  qr.setThreshold(1e-9);
+  qr.compute(jacobian);
+  return qr.solve(residual);
+}
+
+/// What the damping leaves is made up for by the second step and, in an iteration, by the next ones.
+VectorX least_norm(const SparseMatrix& jacobian, const VectorX& residual) {
+  const double shift = 1e-12 * jacobian.squaredNorm() / static_cast<double>(jacobian.cols());
+  const VectorX first = damped_solution(jacobian, residual, shift);
+  return first + damped_solution(jacobian, residual - jacobian * first, shift);
+}
+
 /// Quadratic end game: least-norm Newton steps as long as they help.
-template <class S>
+template <class Matrix, class S>
 void polish(System<S>& system, const VectorX& scale, const DriveSample& target, Solution& solution) {
   VectorX residual, trial;
-  MatrixX jacobian;
+  Matrix jacobian;
   system.evaluate(solution.y, target, residual, jacobian);
   for (int k = 0; k < 8 && residual.size() > 0; ++k) {
     const double before = residual.template lpNorm<Eigen::Infinity>();
     solution.residual = before;
     if (before < 1e-15) break;
-    Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
-    qr.setThreshold(1e-9);
-    qr.compute(jacobian);
-    trial = solution.y - scale.cwiseProduct(qr.solve(residual));
+    trial = solution.y - scale.cwiseProduct(least_norm(jacobian, residual));
     system.evaluate(trial, target, residual, jacobian);
     if (!(residual.template lpNorm<Eigen::Infinity>() < before)) break;
     solution.y = trial;
@@ -42,25 +54,54 @@ void polish(System<S>& system, const VectorX& scale, const DriveSample& target, 
   system.evaluate(solution.y, target, residual, jacobian);
 }
 
-}  // namespace
+/// Levenberg and Marquardt's steps, of any damping, from one configuration.
+class Steps {
+ public:
+  Steps(const MatrixX& jacobian, const VectorX& residual)
+      : normal_(jacobian.transpose() * jacobian),
+        gradient_(jacobian.transpose() * residual),
+        largest_(normal_.diagonal().maxCoeff()) {}
+  VectorX step(double damping) const {
+    MatrixX damped = normal_;
+    damped.diagonal().array() += damping * std::max(1e-6, largest_);
+    return damped.ldlt().solve(gradient_);
+  }
 
-template <class S>
-Solution solve(System<S>& system, const VectorX& guess, const DriveSample& target, int iterations) {
+ private:
+  MatrixX normal_;
+  VectorX gradient_;
+  double largest_;
+};
+
+class SparseSteps {
+ public:
+  SparseSteps(const SparseMatrix& jacobian, const VectorX& residual) : jacobian_(jacobian), residual_(residual) {
+    for (Eigen::Index c = 0; c < jacobian.cols(); ++c) largest_ = std::max(largest_, jacobian.col(c).squaredNorm());
+  }
+  VectorX step(double damping) const {
+    return damped_solution(jacobian_, residual_, damping * std::max(1e-6, largest_));
+  }
+
+ private:
+  const SparseMatrix& jacobian_;
+  const VectorX& residual_;
+  double largest_ = 0;
+};
+
+template <class Matrix, class StepsOf, class S>
+Solution search(System<S>& system, const VectorX& guess, const DriveSample& target, int iterations) {
   Solution solution;
   solution.y = guess;
   const VectorX scale = column_scale(system.tree());
   VectorX residual, trial_residual;
-  MatrixX jacobian, trial_jacobian;
+  Matrix jacobian, trial_jacobian;
   system.evaluate(solution.y, target, residual, jacobian);
   double cost = residual.squaredNorm(), damping = 1e-3;
   for (; solution.iterations < iterations && cost > 1e-18; ++solution.iterations) {
-    const MatrixX normal = jacobian.transpose() * jacobian;
-    const VectorX gradient = jacobian.transpose() * residual;
+    const StepsOf steps(jacobian, residual);
     bool better = false;
     for (int tries = 0; tries < 12 && !better; ++tries) {
-      MatrixX damped = normal;
-      damped.diagonal().array() += damping * std::max(1e-6, normal.diagonal().maxCoeff());
-      VectorX step = damped.ldlt().solve(gradient);
+      VectorX step = steps.step(damping);
       const double longest = step.template lpNorm<Eigen::Infinity>();
       if (longest > 1) step /= longest;  // no more than one radian or one length at a time
       const VectorX trial = solution.y - scale.cwiseProduct(step);
@@ -80,9 +121,17 @@ Solution solve(System<S>& system, const VectorX& guess, const DriveSample& targe
     if (!better) break;
   }
   solution.residual = residual.size() > 0 ? residual.template lpNorm<Eigen::Infinity>() : 0;
-  if (solution.residual < 1e-4) polish(system, scale, target, solution);
+  if (solution.residual < 1e-4) polish<Matrix>(system, scale, target, solution);
   solution.found = solution.residual < closed && system.aligned();
   return solution;
+}
+
+}  // namespace
+
+template <class S>
+Solution solve(System<S>& system, const VectorX& guess, const DriveSample& target, int iterations) {
+  return system.columns() > most_dense ? search<SparseMatrix, SparseSteps>(system, guess, target, iterations)
+                                       : search<MatrixX, Steps>(system, guess, target, iterations);
 }
 
 template <class S>
@@ -112,16 +161,31 @@ RankReport rank_of(const MatrixX& jacobian, double tolerance) {
   return report;
 }
 
+namespace {
+
+/// There is no larger rank: no singular value is anywhere near the limit of rank_of().
 template <class S>
-RankReport generic_closure_rank(const Tree<S>& tree, const VectorX& y) {
+bool proved_full(System<S>& closures, const VectorX& y) {
+  VectorX residual;
+  SparseMatrix jacobian;
+  closures.evaluate(y, {}, residual, jacobian);
+  return smallest_singular_value(jacobian).has_value();
+}
+
+}  // namespace
+
+template <class S>
+int generic_closure_rank(const Tree<S>& tree, const VectorX& y) {
   System<S> closures(tree, Drive<S>{});
+  const int full = std::min(closures.rows(), closures.columns());
+  if (full == 0 || (full > most_dense && proved_full(closures, y))) return full;
   const VectorX scale = column_scale(tree);
   VectorX residual, here = y;
   MatrixX jacobian;
   closures.evaluate(here, {}, residual, jacobian);
-  RankReport best = rank_of(jacobian);
-  RankReport last = best;
-  for (std::uint64_t seed = 1; seed <= 4 && last.null_space.cols() > 0; ++seed) {
+  RankReport last = rank_of(jacobian);
+  int best = last.rank;
+  for (std::uint64_t seed = 1; seed <= 4 && best < full && last.null_space.cols() > 0; ++seed) {
     const VectorX random = random_coordinates(tree, seed).cwiseQuotient(scale);
     VectorX direction = last.null_space * (last.null_space.transpose() * random);
     if (direction.norm() < 1e-12) break;
@@ -131,7 +195,7 @@ RankReport generic_closure_rank(const Tree<S>& tree, const VectorX& y) {
     here = moved.y;
     closures.evaluate(here, {}, residual, jacobian);
     last = rank_of(jacobian);
-    if (last.rank > best.rank) best = last;
+    best = std::max(best, last.rank);
   }
   return best;
 }
@@ -168,7 +232,7 @@ Solution continue_to(System<S>& system, const VectorX& y, const DriveSample& fro
   template VectorX column_scale<S>(const Tree<S>&);                                \
   template Solution solve<S>(System<S>&, const VectorX&, const DriveSample&, int); \
   template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);           \
-  template RankReport generic_closure_rank<S>(const Tree<S>&, const VectorX&);     \
+  template int generic_closure_rank<S>(const Tree<S>&, const VectorX&);            \
   template Solution continue_to<S>(System<S>&, const VectorX&, const DriveSample&, const DriveSample&);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)

@@ -11,14 +11,30 @@ void System<S>::evaluate(const VectorX& y, const DriveSample& target, VectorX& r
   residual.setZero(rows());
   jacobian.setZero(rows(), columns());
   poses(tree_, y.data(), state_);
-  closures(residual, jacobian);
-  prescribed(y, target, residual, jacobian);
+  const auto add = [&](int row, int column, double value) { jacobian(row, column) += value; };
+  closures(residual, add);
+  prescribed(y, target, residual, add);
   for (int c = 0; c < columns(); ++c)
     if (tree_.column_kind_length[c]) jacobian.col(c) *= tree_.length;
 }
 
 template <class S>
-void System<S>::closures(VectorX& residual, MatrixX& jacobian) {
+void System<S>::evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, SparseMatrix& jacobian) {
+  residual.setZero(rows());
+  poses(tree_, y.data(), state_);
+  entries_.clear();
+  const auto add = [&](int row, int column, double value) {
+    entries_.emplace_back(row, column, tree_.column_kind_length[column] ? tree_.length * value : value);
+  };
+  closures(residual, add);
+  prescribed(y, target, residual, add);
+  jacobian.resize(rows(), columns());
+  jacobian.setFromTriplets(entries_.begin(), entries_.end());
+}
+
+template <class S>
+template <class Add>
+void System<S>::closures(VectorX& residual, const Add& add) {
   int r = 0;
   for (const Closure<S>& closure : tree_.closures) {
     const ClosurePose<S> pose = closure_pose(state_, closure);
@@ -28,7 +44,7 @@ void System<S>::closures(VectorX& residual, MatrixX& jacobian) {
       residual[r] = scale * closure_residual(pose, row);
       for (const PathStep& step : closure.path) {
         const Node<S>& node = tree_.nodes[step.node];
-        jacobian(r, node.column) += scale * step.sign * power_of(node, state_[step.node], pose.p_B, wrench);
+        add(r, node.column, scale * step.sign * power_of(node, state_[step.node], pose.p_B, wrench));
       }
       ++r;
     }
@@ -36,7 +52,8 @@ void System<S>::closures(VectorX& residual, MatrixX& jacobian) {
 }
 
 template <class S>
-void System<S>::prescribed(const VectorX& y, const DriveSample& target, VectorX& residual, MatrixX& jacobian) {
+template <class Add>
+void System<S>::prescribed(const VectorX& y, const DriveSample& target, VectorX& residual, const Add& add) {
   const double scale = 1 / tree_.length;
   int r = tree_.closure_rows, k = 0;
   if (!drive_.point.empty()) {
@@ -46,7 +63,7 @@ void System<S>::prescribed(const VectorX& y, const DriveSample& target, VectorX&
       RowWrench<S> unit;
       unit.force[component] = 1;
       for (const int n : drive_.tool_path)
-        jacobian(r, tree_.nodes[n].column) += scale * power_of(tree_.nodes[n], state_[n], Q, unit);
+        add(r, tree_.nodes[n].column, scale * power_of(tree_.nodes[n], state_[n], Q, unit));
       ++r;
     }
   }
@@ -57,15 +74,15 @@ void System<S>::prescribed(const VectorX& y, const DriveSample& target, VectorX&
       residual[r] = scale * (G[component] - target.value[k++]);
       for (std::size_t n = 1; n < tree_.nodes.size(); ++n)
         if (tree_.nodes[n].motion != NodeMotion::weld)
-          jacobian(r, tree_.nodes[n].column) +=
-              scale * masses_.com_gradient(tree_.nodes[n], state_[n], static_cast<int>(n))[component];
+          add(r, tree_.nodes[n].column,
+              scale * masses_.com_gradient(tree_.nodes[n], state_[n], static_cast<int>(n))[component]);
       ++r;
     }
   }
   for (const LinearQuantity& quantity : drive_.linear) {
     const double unit = quantity.is_length ? scale : 1;
     residual[r] = unit * (quantity.value(y.data()) - target.value[k++]);
-    for (const auto& [column, coefficient] : quantity.terms) jacobian(r, column) += unit * coefficient;
+    for (const auto& [column, coefficient] : quantity.terms) add(r, column, unit * coefficient);
     ++r;
   }
   if (!drive_.rotation.empty()) {
@@ -78,8 +95,7 @@ void System<S>::prescribed(const VectorX& y, const DriveSample& target, VectorX&
       const Vector3 gradient = (whole ? error.B : gap.A).row(component);
       for (const int n : drive_.tool_path)
         if (tree_.nodes[n].motion == NodeMotion::turn)
-          jacobian(r, tree_.nodes[n].column) +=
-              tree_.nodes[n].ratio * gradient.dot(angular_to_3d(turn_axis(state_[n].R_WN)));
+          add(r, tree_.nodes[n].column, tree_.nodes[n].ratio * gradient.dot(angular_to_3d(turn_axis(state_[n].R_WN))));
       ++r;
     }
   }

@@ -1,8 +1,9 @@
 #pragma once
-/// All equations that pin a configuration, loop closures first and prescribed quantities after them, as one dense system.
+/// All equations that pin a configuration, loop closures first and prescribed quantities after them, as one system, dense or sparse.
 /// For everything that happens once: assembly, ranks, end poses, and mechanisms with redundant constraints.
 /// Private to kinematics, motion and dynamics.
 
+#include "balance/base/sparse_matrix.hpp"
 #include "balance/kinematics/drive.hpp"
 #include "balance/model/drive_sample.hpp"
 
@@ -25,6 +26,7 @@ class System {
   /// Residual and Jacobian at y. Lengths are divided by the characteristic length and columns that are lengths are
   /// multiplied by it, so that all entries are comparable numbers.
   void evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, MatrixX& jacobian);
+  void evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, SparseMatrix& jacobian);
 
   /// All joints' frames point the way they should at the configuration last evaluated.
   bool aligned() const;
@@ -33,13 +35,17 @@ class System {
   DriveSample measure(const VectorX& y) const;
 
  private:
-  void closures(VectorX& residual, MatrixX& jacobian);
-  void prescribed(const VectorX& y, const DriveSample& target, VectorX& residual, MatrixX& jacobian);
+  // add(row, column, value): several values may meet in one place
+  template <class Add>
+  void closures(VectorX& residual, const Add& add);
+  template <class Add>
+  void prescribed(const VectorX& y, const DriveSample& target, VectorX& residual, const Add& add);
 
   const Tree<S>& tree_;
   Drive<S> drive_;
   State<S> state_;
   MassDistribution<S> masses_;
+  std::vector<Eigen::Triplet<double>> entries_;  ///< of the sparse Jacobian
 };
 
 extern template class System<Planar>;

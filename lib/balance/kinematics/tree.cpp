@@ -4,6 +4,8 @@
 #include "balance/base/rotation.hpp"
 #include "balance/kinematics/joint_steps.hpp"
 #include "balance/model/conversion.hpp"
+#include "balance/model/coupling_roots.hpp"
+#include "balance/model/incidence.hpp"
 
 #include <algorithm>
 #include <map>
@@ -42,27 +44,6 @@ typename S::Inertia moved(const typename S::Inertia& inertia, const typename S::
 
 namespace {
 
-/// q[coordinate] = ratio · q[root] + offset after following the couplings.
-template <class T>
-struct Root {
-  int coordinate;
-  T ratio = 1, offset = 0;
-};
-
-template <class T>
-Root<T> root_of(const MechanismOf<T>& mechanism, int coordinate) {
-  Root<T> root{coordinate};
-  for (std::size_t guard = 0; guard <= mechanism.couplings.size(); ++guard) {
-    const auto it = std::find_if(mechanism.couplings.begin(), mechanism.couplings.end(),
-                                 [&](const CouplingOf<T>& c) { return c.follower == root.coordinate; });
-    if (it == mechanism.couplings.end()) return root;
-    root.offset += root.ratio * it->offset;
-    root.ratio *= it->ratio;
-    root.coordinate = it->leader;
-  }
-  throw std::invalid_argument("couplings follow each other in a circle");
-}
-
 template <class S>
 class Compiler {
  public:
@@ -70,6 +51,7 @@ class Compiler {
 
   Compiler(const MechanismOf<T>& mechanism, const std::vector<int>& needed) : mechanism_(mechanism) {
     const Mechanism& values = values_of(mechanism);
+    coordinates_ = coordinates_of_joints(values);
     needed_ = joints_needed(values, needed);
     spanning_ = span(values, needed);
     if (mechanism.space == SpaceKind::spatial) tree_.held_spins = idle_spins(values, needed);
@@ -102,13 +84,13 @@ class Compiler {
     std::vector<bool> in_tree(mechanism_.joints.size(), false);
     for (const TreeEdge& edge : spanning_.edges) in_tree[edge.joint] = true;
     std::map<int, int> columns;
+    const std::vector<CouplingRootOf<T>> roots = coupling_roots(mechanism_);
     tree_.sources.resize(mechanism_.coordinates.size());
     // columns in the order of the tree keep the loops' blocks together
     for (const TreeEdge& edge : spanning_.edges)
-      for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
-        if (mechanism_.coordinates[c].joint != edge.joint) continue;
+      for (const int c : coordinates_[edge.joint]) {
         if (held_spin(edge) != nullptr && mechanism_.coordinates[c].index == 2) continue;
-        const int root = root_of(mechanism_, static_cast<int>(c)).coordinate;
+        const int root = roots[c].coordinate;
         if (columns.emplace(root, tree_.columns).second) {
           ++tree_.columns;
           tree_.column_kind_length.push_back(mechanism_.coordinates[root].kind == CoordinateKind::length);
@@ -116,7 +98,7 @@ class Compiler {
       }
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
       if (!in_tree[mechanism_.coordinates[c].joint]) continue;
-      const Root<T> root = root_of(mechanism_, static_cast<int>(c));
+      const CouplingRootOf<T>& root = roots[c];
       if (!columns.contains(root.coordinate)) continue;  // a held spin
       tree_.sources[c] = {columns.at(root.coordinate), root.ratio, root.offset};
     }
@@ -130,9 +112,8 @@ class Compiler {
   }
 
   int coordinate_of(int joint, int index) const {
-    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c)
-      if (mechanism_.coordinates[c].joint == joint && mechanism_.coordinates[c].index == index)
-        return static_cast<int>(c);
+    for (const int c : coordinates_[joint])
+      if (mechanism_.coordinates[c].index == index) return c;
     throw std::invalid_argument("joint has no such coordinate");
   }
 
@@ -278,12 +259,12 @@ class Compiler {
   }
 
   void find_path(Closure<S>& closure) {
-    std::vector<double> sign(tree_.nodes.size(), 0);
-    for (int n = closure.b.node; n > 0; n = tree_.nodes[n].parent) sign[n] += 1;
-    for (int n = closure.a.node; n > 0; n = tree_.nodes[n].parent) sign[n] -= 1;
-    for (std::size_t n = 0; n < sign.size(); ++n)
-      if (sign[n] != 0 && tree_.nodes[n].motion != NodeMotion::weld)
-        closure.path.push_back({static_cast<int>(n), sign[n]});
+    for (int b = closure.b.node, a = closure.a.node; a != b;) {  // parents come before their children
+      int& last = b > a ? b : a;
+      if (tree_.nodes[last].motion != NodeMotion::weld) closure.path.push_back({last, b > a ? 1.0 : -1.0});
+      last = tree_.nodes[last].parent;
+    }
+    std::reverse(closure.path.begin(), closure.path.end());
   }
 
   struct Split {
@@ -293,7 +274,8 @@ class Compiler {
   };
 
   const MechanismOf<T>& mechanism_;
-  std::vector<bool> needed_;  ///< per joint
+  std::vector<std::vector<int>> coordinates_;  ///< per joint
+  std::vector<bool> needed_;                   ///< per joint
   SpanningTree spanning_;
   Tree<S> tree_;
   std::vector<Split> splits_;

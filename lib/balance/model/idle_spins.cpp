@@ -1,3 +1,4 @@
+#include "balance/model/incidence.hpp"
 #include "balance/model/spanning_tree.hpp"
 
 #include <algorithm>
@@ -35,16 +36,12 @@ Vector3 common_com(const Mechanism& mechanism, int body) {
 std::vector<IdleSpin> idle_spins(const Mechanism& mechanism, const std::vector<int>& needed) {
   constexpr double on_line = 1e-6;  // of the distance between the joints: what rounded coordinates leave
   const std::vector<bool> keep = joints_needed(mechanism, needed);
+  const std::vector<std::vector<int>> joints = joints_of_bodies(mechanism);
   std::vector<IdleSpin> spins;
   for (int body = 1; body < static_cast<int>(mechanism.bodies.size()); ++body) {
-    std::vector<int> at;
-    bool balls = true;
-    for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
-      const Joint& joint = mechanism.joints[j];
-      if (joint.first != body && joint.second != body) continue;
-      at.push_back(static_cast<int>(j));
-      balls = balls && joint.type == JointType::spherical && !keep[j];
-    }
+    const std::vector<int>& at = joints[body];
+    const bool balls = std::all_of(at.begin(), at.end(),
+                                   [&](int j) { return mechanism.joints[j].type == JointType::spherical && !keep[j]; });
     if (at.size() != 2 || !balls || is_touched(mechanism, body)) continue;
     const Vector3 A = point_on(mechanism.joints[at[0]], body), B = point_on(mechanism.joints[at[1]], body);
     const double length = (B - A).norm();

@@ -1,5 +1,7 @@
 #include "balance/model/mechanism.hpp"
 
+#include "balance/model/incidence.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -53,18 +55,41 @@ std::vector<Coordinate> list_coordinates(SpaceKind /*space*/, const std::vector<
   return all;
 }
 
+namespace {
+
+/// Between any two of the places. Pairs are tried from the outermost places on, until none of those left can be farther apart.
+double largest_distance(std::vector<Vector3> places) {
+  Vector3 middle = Vector3::Zero();
+  for (const Vector3& place : places) middle += place / static_cast<double>(places.size());
+  const auto reach = [&middle](const Vector3& place) { return (place - middle).norm(); };
+  std::sort(places.begin(), places.end(), [&](const Vector3& p, const Vector3& q) { return reach(p) > reach(q); });
+  double largest = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double outer = reach(places[i]);
+    if (!(2 * outer * (1 + 1e-12) >= largest)) break;
+    for (std::size_t j = i + 1; j < places.size(); ++j) {
+      if (!((outer + reach(places[j])) * (1 + 1e-12) >= largest)) break;
+      largest = std::max(largest, (places[i] - places[j]).norm());
+    }
+  }
+  return largest;
+}
+
+}  // namespace
+
 double characteristic_length(const Mechanism& mechanism) {
   double length = 0;
+  const std::vector<std::vector<int>> joints = joints_of_bodies(mechanism);
   for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
     std::vector<Vector3> places;
     for (const NamedPoint& point : mechanism.bodies[b].points) places.push_back(point.position);
-    for (const Joint& joint : mechanism.joints) {
+    for (const int j : joints[b]) {
+      const Joint& joint = mechanism.joints[j];
       if (joint.first == static_cast<int>(b)) places.push_back(joint.point_first);
       if (joint.second == static_cast<int>(b)) places.push_back(joint.point_second);
     }
     if (b != static_cast<std::size_t>(ground)) places.emplace_back(Vector3::Zero());
-    for (const Vector3& p : places)
-      for (const Vector3& q : places) length = std::max(length, (p - q).norm());
+    length = std::max(length, largest_distance(places));
   }
   if (length > 0) return length;
   // everything is jointed at one point: then by how far masses are from it

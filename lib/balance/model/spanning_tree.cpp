@@ -1,5 +1,7 @@
 #include "balance/model/spanning_tree.hpp"
 
+#include "balance/model/incidence.hpp"
+
 #include <algorithm>
 #include <numeric>
 #include <queue>
@@ -13,14 +15,15 @@ namespace {
 /// Number of joints between each body and the ground.
 std::vector<int> distances_from_ground(const Mechanism& mechanism) {
   std::vector<int> distance(mechanism.bodies.size(), -1);
+  const std::vector<std::vector<int>> joints = joints_of_bodies(mechanism);
   std::queue<int> open;
   distance[ground] = 0;
   open.push(ground);
   while (!open.empty()) {
     const int body = open.front();
     open.pop();
-    for (const Joint& joint : mechanism.joints) {
-      if (joint.first != body && joint.second != body) continue;
+    for (const int j : joints[body]) {
+      const Joint& joint = mechanism.joints[j];
       const int other = joint.first == body ? joint.second : joint.first;
       if (distance[other] >= 0) continue;
       distance[other] = distance[body] + 1;
@@ -38,19 +41,20 @@ int find(std::vector<int>& parent, int i) {
 /// Walks the chosen joints from the ground outwards.
 std::vector<TreeEdge> walk(const Mechanism& mechanism, const std::vector<bool>& chosen) {
   std::vector<TreeEdge> edges;
+  const std::vector<std::vector<int>> joints = joints_of_bodies(mechanism);
   std::vector<bool> reached(mechanism.bodies.size(), false);
   std::vector<int> open = {ground};
   reached[ground] = true;
   while (!open.empty()) {
     const int body = open.back();
     open.pop_back();
-    for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
+    for (const int j : joints[body]) {
       const Joint& joint = mechanism.joints[j];
-      if (!chosen[j] || (joint.first != body && joint.second != body)) continue;
+      if (!chosen[j]) continue;
       const int other = joint.first == body ? joint.second : joint.first;
       if (reached[other]) continue;
       reached[other] = true;
-      edges.push_back({static_cast<int>(j), body, other, joint.first == body, false});
+      edges.push_back({j, body, other, joint.first == body, false});
       open.push_back(other);
     }
   }

@@ -101,7 +101,7 @@ std::string com_stands_still(const Tree<S>& tree, const VectorX& y, const std::v
   MatrixX rates(S::dimension, 0), jacobian;
   bool independent = false;
   VectorX here = y, residual;
-  const int generic = generic_closure_rank(tree, y).rank;
+  const int generic = generic_closure_rank(tree, y);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     closures.evaluate(here, {}, residual, jacobian);
     const RankReport loops = rank_of(jacobian);

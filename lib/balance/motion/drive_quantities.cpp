@@ -1,7 +1,9 @@
 #include "balance/motion/drive_quantities.hpp"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 
 namespace balance {
@@ -80,9 +82,9 @@ std::vector<int> named_joints(const Trajectory& trajectory) {
 /// Drive `joints`: what `from` names, or the actuators.
 std::vector<int> driven_joints(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
   std::vector<int> coordinates = named_joints(trajectory);
-  const bool all_actuators = std::all_of(mechanism.actuators.begin(), mechanism.actuators.end(), [&](int actuator) {
-    return std::find(coordinates.begin(), coordinates.end(), actuator) != coordinates.end();
-  });
+  const std::set<int> named(coordinates.begin(), coordinates.end());
+  const bool all_actuators = std::all_of(mechanism.actuators.begin(), mechanism.actuators.end(),
+                                         [&](int actuator) { return named.contains(actuator); });
   // a start pose may name more joints than move independently: then the motors' count
   if (coordinates.empty() || (static_cast<int>(coordinates.size()) > freedoms && all_actuators &&
                               static_cast<int>(mechanism.actuators.size()) == freedoms))
@@ -105,14 +107,20 @@ void add_remaining(const Mechanism& mechanism, const Trajectory& trajectory, int
   chosen.coordinates.assign(mechanism.actuators.end() - missing, mechanism.actuators.end());
 }
 
+/// What a pose says of joint coordinates; of one that it names twice the last value.
+std::map<int, double> joint_values(const PoseTarget& pose) {
+  std::map<int, double> values;
+  for (const CoordinateValue& joint : pose.joints) values[joint.coordinate] = joint.value;
+  return values;
+}
+
 /// The pose says everything that is prescribed.
 bool states_all(const DriveQuantities& quantities, const PoseTarget& pose) {
+  const std::map<int, double> joints = joint_values(pose);
   return (quantities.point.empty() || pose.tool) && (quantities.com.empty() || pose.com) &&
          (!quantities.tool_angle || pose.angle) && (quantities.rotation.empty() || pose.orientation) &&
-         std::all_of(quantities.coordinates.begin(), quantities.coordinates.end(), [&](int coordinate) {
-           return std::any_of(pose.joints.begin(), pose.joints.end(),
-                              [&](const CoordinateValue& joint) { return joint.coordinate == coordinate; });
-         });
+         std::all_of(quantities.coordinates.begin(), quantities.coordinates.end(),
+                     [&](int coordinate) { return joints.contains(coordinate); });
 }
 
 }  // namespace
@@ -173,9 +181,9 @@ DriveValue stated_values(const DriveQuantities& quantities, const PoseTarget& po
     if (pose.angle) out.value[k] = *pose.angle;
     ++k;
   }
+  const std::map<int, double> joints = joint_values(pose);
   for (const int coordinate : quantities.coordinates) {
-    for (const CoordinateValue& joint : pose.joints)
-      if (joint.coordinate == coordinate) out.value[k] = joint.value;
+    if (const auto stated = joints.find(coordinate); stated != joints.end()) out.value[k] = stated->second;
     ++k;
   }
   if (pose.orientation) out.rotation = *pose.orientation;

@@ -30,17 +30,16 @@ std::vector<typename Equations<S>::Entry> Equations<S>::entries_of(const std::ve
   std::set<int> seen;
   for (const int n : nodes) {
     const int column = tree_.nodes[n].column;
-    const int index = redundant_ ? row * columns() + column : sparse_.index(row, column);
-    entries.push_back({index, !seen.insert(column).second});
+    entries.push_back({place(row, column), !seen.insert(column).second});
   }
   return entries;
 }
 
 template <class S>
 void Equations<S>::build() {
-  Eigen::MatrixXi pattern = Eigen::MatrixXi::Zero(rows(), columns());
+  std::vector<std::set<int>> columns_of(static_cast<std::size_t>(rows()));
   const auto mark = [&](int row, const std::vector<int>& nodes) {
-    for (const int n : nodes) pattern(row, tree_.nodes[n].column) = 1;
+    for (const int n : nodes) columns_of[row].insert(tree_.nodes[n].column);
   };
   std::vector<std::vector<int>> paths;
   int row = 0;
@@ -53,16 +52,19 @@ void Equations<S>::build() {
   for (std::size_t k = 0; k < drive_.point.size(); ++k) mark(row++, drive_.tool_path);
   for (std::size_t k = 0; k < drive_.com.size(); ++k) mark(row++, moving_);
   for (const LinearQuantityOf<T>& quantity : drive_.linear) {
-    for (const auto& [column, coefficient] : quantity.terms) pattern(row, column) = 1;
+    for (const auto& [column, coefficient] : quantity.terms) columns_of[row].insert(column);
     ++row;
   }
   for (std::size_t k = 0; k < drive_.rotation.size(); ++k) mark(row++, drive_.tool_path);
 
+  SparsityPattern pattern;
+  for (const std::set<int>& row_columns : columns_of) pattern.emplace_back(row_columns.begin(), row_columns.end());
   if (redundant_)
     tall_.resize(rows(), columns());
   else
     structurally_singular_ = rows() != columns() || !sparse_.analyse(pattern);
   if (structurally_singular_) return;
+  layout_ = 2 * number_of(pattern) + (redundant_ ? 1 : 0);
 
   row = 0;
   for (std::size_t c = 0; c < paths.size(); ++c) {
@@ -78,8 +80,7 @@ void Equations<S>::build() {
   for (std::size_t k = 0; k < drive_.com.size(); ++k) com_entries_.push_back(entries_of(moving_, row++));
   for (const LinearQuantityOf<T>& quantity : drive_.linear) {  // constant entries, written once
     for (const auto& [column, coefficient] : quantity.terms)
-      storage()[redundant_ ? row * columns() + column : sparse_.index(row, column)] +=
-          coefficient * row_scale_[row] * column_scale_[column];
+      storage()[place(row, column)] += coefficient * row_scale_[row] * column_scale_[column];
     ++row;
   }
   for (std::size_t k = 0; k < drive_.rotation.size(); ++k)
@@ -191,6 +192,7 @@ void Equations<S>::fill_rotation(const State<S>& state, const DriveSampleOf<T>& 
 
 template <class S>
 bool Equations<S>::factorise(double least) {
+  factorised_ = filled_;
   regularity_ = redundant_ ? tall_.factorise() : sparse_.factorise();
   return regularity_ > least;
 }
@@ -206,31 +208,6 @@ void Equations<S>::keep() {
 template <class S>
 bool Equations<S>::near_kept(double limit) {
   return redundant_ ? tall_.near_kept(limit) : sparse_.near_kept(limit);
-}
-
-template <class S>
-typename S::Scalar Equations<S>::least_singular_value() {
-  if constexpr (std::is_same_v<T, double>) {
-    constexpr int large = 48;
-    const int n = columns();
-    if (!redundant_ && n > large && factorise())
-      if (const std::optional<double> value = least_singular_by_inverse(sparse_)) return *value;
-    Eigen::Map<Samples> normal(least_singular_.normal(n), n, n);
-    if (redundant_) {
-      normal.noalias() = tall_.dense().transpose() * tall_.dense();
-    } else {  // in the order of the storage, which changes no singular value
-      const Eigen::Map<const Samples> matrix(sparse_.storage(), n, n);
-      normal.noalias() = matrix.transpose().lazyProduct(matrix);
-    }
-    return least_singular_.of_normal();
-  } else {  // dσ = uᵀ dA v
-    const Eigen::JacobiSVD<MatrixX> svd(dense(), Eigen::ComputeThinU | Eigen::ComputeThinV);
-    const Eigen::Index last = svd.singularValues().size() - 1;
-    T least = 0;
-    for (int r = 0; r < rows(); ++r)
-      for (int c = 0; c < columns(); ++c) least += svd.matrixU()(r, last) * svd.matrixV()(c, last) * entry(r, c);
-    return least;
-  }
 }
 
 template <class S>

@@ -50,6 +50,8 @@ class Equations {
   bool near_kept(double limit);
   /// Smallest singular value of the scaled matrix last filled.
   T least_singular_value();
+  /// The same, of a matrix near a singular one too. Remembers nothing.
+  double distance_from_singular() const;
   /// Counts the calls of fill().
   long filled() const { return filled_; }
 
@@ -59,6 +61,11 @@ class Equations {
 
   /// Entry of the scaled matrix last filled.
   T entry(int row, int column) const { return redundant_ ? tall_.at(row, column) : sparse_.at(row, column); }
+  /// The place of an entry that may be other than zero, for value(): saves the look-up in a hot loop.
+  int place(int row, int column) const { return redundant_ ? row * columns() + column : sparse_.index(row, column); }
+  /// Equations with the same number, never 0, have the same places.
+  std::size_t layout() const { return layout_; }
+  const T& value(int place) const { return (redundant_ ? tall_.storage() : sparse_.storage())[place]; }
   /// All of it.
   MatrixX dense() const {
     MatrixX matrix(rows(), columns());
@@ -89,6 +96,7 @@ class Equations {
   const Drive<S>& drive_;
   bool redundant_;
   bool structurally_singular_ = false;
+  std::size_t layout_ = 0;
   double regularity_ = 0;
   std::vector<double> row_scale_, column_scale_;
   std::vector<double> node_scale_;                   ///< per node: scale of the column that it moves
@@ -102,7 +110,8 @@ class Equations {
   SquareSystem<T> sparse_;
   LeastSingular least_singular_;
   TallSystem<T> tall_;
-  long filled_ = 0;
+  Samples permuted_;
+  long filled_ = 0, factorised_ = -1;  ///< the latter: filled() of the matrix last factorised
 };
 
 extern template class Equations<Planar>;

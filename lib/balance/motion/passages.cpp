@@ -1,6 +1,5 @@
 #include "balance/motion/passages.hpp"
 
-#include "balance/base/tall_matrix.hpp"
 #include "balance/motion/wording.hpp"
 
 #include <algorithm>
@@ -86,7 +85,7 @@ void Passages<S>::see(const MotionMoment& now, const Equations<S>& equations, do
 
 template <class S>
 void Passages<S>::look_at_distances(const Equations<S>& equations, double pivot, double hold_pivot) {
-  look(motion_, equations, pivot, [](const Equations<S>& there) { return smallest_singular_value(there.dense()); });
+  look(motion_, equations, pivot, [](const Equations<S>& there) { return there.distance_from_singular(); });
   if (guard_ != nullptr)
     look(actuation_, equations, hold_pivot, [this](const Equations<S>& there) { return guard_->mobility(there); });
 }

@@ -82,7 +82,7 @@ class Planner {
     System<S> closures(tree_, Drive<S>{});
     const Solution assembled = find_pose(mechanism_, tree_, closures, {});
     if (!assembled.found) return true;
-    const int freedoms = tree_.columns - generic_closure_rank(tree_, assembled.y).rank;
+    const int freedoms = tree_.columns - generic_closure_rank(tree_, assembled.y);
     const DriveQuantities quantities = choose_drive(mechanism_, tree_, trajectory_, assembled.y, freedoms).quantities;
     if (!quantities.mismatch.empty()) return true;
     const std::string reason = com_stands_still(tree_, assembled.y, quantities.com);
@@ -95,9 +95,9 @@ class Planner {
     const Solution start = find_pose(mechanism_, tree_, system, from.target);
     if (!start.found) return fail(explain_missing_start(mechanism_, tree_, start));
     plan_.start = start.y;
-    const RankReport rank = generic_closure_rank(tree_, start.y);
-    plan_.freedoms = tree_.columns - rank.rank;
-    plan_.redundant = tree_.closure_rows > rank.rank;
+    const int rank = generic_closure_rank(tree_, start.y);
+    plan_.freedoms = tree_.columns - rank;
+    plan_.redundant = tree_.closure_rows > rank;
     if (from.drive.rows() < plan_.freedoms && !std::holds_alternative<TablePath>(trajectory_.path))
       return fail(failed(MotionStatus::mismatch, "the start pose (from) states " + std::to_string(from.drive.rows()) +
                                                      " values, but the mechanism has " +
@@ -117,7 +117,7 @@ class Planner {
   DriveValue measured(const VectorX& y) const {
     System<S> system(tree_, choice_.drive);
     VectorX residual;
-    MatrixX jacobian;
+    SparseMatrix jacobian;
     DriveSample zero;
     zero.value.setZero(choice_.drive.values());
     system.evaluate(y, zero, residual, jacobian);
@@ -136,7 +136,7 @@ class Planner {
     const PoseEquations<S> to = pose_equations(mechanism_, tree_, trajectory_.to);
     System<S> system(tree_, to.drive);
     VectorX residual;
-    MatrixX jacobian;
+    SparseMatrix jacobian;
     system.evaluate(plan_.start, to.target, residual, jacobian);
     const Solution end = continue_to(system, plan_.start, system.measure(plan_.start), to.target);
     if (!end.found)

@@ -48,13 +48,17 @@ std::vector<Place> every_second(const std::vector<Place>& places) {
   return chosen;
 }
 
-double magnitude(const Track& track, const Place& place) {
-  const auto row = (place.result->*track.array).row(place.row).segment(track.first, track.count);
-  return track.count == 1 ? std::abs(row[0]) : row.norm();
-}
-
-double value(const Track& track, const Place& place) {
-  return track.count == 1 ? (place.result->*track.array)(place.row, track.first) : magnitude(track, place);
+/// A scalar with its sign, or a vector's magnitude, at every place.
+std::vector<double> values(const Track& track, const std::vector<Place>& places) {
+  std::vector<double> all(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Samples& array = places[i].result->*track.array;
+    const double* at = array.data() + places[i].row * array.cols() + track.first;
+    double squares = at[0] * at[0];
+    for (int k = 1; k < track.count; ++k) squares += at[k] * at[k];
+    all[i] = track.count == 1 ? at[0] : std::sqrt(squares);
+  }
+  return all;
 }
 
 void drop_round_off(Metric& metric, double start) {
@@ -65,11 +69,12 @@ void drop_round_off(Metric& metric, double start) {
 
 Metric measure(const Track& track, const std::vector<Place>& places) {
   Metric metric{track.quantity, track.unit};
+  const std::vector<double> all = values(track, places);
   double low = INFINITY, high = -INFINITY, squares = 0, sum = 0, last = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const double size = magnitude(track, places[i]), signed_size = value(track, places[i]);
+    const double size = std::abs(all[i]);
     metric.peak = std::max(metric.peak, size);
-    low = std::min(low, signed_size), high = std::max(high, signed_size);
+    low = std::min(low, all[i]), high = std::max(high, all[i]);
     if (i > 0) {
       const double step = places[i].time - places[i - 1].time;
       squares += step * (size * size + last * last) / 2;
@@ -78,10 +83,10 @@ Metric measure(const Track& track, const std::vector<Place>& places) {
     last = size;
   }
   // of peaks that differ by round-off only, the first
-  const auto first_peak = std::find_if(places.begin(), places.end(), [&](const Place& place) {
-    return magnitude(track, place) >= (1 - 1e-10) * metric.peak;
-  });
-  metric.peak_time = first_peak == places.end() ? places.front().time : first_peak->time;  // end: nothing is a number
+  const auto first_peak =
+      std::find_if(all.begin(), all.end(), [&](double value) { return std::abs(value) >= (1 - 1e-10) * metric.peak; });
+  const bool found = first_peak != all.end();  // else nothing is a number
+  metric.peak_time = places[found ? static_cast<std::size_t>(first_peak - all.begin()) : 0].time;
   const double duration = places.back().time - places.front().time;
   metric.rms = std::sqrt(squares / duration);
   metric.mean = sum / duration;

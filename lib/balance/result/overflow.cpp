@@ -18,7 +18,8 @@ struct Overflow {
 void look(const Result& result, long rows, Overflow& first) {
   for (const Quantity& quantity : list_quantities(result)) {
     const auto filled = quantity.samples->topRows(rows);
-    if (filled.allFinite()) continue;
+    if ((filled.array() - filled.array()).sum() == 0)
+      continue;  // a number minus itself is not a number where it is none
     for (long row = 0; row < rows && result.time[row] < first.time; ++row)
       if (!filled.row(row).allFinite()) first = {result.time[row], quantity.name};
   }

@@ -91,8 +91,8 @@ class Run {
  private:
   /// Through the whole walk.
   bool follow(Stepper<S>& stepper, Observer<S>& observer, Result& result, BetweenSamples& between) {
+    const long between_reports = 1 + (1 << 15) / (8 + tree_.columns);  // a large mechanism's samples take longer
     const bool done = walk(stepper, *plan_.schedule, trajectory_.samples, [&](const Stop& stop) {
-      constexpr long between_reports = 1 << 12;
       if (progress_ && stop.index % between_reports == between_reports - 1)
         progress_(static_cast<double>(stop.index) / static_cast<double>(trajectory_.samples));
       if (stop.kind == Stop::Kind::sample) return record(stepper, observer, result, stop.index);

@@ -58,8 +58,12 @@ namespace {
 
 class NaturalRun {
  public:
-  NaturalRun(const Mechanism& mechanism, const Trajectory& trajectory, const natural::Start& start)
-      : mechanism_(mechanism), trajectory_(trajectory), simulation_(mechanism, trajectory, start) {}
+  NaturalRun(const Mechanism& mechanism, const Trajectory& trajectory, const natural::Start& start,
+             const Progress& progress)
+      : mechanism_(mechanism),
+        trajectory_(trajectory),
+        progress_(progress),
+        simulation_(mechanism, trajectory, start) {}
 
   Result run() {
     Result result;
@@ -80,6 +84,9 @@ class NaturalRun {
       return true;
     };
     const bool done = walk(simulation_, schedule, trajectory_.samples, [&](const Stop& stop) {
+      constexpr long between_reports = 1 << 8;
+      if (progress_ && stop.index % between_reports == between_reports - 1)
+        progress_(static_cast<double>(stop.index) / static_cast<double>(trajectory_.samples));
       if (stop.kind == Stop::Kind::sample) return record(result, stop.index);
       if (stop.followed && stop.kind == Stop::Kind::after_jump) return true;
       return record(between.rows, between.add(stop.next_sample));
@@ -113,12 +120,13 @@ class NaturalRun {
 
   const Mechanism& mechanism_;
   const Trajectory& trajectory_;
+  const Progress& progress_;
   natural::Simulation simulation_;
 };
 
 }  // namespace
 
-Result simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory) {
+Result simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress) {
   if (mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
@@ -128,7 +136,7 @@ Result simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory
     result.outcome = found.outcome;
     return result;
   }
-  return NaturalRun(mechanism, trajectory, found.start).run();
+  return NaturalRun(mechanism, trajectory, found.start, progress).run();
 }
 
 }  // namespace balance

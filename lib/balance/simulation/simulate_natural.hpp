@@ -4,7 +4,7 @@
 #include "balance/model/mechanism.hpp"
 #include "balance/motion/trajectory.hpp"
 #include "balance/natural/model.hpp"
-#include "balance/result/result.hpp"
+#include "balance/simulation/simulate.hpp"
 
 namespace balance {
 
@@ -25,6 +25,6 @@ NaturalStart find_start(const Mechanism& mechanism);
 /// Moves a planar mechanism along the trajectory in natural coordinates. Of Result it leaves joint_force, joint_moment and
 /// mobility empty.
 /// @throws std::invalid_argument as simulate, and if the mechanism is spatial
-Result simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory);
+Result simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress = {});
 
 }  // namespace balance

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
+#include <unordered_set>
 #include <utility>
 
 namespace balance::read {
@@ -89,10 +91,9 @@ std::vector<Member> members(const Cursor& map, const std::string& what) {
     map.fail(
         {.expected = fmt::format("at most {} entries", most_members), .found = fmt::format("{}", node.items.size())});
   std::vector<Member> all;
+  std::unordered_set<std::string_view> seen;
   for (std::size_t i = 0; i < node.items.size(); ++i) {
-    const bool again =
-        std::any_of(all.begin(), all.end(), [&](const Member& m) { return m.name == node.keys[i].text; });
-    if (again) continue;  // already reported while parsing
+    if (!seen.insert(node.keys[i].text).second) continue;  // already reported while parsing
     all.push_back({member_at(map, i, node.keys[i]), node.keys[i].text, member_at(map, i, node.items[i])});
   }
   return all;

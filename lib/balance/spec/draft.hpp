@@ -3,6 +3,7 @@
 
 #include "balance/base/types.hpp"
 #include "balance/spec/cursor.hpp"
+#include "balance/spec/name_index.hpp"
 #include "balance/spec/parameters.hpp"
 #include "balance/spec/time_table.hpp"
 #include "balance/spec/units.hpp"
@@ -33,6 +34,8 @@ struct Draft {
 
   const FreeValues* given = nullptr;                               ///< other values of the free numbers
   const std::map<std::string, TimeTable>* known_tables = nullptr;  ///< from when the spec was read first
+
+  mutable NameIndex bodies, coordinates;  ///< of the mechanism's lists
 
   Mechanism& mechanism() { return study.mechanism; }
   const std::set<std::string>* open = nullptr;  ///< sections to be read again; null: all

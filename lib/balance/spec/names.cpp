@@ -16,9 +16,7 @@ std::vector<std::string> body_names(const Draft& draft) {
 }
 
 int find_body(const Cursor& at, const std::string& name, const Draft& draft) {
-  const auto& bodies = draft.study.mechanism.bodies;
-  const auto found = std::find_if(bodies.begin(), bodies.end(), [&](const Body& body) { return body.name == name; });
-  if (found != bodies.end()) return static_cast<int>(found - bodies.begin());
+  if (const int found = draft.bodies.find(draft.study.mechanism.bodies, name); found >= 0) return found;
   const auto names = body_names(draft);
   at.fail_unless_doubtful("bodies." + name, {.expected = fmt::format("a body ({})", one_of(names)),
                                              .found = in_quotes(name),
@@ -76,9 +74,7 @@ Vector3 read_place(const Cursor& at, Draft& draft, std::optional<int> body) {
 int find_coordinate(const Cursor& at, const std::string& name, const Draft& draft) {
   const Mechanism& mechanism = draft.study.mechanism;
   const auto& coordinates = mechanism.coordinates;
-  const auto found =
-      std::find_if(coordinates.begin(), coordinates.end(), [&](const Coordinate& c) { return c.name == name; });
-  if (found != coordinates.end()) return static_cast<int>(found - coordinates.begin());
+  if (const int found = draft.coordinates.find(coordinates, name); found >= 0) return found;
   std::vector<std::string> names;
   for (const Coordinate& coordinate : coordinates) names.push_back(coordinate.name);
   for (const Joint& joint : mechanism.joints) {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 namespace balance::read {
 
@@ -81,6 +82,17 @@ void check_pose(const Cursor& at, const PoseTarget& pose, const DriveNeeds& need
   }
 }
 
+namespace {
+
+/// The first value of each coordinate.
+std::map<int, CoordinateValue> by_coordinate(const PoseTarget& pose) {
+  std::map<int, CoordinateValue> values;
+  for (const CoordinateValue& value : pose.joints) values.emplace(value.coordinate, value);
+  return values;
+}
+
+}  // namespace
+
 void match_pose(const Cursor& at, PoseTarget& pose, const PoseTarget& model, DriveKind drive, const Draft& draft) {
   const auto same = [&](bool here, bool there, const char* what) {
     if (here != there)
@@ -92,21 +104,19 @@ void match_pose(const Cursor& at, PoseTarget& pose, const PoseTarget& model, Dri
     same(pose.orientation.has_value(), model.orientation.has_value(), "'rpy' or 'quaternion'");
   }
   if (drive != DriveKind::joints) return;
+  const std::map<int, CoordinateValue> given = by_coordinate(pose), known = by_coordinate(model);
   std::vector<CoordinateValue> ordered;
   for (const CoordinateValue& wanted : model.joints) {
-    const auto found = std::find_if(pose.joints.begin(), pose.joints.end(),
-                                    [&](const CoordinateValue& v) { return v.coordinate == wanted.coordinate; });
+    const auto found = given.find(wanted.coordinate);
     const std::string& name = draft.study.mechanism.coordinates[static_cast<std::size_t>(wanted.coordinate)].name;
-    if (found == pose.joints.end())
+    if (found == given.end())
       at.fail({.expected = fmt::format("a value of {} as in the trajectory's other poses", in_quotes(name)),
                .found = "none"});
-    ordered.push_back(*found);
+    ordered.push_back(found->second);
   }
   for (const CoordinateValue& extra : pose.joints) {
-    const bool known = std::any_of(model.joints.begin(), model.joints.end(),
-                                   [&](const CoordinateValue& v) { return v.coordinate == extra.coordinate; });
     const std::string& name = draft.study.mechanism.coordinates[static_cast<std::size_t>(extra.coordinate)].name;
-    if (!known)
+    if (!known.contains(extra.coordinate))
       at.fail({.expected = "the same joints as in the trajectory's other poses",
                .found = fmt::format("also {}", in_quotes(name))});
   }

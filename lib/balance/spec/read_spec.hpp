@@ -3,11 +3,16 @@
 
 #include "balance/study/design_space.hpp"
 
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace balance {
+
+namespace read {
+struct Node;
+}
 
 struct ReadOptions {
   /// Parameters to override, name and value; the value may be an expression over the other parameters.
@@ -18,6 +23,23 @@ struct ReadOptions {
 /// @param file_name what messages call it; files that the spec names are looked for in its folder
 /// @throws SpecError with everything that is wrong, in the order of the document
 Study read_spec(const std::string& text, const std::string& file_name, const ReadOptions& options = {});
+
+/// A spec's text, parsed once for many readings with other parameters. Never changed; copies share what was parsed.
+class SpecDocument {
+ public:
+  /// A text that is no YAML is told by whoever reads it.
+  explicit SpecDocument(std::string text);
+  const std::string& text() const { return text_; }
+  /// Nothing if there is something wrong.
+  const read::Node* root() const { return root_.get(); }
+
+ private:
+  std::string text_;
+  std::shared_ptr<const read::Node> root_;
+};
+
+/// @throws SpecError as above
+Study read_spec(const SpecDocument& document, const std::string& file_name, const ReadOptions& options = {});
 
 /// @throws SystemError if the file cannot be read; SpecError as above
 Study read_spec_file(const std::string& path, const ReadOptions& options = {});

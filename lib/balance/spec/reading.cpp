@@ -125,27 +125,50 @@ void clear_open_parts(const std::set<std::string>& open, Study& study) {
 
 }  // namespace
 
-Reading read_first(const std::string& text, const std::string& file_name, const Parameters::Overrides& overrides) {
-  Draft draft(file_name);
+namespace {
+
+/// Everything, with what is wrong thrown.
+void read_all(const Node& root, const Parameters::Overrides& overrides, Draft& draft) {
+  const Sections sections(Cursor(root, "", draft.problems));
+  read_frame(sections, overrides, draft);
+  draft.mechanism().name = visible(std::filesystem::path(draft.study.spec_file).stem().string());
+  read_mechanism(sections, draft);
+  draft.mechanism_is_right = draft.problems.none();
+  read_trajectories(sections["motion"], sections["trajectories"], draft);
+  read_controllers(sections["controllers"], root, overrides, draft);
+  if (const Cursor* design = sections["design"]) read_design(*design, draft);
+}
+
+/// @param root parsed here if it is not there yet
+void read_document(const std::string& text, const Node* root, Node& parsed, const Parameters::Overrides& overrides,
+                   Draft& draft) {
   draft.study.spec_text = text;
-  Reading reading;
-  reading.overrides = overrides;
   try {
-    reading.root = parse_yaml(text, draft.problems);
-    const Sections sections(Cursor(reading.root, "", draft.problems));
-    read_frame(sections, overrides, draft);
-    draft.mechanism().name = visible(std::filesystem::path(file_name).stem().string());
-    read_mechanism(sections, draft);
-    draft.mechanism_is_right = draft.problems.none();
-    read_trajectories(sections["motion"], sections["trajectories"], draft);
-    read_controllers(sections["controllers"], reading.root, overrides, draft);
-    if (const Cursor* design = sections["design"]) read_design(*design, draft);
+    if (root == nullptr) parsed = parse_yaml(text, draft.problems);
+    read_all(root == nullptr ? parsed : *root, overrides, draft);
   } catch (const Problem& problem) {
     draft.problems.add(problem);
   }
   draft.problems.throw_all();
-  list_rewrites(reading.root, draft);
+  list_rewrites(root == nullptr ? parsed : *root, draft);
   add_warnings(draft);
+}
+
+}  // namespace
+
+Study read_start(const std::string& text, const Node* root, const std::string& file_name,
+                 const Parameters::Overrides& overrides) {
+  Draft draft(file_name);
+  Node parsed;
+  read_document(text, root, parsed, overrides, draft);
+  return std::move(draft.study);
+}
+
+Reading read_first(const std::string& text, const std::string& file_name, const Parameters::Overrides& overrides) {
+  Draft draft(file_name);
+  Reading reading;
+  reading.overrides = overrides;
+  read_document(text, nullptr, reading.root, overrides, draft);
   reading.tables = std::move(draft.tables);
   reading.start = std::move(draft.study);
   for (std::size_t i = 0; i < reading.start.free_numbers.size(); ++i)

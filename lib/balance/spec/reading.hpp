@@ -25,6 +25,11 @@ struct Reading {
 /// @throws SpecError with everything that is wrong, in the order of the document
 Reading read_first(const std::string& text, const std::string& file_name, const Parameters::Overrides& overrides);
 
+/// The same, for whoever will not read again.
+/// @param root the text's document, if it has been parsed already
+Study read_start(const std::string& text, const Node* root, const std::string& file_name,
+                 const Parameters::Overrides& overrides);
+
 /// The mechanism alone.
 /// @throws SpecError as above
 Mechanism read_mechanism_alone(const Node& root, const std::string& file_name, const Parameters::Overrides& overrides);

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 namespace balance::read {
 
@@ -83,10 +84,11 @@ void read_couplings(const Cursor& section, Draft& draft) {
 void read_actuators(const Cursor& section, Draft& draft) {
   draft.problems.guard([&] {
     auto& actuators = draft.mechanism().actuators;
+    std::set<int> known(actuators.begin(), actuators.end());
     for (const Cursor& item : section.items("a list of joint coordinates")) {
       const bool read = draft.problems.guard([&] {
         const int coordinate = read_coordinate(item, draft);
-        if (std::find(actuators.begin(), actuators.end(), coordinate) != actuators.end())
+        if (!known.insert(coordinate).second)
           item.fail({.expected = "every actuator once", .found = fmt::format("{} again", item.found())});
         actuators.push_back(coordinate);
       });

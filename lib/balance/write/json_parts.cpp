@@ -15,10 +15,15 @@ namespace {
 std::string seen_json(std::string_view json) {
   std::string text;
   text.reserve(json.size());
-  while (!json.empty()) {
+  const auto plain = [](char c) { return static_cast<unsigned char>(c) < 0x7f; };
+  for (;;) {
+    const auto run = static_cast<std::size_t>(std::find_if_not(json.begin(), json.end(), plain) - json.begin());
+    text += json.substr(0, run);
+    json.remove_prefix(run);
+    if (json.empty()) break;
     const Utf8Character one = first_character(json);
     const std::size_t bytes = std::max<std::size_t>(one.bytes, 1);
-    if (one.code < 0x7f || !is_unseen(one.code))
+    if (!is_unseen(one.code))
       text += json.substr(0, bytes);
     else if (one.code < 0x10000)
       text += fmt::format("\\u{:04x}", one.code);

@@ -1,0 +1,58 @@
+#include "balance/base/sparse_matrix.hpp"
+
+#include "balance/base/least_singular.hpp"
+
+#include <Eigen/SparseCholesky>
+
+#include <cmath>
+
+namespace balance {
+
+namespace {
+
+/// Bound on the entries of AᵀA.
+double squares(const Eigen::VectorXi& entries) { return entries.cast<double>().squaredNorm(); }
+
+Eigen::VectorXi entries_per_row(const SparseMatrix& A) {
+  Eigen::VectorXi count = Eigen::VectorXi::Zero(A.rows());
+  for (Eigen::Index k = 0; k < A.nonZeros(); ++k) ++count[A.innerIndexPtr()[k]];
+  return count;
+}
+
+Eigen::VectorXi entries_per_column(const SparseMatrix& A) {
+  return Eigen::VectorXi::NullaryExpr(A.cols(),
+                                      [&](Eigen::Index c) { return A.outerIndexPtr()[c + 1] - A.outerIndexPtr()[c]; });
+}
+
+SparseMatrix identity(Eigen::Index n) {
+  SparseMatrix matrix(n, n);
+  matrix.setIdentity();
+  return matrix;
+}
+
+}  // namespace
+
+VectorX damped_solution(const SparseMatrix& A, const VectorX& b, double shift) {
+  const bool rows = squares(entries_per_column(A)) <= squares(entries_per_row(A));
+  const SparseMatrix transposed = A.transpose();
+  SparseMatrix normal = rows ? SparseMatrix(A * transposed) : SparseMatrix(transposed * A);
+  normal += shift * identity(normal.rows());
+  const Eigen::SimplicialLDLT<SparseMatrix> factors(normal);
+  if (rows) return transposed * factors.solve(b);
+  return factors.solve(transposed * b);
+}
+
+std::optional<double> smallest_singular_value(const SparseMatrix& A) {
+  constexpr double visible = 1e-6;
+  constexpr int steps = 20;  // a misjudgement by a factor of two then has a probability below 1e-12
+  if (A.nonZeros() == 0) return {};
+  const SparseMatrix transposed = A.transpose();
+  const Eigen::SimplicialLDLT<SparseMatrix> factors(A.rows() <= A.cols() ? SparseMatrix(A * transposed)
+                                                                         : SparseMatrix(transposed * A));
+  if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 0)) return {};
+  const auto inverse = [&](VectorX& x) { x = factors.solve(x).eval(); };
+  const std::optional<double> found = least_singular_by_inverse(static_cast<int>(factors.rows()), inverse, steps);
+  return found && *found > visible * A.norm() ? found : std::nullopt;
+}
+
+}  // namespace balance

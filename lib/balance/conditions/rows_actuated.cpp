@@ -1,0 +1,56 @@
+// Velocities and accelerations in terms of the actuators' own.
+
+#include "balance/base/factorizations.hpp"
+#include "balance/conditions/rows.hpp"
+#include "balance/kinematics/closure.hpp"
+
+namespace balance {
+
+namespace {
+
+/// Smallest singular value of the actuated rows of the null space: below it C is large and the rows are ill-conditioned.
+constexpr double well_held = 0.02;
+
+}  // namespace
+
+/// C = N (S N)⁻¹: its actuated rows are the identity.
+template <class S>
+bool GoalRows<S>::set_actuated(const MatrixX& null_space) {
+  const MatrixX held = selection_ * null_space;
+  const Eigen::JacobiSVD<MatrixX> svd(held);
+  if (svd.singularValues().tail(1)[0] < well_held) return false;
+  actuated_ = null_space * held.partialPivLu().inverse();
+  return true;
+}
+
+/// The accelerations that a velocity causes while the actuators' own are zero.
+template <class S>
+VectorX GoalRows<S>::actuated_bias(const VectorX& velocity) {
+  const VectorX dy = scale_.cwiseProduct(velocity);
+  velocities(tree_, dy.data(), state_);
+  accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
+  const Eigen::Index closures = tree_.closure_rows, actuated = selection_.rows();
+  VectorX bias = VectorX::Zero(closures + actuated), residual;
+  System<S> system(tree_, Drive<S>{});
+  MatrixX jacobian;
+  system.evaluate(y_, {}, residual, jacobian);
+  double* next = bias.data();
+  for (const Closure<S>& closure : tree_.closures) {
+    closure_bias(state_, closure, closure_pose(state_, closure), next);
+    for (const ClosureRow& row : closure.rows) *next++ *= row.kind == ClosureRow::Kind::along ? -1 / tree_.length : -1;
+  }
+  MatrixX all(closures + actuated, tree_.columns);
+  all << jacobian, selection_;
+  Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
+  qr.setThreshold(1e-9);  // redundant closures have rows of round-off
+  return qr.compute(all).solve(bias);
+}
+
+#define BALANCE_INSTANTIATE(S)                             \
+  template bool GoalRows<S>::set_actuated(const MatrixX&); \
+  template VectorX GoalRows<S>::actuated_bias(const VectorX&);
+BALANCE_INSTANTIATE(Planar)
+BALANCE_INSTANTIATE(Spatial)
+#undef BALANCE_INSTANTIATE
+
+}  // namespace balance
