@@ -29,13 +29,13 @@ Mechanism arm(SpaceKind space) {
       planar ? Matrix3(Vector3(0, 0, 0.02).asDiagonal()) : Matrix3(Vector3(0.02, 0.03, 0.04).asDiagonal());
   m.bodies = {{.name = "ground"},
               {.name = "upper", .mass = 2, .com = {0.2, 0, 0}, .inertia = inertia, .points = {{"end", {0.4, 0, 0}}}},
-              {.name = "lower", .mass = 1, .com = {0.1, 0, 0}, .inertia = inertia}};
+              {.name = "lower", .mass = 1, .com = {0.1, 0, 0}, .inertia = inertia, .points = {}}};
   m.joints = {{.name = "A", .first = 0, .second = 1},
               {.name = "B", .first = 1, .second = 2, .point_first = {0.4, 0, 0}}};
   m.coordinates = list_coordinates(space, m.joints);
   m.attachments = {{.name = "cw", .body = 1, .position = {-0.1, 0, 0}, .mass = 1}};
   m.discs = {{.name = "rotor", .body = 1, .follows = 1, .ratio = -2, .mass = 0.5}};
-  m.loads = {{.name = "push", .body = 2, .force = {{1, 0, 0}}, .moment = {{0, 0, 1}}}};
+  m.loads = {{.name = "push", .body = 2, .time = {}, .force = {{1, 0, 0}}, .moment = {{0, 0, 1}}}};
   m.springs = {{.name = "s", .first = 0, .second = 2, .stiffness = 10}};
   m.friction = {{.coordinate = 0, .viscous = 0.1, .coulomb = 0.2, .at_rest = 0.3}};
   m.actuators = {0, 1};
