@@ -155,6 +155,23 @@ TEST_CASE("without enough actuators everything but the efforts is there") {
   CHECK(std::isnan(door.effort_rows(Samples::Ones(1, 2), Samples::Ones(1, 2), Samples::Ones(1, 2)).efforts(0, 0)));
 }
 
+TEST_CASE("a structure has one state, and it is balanced by what its joints transmit") {
+  // two rods make a triangle with the ground: no freedom, no actuator
+  Mechanism m = two_rods();
+  m.gravity = {0, -10, 0};
+  m.joints.push_back({.name = "C", .first = 0, .second = 2, .point_first = {0.5, 0, 0}, .point_second = {0.4, 0, 0}});
+  m.coordinates = list_coordinates(m.space, m.joints);
+  m.actuators.clear();
+  m.assembly = {{0, 0.9}};
+  InverseDynamics door(m);
+  CHECK(door.degrees_of_freedom() == 0);
+  const VectorX nothing;
+  const auto found = door.at(nothing, nothing, nothing);
+  REQUIRE_MESSAGE(found, found.outcome.reason);
+  CHECK(std::abs(found.value.ground_force.y() + 20) < 1e-9);  // the weight of 2 kg
+  CHECK(std::abs(found.value.joint_force[0].y() + found.value.joint_force[2].y() - 20) < 1e-9);
+}
+
 TEST_CASE("numbers that are too large are said to be so") {
   InverseDynamics door(two_rods());
   const VectorX huge = VectorX::Constant(2, 1e200), zero = VectorX::Zero(2);

@@ -158,7 +158,7 @@ TEST_CASE("the actuators' power is the rate of energy and what friction takes") 
       const Sample there = door.at(q, dq, state.ddq).value;
       return there.kinetic_energy + there.potential_energy;
     };
-    constexpr double h = 1e-3;
+    constexpr double h = 2e-4;
     const double rate =
         (45 * (energy(h) - energy(-h)) - 9 * (energy(2 * h) - energy(-2 * h)) + (energy(3 * h) - energy(-3 * h))) /
         (60 * h);

@@ -102,9 +102,9 @@ MotionOutcome Branch<S>::go_round(const double* q) {
   outcome.status = MotionStatus::done;
   if (!assembled_) return assemble(q, {});
   if (fresh_ && std::equal(q_.begin(), q_.end(), q)) return outcome;
-  if (tree_.balls.empty() && step(q)) return outcome;
+  if (step(q)) return outcome;
   const Mark before = mark();
-  if ((!tree_.balls.empty() && step(q)) || walk(q)) return outcome;
+  if (walk(q)) return outcome;
   fresh_ = false;
   outcome = lead(q, "on the straight way from the state before: ");
   if (outcome.status != MotionStatus::done) go_back(before);
