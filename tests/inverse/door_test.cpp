@@ -55,6 +55,9 @@ TEST_CASE("wrong shapes are refused with what was expected and what came") {
                        std::invalid_argument);
   const double none = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH_AS(door.at(numbers({0, none}), good, good), "q: expected finite numbers", std::invalid_argument);
+  VectorX effort;
+  CHECK_THROWS_WITH_AS(door.efforts(good, numbers({none, 0}), good, effort), "dq: expected finite numbers",
+                       std::invalid_argument);
   CHECK_THROWS_WITH_AS(door.assemble(good, {{"b", 1}}), "near: there is no coordinate 'b'; nearest is 'B'",
                        std::invalid_argument);
   CHECK_THROWS_WITH_AS(InverseDynamics(two_rods(), {.independent = {"A"}}),

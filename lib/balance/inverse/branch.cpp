@@ -39,6 +39,9 @@ Branch<S>::Branch(const Mechanism& mechanism, IndependentChoice<S> choice)
       state_(tree_.nodes.size()) {
   for (const LinearQuantity& quantity : drive_.linear)
     columns_.push_back({quantity.terms[0].first, 1 / quantity.terms[0].second, quantity.constant});
+  plain_ = direct_;
+  for (std::size_t k = 0; k < columns_.size(); ++k)
+    plain_ = plain_ && columns_[k].column == static_cast<int>(k) && columns_[k].inverse == 1 && columns_[k].offset == 0;
   std::set<int> bending;
   for (const Closure<S>& closure : tree_.closures)
     for (const PathStep& part : closure.path) bending.insert(tree_.nodes[part.node].column);

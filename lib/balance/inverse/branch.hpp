@@ -29,6 +29,9 @@ class Branch {
   /// Without loops nothing has to be solved: state() then holds no poses.
   bool direct() const { return direct_; }
 
+  /// Moreover the tree's coordinates are the independent ones, in their order.
+  bool plain() const { return plain_; }
+
   /// Finds the configuration anew, nearest to the mechanism's assembly values.
   /// @param near takes their place where it names the same coordinates
   MotionOutcome assemble(const double* q, const std::vector<CoordinateValue>& near);
@@ -94,7 +97,7 @@ class Branch {
   std::vector<int> independent_;
   std::string note_;
   int freedoms_;
-  bool redundant_, direct_;
+  bool redundant_, direct_, plain_ = false;
   Drive<S> drive_;
   Equations<S> equations_;
   double round_off_;

@@ -63,8 +63,8 @@ InverseEngine<S>::InverseEngine(const Mechanism& given, const InverseOptions& wi
     motors_.push_back({source.column, 1 / source.ratio});
     driven[source.column] = true;
   }
-  open_ = branch_.direct() && motors_.size() == tau_.size() && mechanism.loads.empty() && mechanism.springs.empty() &&
-          std::find(driven.begin(), driven.end(), false) == driven.end();
+  open = branch_.direct() && motors_.size() == tau_.size() && mechanism.loads.empty() && mechanism.springs.empty() &&
+         std::find(driven.begin(), driven.end(), false) == driven.end();
 }
 
 template <class S>
@@ -110,24 +110,30 @@ MotionOutcome InverseEngine<S>::mismatch(double time) const {
 
 template <class S>
 MotionOutcome InverseEngine<S>::open_efforts(const StateNumbers& state, double* effort) {
-  MotionOutcome outcome = branch_.go(state.q);
-  branch_.set_rates(state.dq);
-  branch_.set_accelerations(state.ddq);
-  tree_torques<S>(branch_.tree(), branch_.y(), branch_.dy(), branch_.ddy(), gravity_, branch_.state(), wrenches_,
-                  tau_.data());
-  if (!mechanism.friction.empty())
-    add_friction(mechanism, branch_.tree(), branch_.dy(), options.time_scale, tau_.data());
-  double sum = 0;  // finite if all are
+  const double *y = state.q, *dy = state.dq, *ddy = state.ddq;
+  if (!branch_.plain()) {
+    branch_.go(state.q);
+    branch_.set_rates(state.dq);
+    branch_.set_accelerations(state.ddq);
+    y = branch_.y(), dy = branch_.dy(), ddy = branch_.ddy();
+  }
+  double* tau = tau_.data();
+  tree_torques<S>(branch_.tree(), y, dy, ddy, gravity_, branch_.state(), wrenches_, tau);
+  if (!mechanism.friction.empty()) add_friction(mechanism, branch_.tree(), dy, options.time_scale, tau);
+  double sum = 0;  // 0 if all are finite
   for (std::size_t a = 0; a < motors_.size(); ++a) {
-    effort[a] = tau_[static_cast<std::size_t>(motors_[a].column)] * motors_[a].inverse;
+    effort[a] = tau[motors_[a].column] * motors_[a].inverse;
     sum += effort[a] * 0;
   }
-  return sum == 0 ? outcome : numbers_overflow(state.time, "torque");
+  MotionOutcome outcome;
+  outcome.status = MotionStatus::done;
+  if (sum != 0 || std::isnan(sum)) outcome = numbers_overflow(state.time, "torque");
+  return outcome;
 }
 
 template <class S>
 MotionOutcome InverseEngine<S>::efforts(const StateNumbers& state, double* effort) {
-  if (open_) return open_efforts(state, effort);
+  if (open) return open_efforts(state, effort);
   if (!observer_.actuation().mismatch().empty()) return mismatch(state.time);
   MotionOutcome outcome = set_motion(state);
   if (outcome.status != MotionStatus::done) return outcome;

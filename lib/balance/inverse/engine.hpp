@@ -43,6 +43,7 @@ class InverseDynamics::Engine {
   const Mechanism mechanism;
   const InverseOptions options;
   int freedoms = 0;
+  bool open = false;  ///< nothing but a tree with a motor at every coordinate: the shortest way to the efforts
   std::vector<std::string> independent, notes;
 };
 
@@ -75,7 +76,6 @@ class InverseEngine final : public InverseDynamics::Engine {
   Branch<S> branch_;
   Observer<S> observer_;
   typename S::Vector gravity_;
-  bool open_;  ///< nothing but a tree with a motor at every coordinate: the shortest way to the efforts
   std::vector<Motor> motors_;
   std::vector<Wrench<S>> wrenches_;
   std::vector<double> tau_;

@@ -18,11 +18,19 @@ std::string list(const std::vector<std::string>& names) {
   return text;
 }
 
-void check_state(const char* what, const VectorX& values, const std::vector<std::string>& names) {
+void check_size(const char* what, const VectorX& values, const std::vector<std::string>& names) {
   if (values.size() != static_cast<Eigen::Index>(names.size()))
     throw std::invalid_argument(std::string(what) + ": expected " + std::to_string(names.size()) + " numbers for " +
                                 list(names) + "; got " + std::to_string(values.size()));
+}
+
+void check_finite(const char* what, const VectorX& values) {
   if (!values.allFinite()) throw std::invalid_argument(std::string(what) + ": expected finite numbers");
+}
+
+void check_state(const char* what, const VectorX& values, const std::vector<std::string>& names) {
+  check_size(what, values, names);
+  check_finite(what, values);
 }
 
 void check_table(const char* what, const Eigen::Ref<const Samples>& values, Eigen::Index rows,
@@ -105,12 +113,16 @@ Answer<Sample> InverseDynamics::at(const VectorX& q, const VectorX& dq, const Ve
 
 MotionOutcome InverseDynamics::efforts(const VectorX& q, const VectorX& dq, const VectorX& ddq, VectorX& effort,
                                        double time) {
-  check_state("q", q, engine_->independent);
-  check_state("dq", dq, engine_->independent);
-  check_state("ddq", ddq, engine_->independent);
+  check_size("q", q, engine_->independent);
+  check_size("dq", dq, engine_->independent);
+  check_size("ddq", ddq, engine_->independent);
+  const auto check_numbers = [&] { check_finite("q", q), check_finite("dq", dq), check_finite("ddq", ddq); };
   check_time(time);
   effort.resize(static_cast<Eigen::Index>(engine_->mechanism.actuators.size()));
-  return engine_->efforts({q.data(), dq.data(), ddq.data(), time}, effort.data());
+  if (!engine_->open) check_numbers();
+  MotionOutcome outcome = engine_->efforts({q.data(), dq.data(), ddq.data(), time}, effort.data());
+  if (engine_->open && outcome.status != MotionStatus::done) check_numbers();  // the short way looks only now
+  return outcome;
 }
 
 EffortAnswers InverseDynamics::effort_rows(const Eigen::Ref<const Samples>& q, const Eigen::Ref<const Samples>& dq,
