@@ -7,8 +7,7 @@ install(TARGETS balance ${balance_parts} EXPORT balanceTargets ARCHIVE DESTINATI
 if(TARGET balance_app)
   install(TARGETS balance_app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
-install(DIRECTORY lib/balance ${CMAKE_CURRENT_BINARY_DIR}/generated/balance
-        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.hpp)
+include(cmake/PublicHeaders.cmake)
 install(DIRECTORY configs DESTINATION ${CMAKE_INSTALL_DATADIR}/balance)
 # Where Debian looks for a package's documents. The licence stands in `copyright`, with those of what the page holds.
 set(balance_package balance-mechanisms)

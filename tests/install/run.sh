@@ -21,13 +21,38 @@ for file in man/man1/balance-simulate.1* bash-completion/completions/balance zsh
   [[ -s $(echo "$share/"$file) ]] || { echo "not installed: $file" >&2; exit 1; }
 done
 
-"$cmake" -G Ninja -S "$here" -B "$folder/guest" -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE=Debug >/dev/null
+# Only headers that are meant for users, or that those include.
+include=$folder/prefix/include/balance
+if grep -rl "Private to" "$include"; then
+  echo "installed, yet private" >&2
+  exit 1
+fi
+
+page=$folder/page
+mkdir -p "$page/core" "$page/design"
+awk -v folder="$page" -f "$here/page_programs.awk" "$(find "$share/doc" -name library.md)"
+
+# Every program of the page prints what the page says.
+run_page() { # <part> <build folder>
+  local said
+  for said in "$page/$1"/*.txt; do
+    "$2/page_$(basename "$said" .txt)" | diff "$said" - || { echo "page: $(basename "$said" .txt)" >&2; exit 1; }
+  done
+}
+
+"$cmake" -G Ninja -S "$here" -B "$folder/guest" -DPAGE="$page" -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE=Debug >/dev/null
 "$cmake" --build "$folder/guest"
 said=$("$folder/guest/guest" "$spec")
 echo "guest says: $said"
 # 869.7 N is the peak that the literature's data give for the cycloidal motion.
 [[ $said == *"peak shaking force 869.7"* ]]
+run_page design "$folder/guest"
 
-"$cmake" -G Ninja -S "$here" -B "$folder/core" -DCORE_ALONE=ON -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE=Debug >/dev/null
+"$cmake" -G Ninja -S "$here" -B "$folder/core" -DPAGE="$page" -DCORE_ALONE=ON -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE=Debug >/dev/null
 "$cmake" --build "$folder/core"
 "$folder/core/guest"
+if grep "BALANCE_" "$folder/core/macros.txt"; then
+  echo "macros stay defined" >&2
+  exit 1
+fi
+run_page core "$folder/core"

@@ -2,7 +2,7 @@
 /// The chains of a parallel mechanism as mechanisms of their own, each with point masses for its share of what they carry
 /// together (P0 section 2.2). Private to conditions.
 
-#include "balance/conditions/parameter.hpp"
+#include "balance/dynamics/parameter.hpp"
 
 #include <string>
 #include <vector>

@@ -2,7 +2,7 @@
 /// The complete balancing conditions of any mechanism: which linear combinations of its parameters must vanish.
 
 #include "balance/conditions/known_terms.hpp"
-#include "balance/conditions/parameter.hpp"
+#include "balance/dynamics/parameter.hpp"
 #include "balance/study/goal.hpp"
 
 #include <cstdint>

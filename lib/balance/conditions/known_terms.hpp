@@ -5,7 +5,7 @@
 /// A load has one term per component of its force and moment, worth what it is at the table's first time (or always), and,
 /// with a table, one per component that changes, worth the largest change. Friction has a viscous and a dry term.
 
-#include "balance/conditions/parameter.hpp"
+#include "balance/dynamics/parameter.hpp"
 
 namespace balance {
 

@@ -8,7 +8,7 @@
 /// P the pseudo-inertia. Source: Wensing, Kim, Slotine, "Linear matrix inequalities for physically consistent inertial
 /// parameter identification", 2018; Lasserre, "Moments, positive polynomials and their applications", 2010.
 
-#include "balance/conditions/parameter.hpp"
+#include "balance/dynamics/parameter.hpp"
 
 #include <utility>
 #include <vector>

@@ -1,7 +1,7 @@
 #pragma once
 /// Linear combinations of parameters as a designer reads them.
 
-#include "balance/conditions/parameter.hpp"
+#include "balance/dynamics/parameter.hpp"
 
 #include <string>
 #include <vector>

@@ -2,7 +2,7 @@
 /// What springs ask of the tree's coordinates, per unit of their parameters (conditions/parameter.hpp lists these). Private to
 /// study.
 
-#include "balance/conditions/parameter.hpp"
+#include "balance/dynamics/parameter.hpp"
 #include "balance/dynamics/external.hpp"
 
 #include <vector>

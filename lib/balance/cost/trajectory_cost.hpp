@@ -2,7 +2,7 @@
 /// Figures of a trajectory as functions of the parameters, without moving the mechanism again: along a fixed motion every force
 /// is a matrix times the parameters, and its rms a quadratic form whose size does not depend on the number of samples.
 
-#include "balance/conditions/parameter.hpp"
+#include "balance/dynamics/parameter.hpp"
 #include "balance/motion/motion.hpp"
 #include "balance/motion/trajectory.hpp"
 #include "balance/result/figure.hpp"

@@ -71,12 +71,24 @@ void Observer<S>::sort_coordinates() {
 template <class S>
 bool Observer<S>::observe_at(const Instant<S>& now, const Equations<S>& equations, double duration, Detail detail) {
   set_state(now, detail);
-  balance_forces(now);
+  const bool held = balance_efforts(now, equations, duration);
   read_coordinates(now);
+  read_rest(now, detail, actuation_.multipliers());
+  return held;
+}
+
+template <class S>
+bool Observer<S>::find_efforts(const Instant<S>& now, const Equations<S>& equations, double duration) {
+  set_state(now, Detail::forces);
+  return balance_efforts(now, equations, duration);
+}
+
+template <class S>
+bool Observer<S>::balance_efforts(const Instant<S>& now, const Equations<S>& equations, double duration) {
+  balance_forces(now);
   if (!mechanism_.friction.empty()) add_friction(mechanism_, tree_, now.dy, duration, tau_.data());
   const bool held = actuation_.solve(equations, tau_.data());
   std::copy(actuation_.efforts().begin(), actuation_.efforts().end(), seen_.effort.data());
-  read_rest(now, detail, actuation_.multipliers());
   return held;
 }
 

@@ -51,6 +51,14 @@ class Observer {
   /// @return as observe()
   bool observe_at(const Instant<S>& instant, const Equations<S>& equations, double duration, Detail detail);
 
+  /// Only the efforts: last().effort, and the tree's generalised forces that they balance.
+  bool find_efforts(const Instant<S>& now, const Equations<S>& equations, double duration);
+  /// Generalised forces per tree coordinate that find_efforts() found, friction included [N m or N].
+  const std::vector<T>& tree_forces() const { return tau_; }
+
+  /// The efforts as a matrix times the tree's generalised forces, see Actuation::project.
+  bool project(const Equations<S>& equations, MatrixX& projection) { return actuation_.project(equations, projection); }
+
   /// Everything at a moment of a motion whose efforts are known.
   /// @param efforts per actuator
   /// @param multipliers per closure row, as Actuation::multipliers()
@@ -88,6 +96,7 @@ class Observer {
     return {stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.direct()};
   }
   void sort_coordinates();
+  bool balance_efforts(const Instant<S>& now, const Equations<S>& equations, double duration);
   void set_state(const Instant<S>& now, Detail detail);
   void read_coordinates(const Instant<S>& now);
   void read_cut_coordinates(const Instant<S>& now);

@@ -87,9 +87,11 @@ std::pair<MotionStatus, const char*> Stepper<S>::diagnose(Attempt attempt) {
   return {MotionStatus::assembly_jump, "the motion could only go on by a jump to another assembly mode"};
 }
 
-#define BALANCE_INSTANTIATE(S)            \
-  template double Stepper<S>::mobility(); \
-  template void Stepper<S>::stop(Stepper<S>::Attempt, double);
+#define BALANCE_INSTANTIATE(S)                                   \
+  template double Stepper<S>::mobility();                        \
+  template void Stepper<S>::locate(Stepper<S>::Attempt, double); \
+  template void Stepper<S>::stop(Stepper<S>::Attempt, double);   \
+  template std::pair<MotionStatus, const char*> Stepper<S>::diagnose(Stepper<S>::Attempt);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)
 #undef BALANCE_INSTANTIATE

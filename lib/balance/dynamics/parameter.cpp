@@ -1,4 +1,4 @@
-#include "balance/conditions/parameter.hpp"
+#include "balance/dynamics/parameter.hpp"
 
 #include "balance/dynamics/regressor.hpp"
 #include "balance/kinematics/tree.hpp"

@@ -1,0 +1,248 @@
+#include "balance/inverse/engine.hpp"
+
+#include "balance/dynamics/friction.hpp"
+#include "balance/dynamics/regressor.hpp"
+#include "balance/motion/configuration_text.hpp"
+#include "balance/motion/wording.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace balance {
+
+namespace {
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+/// The first quantity of a sample that is no number; null if all are.
+const char* overflowing(const Sample& s) {
+  const auto finite = [](const std::vector<Vector3>& all) {
+    for (const Vector3& v : all)
+      if (!v.allFinite()) return false;
+    return true;
+  };
+  if (!s.position.allFinite() || !s.velocity.allFinite() || !s.acceleration.allFinite()) return "the joints' motion";
+  if (!s.effort.allFinite()) return "torque";
+  if (!s.power.allFinite()) return "power";
+  if (!s.shaking_force.allFinite()) return "shaking_force";
+  if (!s.shaking_moment.allFinite() || !s.shaking_moment_com.allFinite()) return "shaking_moment";
+  if (!s.ground_force.allFinite() || !s.ground_moment.allFinite()) return "ground_force";
+  if (!finite(s.joint_force) || !finite(s.joint_moment)) return "joint_force";
+  if (!std::isfinite(s.kinetic_energy) || !std::isfinite(s.potential_energy)) return "energy";
+  return nullptr;
+}
+
+void forget_efforts(bool loops, Sample& sample) {
+  sample.effort.setConstant(none);
+  sample.power.setConstant(none);
+  sample.total_torque = none;
+  if (!loops) return;  // what an open tree's joints transmit does not depend on what drives them
+  for (auto* all : {&sample.joint_force, &sample.joint_moment})
+    for (Vector3& v : *all) v.setConstant(none);
+}
+
+}  // namespace
+
+template <class S>
+InverseEngine<S>::InverseEngine(const Mechanism& given, const InverseOptions& wishes)
+    : Engine(given, wishes),
+      branch_(mechanism, choose_independent<S>(mechanism, options.independent)),
+      observer_(mechanism, branch_.tree(), branch_.freedoms(), to_vector<S>(options.about)),
+      gravity_(to_vector<S>(mechanism.gravity)),
+      wrenches_(branch_.tree().nodes.size()),
+      tau_(static_cast<std::size_t>(branch_.tree().columns)) {
+  const Tree<S>& tree = branch_.tree();
+  freedoms = branch_.freedoms();
+  for (const int c : branch_.independent()) independent.push_back(mechanism.coordinates[c].name);
+  if (!branch_.note().empty()) notes.push_back(branch_.note());
+  for (const std::string& note : observer_.actuation().notes()) notes.push_back(note);
+  for (const IdleSpin& spin : tree.held_spins) notes.push_back(held_spin(mechanism, spin));
+  std::vector<bool> driven(tau_.size(), false);
+  for (const int coordinate : mechanism.actuators) {
+    const CoordinateSource& source = tree.sources[coordinate];
+    motors_.push_back({source.column, 1 / source.ratio});
+    driven[source.column] = true;
+  }
+  open = branch_.direct() && motors_.size() == tau_.size() && mechanism.loads.empty() && mechanism.springs.empty() &&
+         std::find(driven.begin(), driven.end(), false) == driven.end();
+}
+
+template <class S>
+MotionOutcome InverseEngine<S>::assemble(const double* q, const std::vector<CoordinateValue>& near,
+                                         VectorX& coordinates) {
+  observer_.restart();
+  MotionOutcome outcome = branch_.assemble(q, near);
+  if (outcome.status == MotionStatus::done) coordinates = branch_.coordinates();
+  return outcome;
+}
+
+/// Tree coordinates, rates and accelerations of a state.
+template <class S>
+MotionOutcome InverseEngine<S>::set_motion(const StateNumbers& state) {
+  MotionOutcome outcome = branch_.go(state.q);
+  if (outcome.status != MotionStatus::done) {
+    outcome.time = state.time;
+    return outcome;
+  }
+  branch_.set_rates(state.dq);
+  branch_.set_accelerations(state.ddq);
+  return outcome;
+}
+
+template <class S>
+Instant<S> InverseEngine<S>::instant(double time) {
+  return {branch_.state(), branch_.y(), branch_.dy(), branch_.ddy(), time, branch_.direct()};
+}
+
+template <class S>
+MotionOutcome InverseEngine<S>::not_held(double time) const {
+  const std::string where = configuration_text(mechanism, branch_.tree(), branch_.y());
+  return {MotionStatus::actuation_singularity,
+          time,
+          "actuation singularity: the actuators do not hold the mechanism there; configuration: " + where,
+          {}};
+}
+
+template <class S>
+MotionOutcome InverseEngine<S>::mismatch(double time) const {
+  return {MotionStatus::mismatch, time, observer_.actuation().mismatch(), {}};
+}
+
+template <class S>
+MotionOutcome InverseEngine<S>::open_efforts(const StateNumbers& state, double* effort) {
+  const double *y = state.q, *dy = state.dq, *ddy = state.ddq;
+  if (!branch_.plain()) {
+    branch_.go(state.q);
+    branch_.set_rates(state.dq);
+    branch_.set_accelerations(state.ddq);
+    y = branch_.y(), dy = branch_.dy(), ddy = branch_.ddy();
+  }
+  double* tau = tau_.data();
+  tree_torques<S>(branch_.tree(), y, dy, ddy, gravity_, branch_.state(), wrenches_, tau);
+  if (!mechanism.friction.empty()) add_friction(mechanism, branch_.tree(), dy, options.time_scale, tau);
+  double sum = 0;  // 0 if all are finite
+  for (std::size_t a = 0; a < motors_.size(); ++a) {
+    effort[a] = tau[motors_[a].column] * motors_[a].inverse;
+    sum += effort[a] * 0;
+  }
+  MotionOutcome outcome;
+  outcome.status = MotionStatus::done;
+  if (sum != 0 || std::isnan(sum)) outcome = numbers_overflow(state.time, "torque");
+  return outcome;
+}
+
+template <class S>
+MotionOutcome InverseEngine<S>::efforts(const StateNumbers& state, double* effort) {
+  if (open) return open_efforts(state, effort);
+  if (!observer_.actuation().mismatch().empty()) return mismatch(state.time);
+  MotionOutcome outcome = set_motion(state);
+  if (outcome.status != MotionStatus::done) return outcome;
+  if (!observer_.find_efforts(instant(state.time), branch_.equations(), options.time_scale))
+    return not_held(state.time);
+  const VectorX& found = observer_.last().effort;
+  if (!found.allFinite()) return numbers_overflow(state.time, "torque");
+  std::copy_n(found.data(), found.size(), effort);
+  return outcome;
+}
+
+template <class S>
+void InverseEngine<S>::efforts(const StateRows& states, EffortAnswers& table) {
+  const Eigen::Index actuators = table.efforts.cols();
+  for (Eigen::Index k = 0; k < states.rows(); ++k) {
+    double* effort = table.efforts.data() + k * actuators;
+    MotionOutcome outcome = InverseEngine::efforts(states.row(k), effort);
+    if (outcome.status == MotionStatus::done) continue;
+    std::fill_n(effort, actuators, none);
+    table.failures.push_back({k, std::move(outcome)});
+  }
+}
+
+template <class S>
+MotionOutcome InverseEngine<S>::observe(const StateNumbers& state, Sample& sample) {
+  MotionOutcome outcome = set_motion(state);
+  if (outcome.status != MotionStatus::done) return outcome;
+  const bool held = observer_.observe(instant(state.time), branch_.equations(), options.time_scale, Detail::everything);
+  sample = observer_.last();
+  sample.mobility = branch_.mobility();
+  sample.newton_iterations = branch_.iterations();
+  if (!held) {
+    forget_efforts(!branch_.direct(), sample);
+    return observer_.actuation().mismatch().empty() ? not_held(state.time) : mismatch(state.time);
+  }
+  if (const char* what = overflowing(sample)) return numbers_overflow(state.time, what);
+  return outcome;
+}
+
+/// One column after another: the generalised forces that a unit acceleration from rest takes without weight.
+template <class S>
+MotionOutcome InverseEngine<S>::mass_matrix(const double* q, MatrixX& mass) {
+  const std::vector<double> rest(static_cast<std::size_t>(freedoms), 0);
+  MotionOutcome outcome = set_motion({q, rest.data(), rest.data(), 0});
+  if (outcome.status != MotionStatus::done) return outcome;
+  const Tree<S>& tree = branch_.tree();
+  State<S>& state = branch_.state();
+  branch_.fill_transformation(C_);
+  poses(tree, branch_.y(), state);
+  const VectorX zero = VectorX::Zero(tree.columns);
+  velocities(tree, zero.data(), state);
+  mass.resize(freedoms, freedoms);
+  for (int k = 0; k < freedoms; ++k) {
+    for (auto& wrench : wrenches_) wrench = {};
+    accelerations<S>(tree, zero.data(), C_.col(k).data(), S::Vector::Zero(), state);
+    inverse_dynamics(tree, state, wrenches_, tau_.data());
+    mass.col(k) = C_.transpose() * Eigen::Map<const VectorX>(tau_.data(), tree.columns);
+  }
+  mass = (mass + mass.transpose().eval()) / 2;
+  return mass.allFinite() ? outcome : numbers_overflow(0, "the mass matrix");
+}
+
+template <class S>
+MotionOutcome InverseEngine<S>::bias(const StateNumbers& state, VectorX& bias) {
+  MotionOutcome outcome = set_motion(state);
+  if (outcome.status != MotionStatus::done) return outcome;
+  observer_.find_efforts(instant(state.time), branch_.equations(), options.time_scale);
+  branch_.fill_transformation(C_);
+  bias = C_.transpose() * Eigen::Map<const VectorX>(observer_.tree_forces().data(), branch_.tree().columns);
+  return bias.allFinite() ? outcome : numbers_overflow(state.time, "the bias");
+}
+
+/// The matrices of the shaking force and moment: rates of momentum, without weight.
+template <class S>
+void InverseEngine<S>::fill_shaking(EffortRegressor& out) {
+  const Tree<S>& tree = branch_.tree();
+  accelerations<S>(tree, branch_.dy(), branch_.ddy(), S::Vector::Zero(), branch_.state());
+  const Regressor<S> momentum = balance::regressor(tree, branch_.state());
+  out.shaking_force = momentum.force;
+  out.shaking_moment = momentum.moment;
+  for (Eigen::Index p = 0; p < momentum.force.cols(); ++p) {
+    const typename S::Vector force = momentum.force.col(p);
+    const Vector3 moved = angular_to_3d(cross(to_vector<S>(options.about), force));
+    out.shaking_moment.col(p) -= moved.template tail<S::angular>();
+  }
+}
+
+template <class S>
+MotionOutcome InverseEngine<S>::regressor(const StateNumbers& state, EffortRegressor& out) {
+  MotionOutcome outcome = set_motion(state);
+  if (outcome.status != MotionStatus::done) return outcome;
+  const Tree<S>& tree = branch_.tree();
+  Mechanism massive = mechanism;
+  massive.springs.clear();
+  out.parameters = list_parameters(massive);
+  out.values = parameters_of(tree);
+  observer_.find_efforts(instant(state.time), branch_.equations(), options.time_scale);
+  const Eigen::Map<const VectorX> all(observer_.tree_forces().data(), tree.columns);
+  const Regressor<S> forces = balance::regressor(tree, branch_.state());
+  fill_shaking(out);
+  if (!observer_.actuation().mismatch().empty()) return mismatch(state.time);
+  MatrixX projection;
+  if (!observer_.project(branch_.equations(), projection)) return not_held(state.time);
+  out.effort = projection * forces.torque;
+  out.other = projection * (all - forces.torque * out.values);
+  return out.effort.allFinite() && out.other.allFinite() ? outcome : numbers_overflow(state.time, "the regressor");
+}
+
+template class InverseEngine<Planar>;
+template class InverseEngine<Spatial>;
+
+}  // namespace balance

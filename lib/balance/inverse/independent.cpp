@@ -1,0 +1,186 @@
+#include "balance/inverse/independent.hpp"
+
+#include "balance/base/factorizations.hpp"
+#include "balance/base/nearest.hpp"
+#include "balance/motion/missing_start.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace balance {
+
+int coordinate_named(const Mechanism& mechanism, const std::string& name, const char* what) {
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
+    names.push_back(mechanism.coordinates[c].name);
+    if (names.back() == name) return static_cast<int>(c);
+  }
+  const std::string hint = nearest_is(name, names);
+  throw std::invalid_argument(std::string(what) + ": there is no coordinate '" + name + "'" +
+                              (hint.empty() ? "" : "; " + hint));
+}
+
+namespace {
+
+constexpr double least =
+    1e-6;  // of a coordinate's rate, in radians or characteristic lengths per unit of all coordinates
+
+/// The loops of a compiled mechanism, and the velocities that they allow at some of its configurations.
+template <class S>
+struct Loops {
+  Tree<S> tree;
+  int freedoms = 0;
+  std::vector<MatrixX>
+      velocities;  ///< scaled columns × freedoms; the first one where the mechanism assembles, if it is generic
+};
+
+/// Looks on at configurations near by: the first one may be singular by accident.
+template <class S>
+void look_around(const VectorX& start, Loops<S>& loops) {
+  System<S> closures(loops.tree, Drive<S>{});
+  const VectorX scale = column_scale(loops.tree);
+  VectorX residual, here = start;
+  MatrixX jacobian;
+  for (std::uint64_t seed = 0; seed <= 4; ++seed) {
+    closures.evaluate(here, {}, residual, jacobian);
+    const MatrixX allowed = rank_of(jacobian).null_space;
+    if (allowed.cols() == loops.freedoms) loops.velocities.push_back(allowed);
+    const VectorX random = random_coordinates(loops.tree, seed + 1).cwiseQuotient(scale);
+    const VectorX aside = allowed * (allowed.transpose() * random);
+    if (aside.norm() < 1e-12) return;
+    const Solution moved = solve(closures, here + scale.cwiseProduct(0.2 / aside.norm() * aside), {});
+    if (moved.found) here = moved.y;
+  }
+}
+
+template <class S>
+Loops<S> analyse(const Mechanism& mechanism, const std::vector<int>& needed) {
+  Loops<S> loops{compile<S>(mechanism, needed), 0, {}};
+  System<S> closures(loops.tree, Drive<S>{});
+  const Solution start = find_pose(mechanism, loops.tree, closures, {});
+  if (!start.found) throw std::invalid_argument(explain_missing_start(mechanism, loops.tree, start).reason);
+  loops.freedoms = loops.tree.columns - generic_closure_rank(loops.tree, start.y).rank;
+  look_around(start.y, loops);
+  return loops;
+}
+
+/// Rates of coordinates, in their units, per unit of each allowed velocity; a coordinate that is none of the tree's has none.
+template <class S>
+MatrixX rates_of(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<int>& coordinates,
+                 const MatrixX& velocities) {
+  MatrixX rates = MatrixX::Zero(static_cast<Eigen::Index>(coordinates.size()), velocities.cols());
+  const VectorX scale = column_scale(tree);
+  for (std::size_t k = 0; k < coordinates.size(); ++k) {
+    const Coordinate& coordinate = mechanism.coordinates[coordinates[k]];
+    const CoordinateSource& source = tree.sources[coordinates[k]];
+    if (source.column < 0) continue;
+    const double unit = coordinate.kind == CoordinateKind::length ? tree.length : 1;
+    rates.row(static_cast<Eigen::Index>(k)) =
+        source.ratio * scale[source.column] / unit * velocities.row(source.column);
+  }
+  return rates;
+}
+
+template <class S>
+bool determine(const Mechanism& mechanism, const Loops<S>& loops, const std::vector<int>& coordinates) {
+  if (static_cast<int>(coordinates.size()) != loops.freedoms) return false;
+  if (loops.freedoms == 0) return true;
+  return std::any_of(loops.velocities.begin(), loops.velocities.end(), [&](const MatrixX& velocities) {
+    const MatrixX rates = rates_of(mechanism, loops.tree, coordinates, velocities);
+    return Eigen::JacobiSVD<MatrixX>(rates).singularValues()[loops.freedoms - 1] > least;
+  });
+}
+
+/// Takes what independent rates a coordinate still has out of all others'.
+void take_out(MatrixX& rates, Eigen::Index row) {
+  const VectorX direction = rates.row(row).transpose().normalized();
+  rates -= rates * direction * direction.transpose();
+}
+
+/// Actuated coordinates in their order, then those with the largest rates; floating ones only if there are no others.
+template <class S>
+std::vector<int> pick(const Mechanism& mechanism, const Loops<S>& loops) {
+  std::vector<int> all(mechanism.coordinates.size()), chosen;
+  for (std::size_t c = 0; c < all.size(); ++c) all[c] = static_cast<int>(c);
+  if (loops.velocities.empty()) return chosen;
+  MatrixX rates = rates_of(mechanism, loops.tree, all, loops.velocities.front());
+  const auto take = [&](int coordinate) {
+    take_out(rates, coordinate);
+    chosen.push_back(coordinate);
+  };
+  const auto missing = [&] { return static_cast<int>(chosen.size()) < loops.freedoms; };
+  for (const int coordinate : mechanism.actuators)
+    if (missing() && rates.row(coordinate).norm() > least) take(coordinate);
+  for (const bool floating : {false, true})
+    while (missing()) {
+      int best = -1;
+      for (const int c : all)
+        if (loops.tree.joint_floats[mechanism.coordinates[c].joint] == floating && rates.row(c).norm() > least &&
+            (best < 0 || rates.row(c).norm() > (1 + 1e-9) * rates.row(best).norm()))
+          best = c;
+      if (best < 0) break;
+      take(best);
+    }
+  return chosen;
+}
+
+std::string list_names(const Mechanism& mechanism, const std::vector<int>& coordinates) {
+  std::string text;
+  for (const int c : coordinates) text += (text.empty() ? "" : ", ") + mechanism.coordinates[c].name;
+  return text;
+}
+
+std::vector<int> named(const Mechanism& mechanism, const std::vector<std::string>& names) {
+  std::vector<int> coordinates;
+  for (const std::string& name : names) {
+    coordinates.push_back(coordinate_named(mechanism, name, "independent"));
+    if (std::count(coordinates.begin(), coordinates.end(), coordinates.back()) > 1)
+      throw std::invalid_argument("independent: '" + name + "' is named twice");
+  }
+  return coordinates;
+}
+
+template <class S>
+IndependentChoice<S> finish(Loops<S>&& loops, std::vector<int> coordinates, std::string note) {
+  const bool redundant = loops.tree.closure_rows > loops.tree.columns - loops.freedoms;
+  return {std::move(loops.tree), std::move(coordinates), loops.freedoms, redundant, std::move(note)};
+}
+
+template <class S>
+IndependentChoice<S> take_named(const Mechanism& mechanism, const std::vector<int>& coordinates) {
+  Loops<S> loops = analyse<S>(mechanism, coordinates);
+  const std::string list = list_names(mechanism, coordinates);
+  if (static_cast<int>(coordinates.size()) != loops.freedoms)
+    throw std::invalid_argument("independent: " + std::to_string(coordinates.size()) + " coordinates (" + list +
+                                ") for " + std::to_string(loops.freedoms) + " degrees of freedom");
+  if (!determine(mechanism, loops, coordinates))
+    throw std::invalid_argument("independent: " + list + " do not determine the other coordinates");
+  return finish(std::move(loops), coordinates, "");
+}
+
+}  // namespace
+
+template <class S>
+IndependentChoice<S> choose_independent(const Mechanism& mechanism, const std::vector<std::string>& names) {
+  if (!names.empty()) return take_named<S>(mechanism, named(mechanism, names));
+  std::vector<int> coordinates;
+  for (int rounds = 0; rounds < 4; ++rounds) {
+    Loops<S> loops = analyse<S>(mechanism, coordinates);
+    if (rounds == 0 && determine(mechanism, loops, mechanism.actuators))
+      return finish(std::move(loops), mechanism.actuators, "");
+    coordinates = pick(mechanism, loops);
+    // what is needed does not float: a spin that was held as idle may become a freedom then
+    const bool stands = std::none_of(coordinates.begin(), coordinates.end(),
+                                     [&](int c) { return loops.tree.joint_floats[mechanism.coordinates[c].joint]; });
+    if (stands && determine(mechanism, loops, coordinates)) {
+      const std::string note = "independent coordinates: " + list_names(mechanism, coordinates);
+      return finish(std::move(loops), coordinates, note);
+    }
+  }
+  throw std::invalid_argument("no joint coordinates determine the motion");
+}
+
+template IndependentChoice<Planar> choose_independent<Planar>(const Mechanism&, const std::vector<std::string>&);
+template IndependentChoice<Spatial> choose_independent<Spatial>(const Mechanism&, const std::vector<std::string>&);
+
+}  // namespace balance

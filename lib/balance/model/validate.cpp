@@ -1,0 +1,135 @@
+#include "balance/model/validate.hpp"
+
+#include "balance/model/fault_list.hpp"
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+/// @return false if nothing else can be said
+bool check_counts(const Mechanism& mechanism, std::vector<Fault>& all) {
+  ElementFaults faults(ElementKind::mechanism, 0, mechanism.name, all);
+  if (mechanism.space != SpaceKind::planar && mechanism.space != SpaceKind::spatial) {
+    faults.add(FaultKind::unknown_value, "its space must be planar or spatial");
+    return false;
+  }
+  if (mechanism.bodies.empty())
+    faults.add(FaultKind::no_ground, "it has no bodies; the first one is the ground");
+  else if (mechanism.bodies.size() == 1)
+    faults.add(FaultKind::no_moving_body, "it has no moving body");
+  faults.place(mechanism.gravity, mechanism.space == SpaceKind::planar, "gravity");
+  return true;
+}
+
+void check_coordinates(const Mechanism& mechanism, std::vector<Fault>& all) {
+  ElementFaults faults(ElementKind::mechanism, 0, mechanism.name, all);
+  const std::vector<Coordinate> expected = list_coordinates(mechanism.space, mechanism.joints);
+  const bool same =
+      std::equal(expected.begin(), expected.end(), mechanism.coordinates.begin(), mechanism.coordinates.end(),
+                 [](const Coordinate& a, const Coordinate& b) {
+                   return a.name == b.name && a.joint == b.joint && a.index == b.index && a.kind == b.kind;
+                 });
+  if (!same)
+    faults.add(FaultKind::coordinates_differ,
+               "its coordinates must be list_coordinates(space, joints): " + std::to_string(expected.size()) +
+                   " of them; it has " + std::to_string(mechanism.coordinates.size()));
+}
+
+/// Every body is reached from the ground.
+void check_connected(const Mechanism& mechanism, std::vector<Fault>& all) {
+  std::vector<bool> reached(mechanism.bodies.size(), false);
+  const auto at = [](int body) { return static_cast<std::size_t>(body); };
+  const auto exists = [&](int body) { return body >= 0 && at(body) < mechanism.bodies.size(); };
+  if (!reached.empty()) reached[ground] = true;
+  for (bool growing = true; growing;) {
+    growing = false;
+    for (const Joint& joint : mechanism.joints) {
+      if (!exists(joint.first) || !exists(joint.second) || reached[at(joint.first)] == reached[at(joint.second)])
+        continue;
+      reached[at(joint.first)] = reached[at(joint.second)] = true;
+      growing = true;
+    }
+  }
+  for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
+    if (!reached[b])
+      ElementFaults(ElementKind::body, b, mechanism.bodies[b].name, all)
+          .add(FaultKind::not_connected, "no chain of joints leads from the ground to it");
+}
+
+void check_couplings(const Mechanism& mechanism, std::vector<Fault>& all) {
+  const std::size_t coordinates = mechanism.coordinates.size();
+  std::vector<int> leaders(coordinates, -1);
+  for (std::size_t k = 0; k < mechanism.couplings.size(); ++k) {
+    const Coupling& coupling = mechanism.couplings[k];
+    ElementFaults faults(ElementKind::coupling, k, "", all);
+    const bool follower = faults.in_range(coupling.follower, coordinates, "the coordinate that follows");
+    const bool leader = faults.in_range(coupling.leader, coordinates, "the coordinate that leads");
+    faults.finite(coupling.offset, "the offset");
+    if (faults.finite(coupling.ratio, "the ratio") && coupling.ratio == 0)
+      faults.add(FaultKind::ratio_zero, "the ratio must not be zero: a joint that does not move is fixed");
+    if (!follower || !leader) continue;
+    const std::string name = mechanism.coordinates[static_cast<std::size_t>(coupling.follower)].name;
+    int& led_by = leaders[static_cast<std::size_t>(coupling.follower)];
+    if (led_by >= 0) {
+      faults.add(FaultKind::coupled_twice, "'" + name + "' follows another coordinate already");
+      continue;
+    }
+    int above = coupling.leader;  // the chains so far have ends
+    while (above >= 0 && above != coupling.follower) above = leaders[static_cast<std::size_t>(above)];
+    if (above == coupling.follower)
+      faults.add(FaultKind::coupling_circle, "'" + name + "' follows itself in a circle");
+    else
+      led_by = coupling.leader;
+  }
+}
+
+void check_references(const Mechanism& mechanism, std::vector<Fault>& all) {
+  std::set<int> actuated;
+  for (std::size_t a = 0; a < mechanism.actuators.size(); ++a) {
+    ElementFaults faults(ElementKind::actuator, a, "", all);
+    if (faults.in_range(mechanism.actuators[a], mechanism.coordinates.size(), "its coordinate") &&
+        !actuated.insert(mechanism.actuators[a]).second)
+      faults.add(FaultKind::duplicate_reference, "another actuator drives the same coordinate");
+  }
+  if (mechanism.tool) {
+    ElementFaults faults(ElementKind::tool, 0, "", all);
+    faults.in_range(mechanism.tool->body, mechanism.bodies.size(), "its body");
+    faults.place(mechanism.tool->position, mechanism.space == SpaceKind::planar, "its position");
+  }
+  for (std::size_t k = 0; k < mechanism.assembly.size(); ++k) {
+    ElementFaults faults(ElementKind::assembly, k, "", all);
+    faults.in_range(mechanism.assembly[k].coordinate, mechanism.coordinates.size(), "its coordinate");
+    faults.finite(mechanism.assembly[k].value, "the value");
+  }
+}
+
+}  // namespace
+
+std::vector<Fault> validate(const Mechanism& mechanism) {
+  std::vector<Fault> all;
+  if (!check_counts(mechanism, all)) return all;
+  check_bodies(mechanism, all);
+  check_joints(mechanism, all);
+  check_coordinates(mechanism, all);
+  check_connected(mechanism, all);
+  check_couplings(mechanism, all);
+  check_attachments(mechanism, all);
+  check_discs(mechanism, all);
+  check_loads(mechanism, all);
+  check_springs(mechanism, all);
+  check_friction(mechanism, all);
+  check_references(mechanism, all);
+  return all;
+}
+
+void require_valid(const Mechanism& mechanism) {
+  std::string sentences;
+  for (const Fault& fault : validate(mechanism)) sentences += (sentences.empty() ? "" : "\n") + fault.sentence;
+  if (!sentences.empty()) throw std::invalid_argument(sentences);
+}
+
+}  // namespace balance

@@ -1,0 +1,74 @@
+#pragma once
+/// Whether a mechanism that somebody put together by hand is one: every algorithm of the library relies on what is checked here.
+
+#include "balance/model/mechanism.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// What is wrong. Comments say which numbers are meant where that is not plain.
+enum class FaultKind {
+  unknown_value,          ///< an enumeration holds a value that it does not have
+  no_ground,              ///< there are no bodies at all
+  no_moving_body,         ///< bodies[0] is alone
+  ground_with_mass,       ///< bodies[0] has mass or inertia
+  not_finite,             ///< a number is infinite or none
+  index_out_of_range,     ///< of a body, joint or coordinate
+  mass_not_positive,      ///< of a moving body
+  mass_negative,          ///< of an attachment or a disc
+  inertia_not_symmetric,  ///< in space
+  inertia_not_positive,  ///< body: not positive definite; attachment, disc: a negative principal moment; planar: its zz entry
+  inertia_impossible,  ///< a principal moment above the sum of the other two
+  axis_not_unit,
+  axes_not_square,      ///< axis and axis2 of a universal or planar joint are not at a right angle
+  rotation_not_proper,  ///< not orthogonal, or a reflection
+  joint_type,           ///< does not exist in this space
+  same_body,            ///< a joint or spring between a body and itself
+  coordinates_differ,   ///< not list_coordinates(space, joints)
+  not_connected,        ///< no chain of joints from the ground to a body
+  coupled_twice,        ///< a coordinate follows two others
+  coupling_circle,      ///< a coordinate follows itself
+  ratio_zero,           ///< of a coupling or a disc
+  duplicate_name,  ///< two bodies, two joints, two points of a body, …; only elements other than bodies and joints may be nameless
+  duplicate_reference,  ///< a coordinate is actuated twice or has friction twice
+  load_table,           ///< times do not increase, or forces and moments are not as many as times
+  negative_number,      ///< stiffness, free length, friction
+  friction_at_rest,     ///< less than the friction of sliding
+  out_of_plane,         ///< a planar mechanism has numbers that leave its plane
+};
+
+/// Which list of the mechanism an element is in.
+enum class ElementKind {
+  mechanism,  ///< no list: index 0
+  body,
+  joint,
+  coordinate,
+  coupling,
+  attachment,
+  disc,
+  load,
+  spring,
+  friction,
+  actuator,
+  tool,  ///< no list: index 0
+  assembly,
+};
+
+struct Fault {
+  FaultKind kind = FaultKind::not_finite;
+  ElementKind element = ElementKind::mechanism;
+  int index = 0;         ///< in the element's list
+  std::string sentence;  ///< "body 'crank': the mass must be positive, is -1"
+};
+
+/// Every fault of a mechanism, in the order of its lists. Mechanisms that the spec's reader returns have none. What cannot be said
+/// because of another fault (a circle of couplings whose coordinates do not exist) is left out.
+/// Unit vectors, right angles and rotations may be off by 1e-9, principal moments by 1e-6 of the largest.
+std::vector<Fault> validate(const Mechanism& mechanism);
+
+/// @throws std::invalid_argument if there are faults, with all their sentences, one a line
+void require_valid(const Mechanism& mechanism);
+
+}  // namespace balance
