@@ -87,8 +87,10 @@ std::pair<MotionStatus, const char*> Stepper<S>::diagnose(Attempt attempt) {
   return {MotionStatus::assembly_jump, "the motion could only go on by a jump to another assembly mode"};
 }
 
-#define BALANCE_INSTANTIATE(S)            \
-  template double Stepper<S>::mobility(); \
+#define BALANCE_INSTANTIATE(S)                                                             \
+  template double Stepper<S>::mobility();                                                  \
+  template void Stepper<S>::locate(Stepper<S>::Attempt, double);                           \
+  template std::pair<MotionStatus, const char*> Stepper<S>::diagnose(Stepper<S>::Attempt); \
   template void Stepper<S>::stop(Stepper<S>::Attempt, double);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)
