@@ -92,4 +92,11 @@ inline SineCosine<Pack<W>> sine_cosine(const Pack<W>& x) {
   return {P(both.sine), P(both.cosine)};
 }
 
+/// Under the name that the recursions call.
+template <int W>
+inline void sine_and_cosine(const Pack<W>& x, Pack<W>& sine, Pack<W>& cosine) {
+  const auto both = sine_cosine(x);
+  sine = both.sine, cosine = both.cosine;
+}
+
 }  // namespace balance
