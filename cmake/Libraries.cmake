@@ -37,7 +37,7 @@ target_include_directories(
                       $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 # Three-vectors and 3×3 matrices written in pairs and read one by one (or the other way round) stall the processor's store
 # buffer: without this the recursions take a third longer.
-target_compile_definitions(balance_core PUBLIC EIGEN_UNALIGNED_VECTORIZE=0)
+target_compile_definitions(balance_core PUBLIC EIGEN_UNALIGNED_VECTORIZE=0 PRIVATE ${balance_lane_definitions})
 
 balance_part(reading ROOMS hdf5 spec STANDS_ON core
              LINK yaml-cpp muparser::muparser hdf5::hdf5 hdf5::hdf5_hl fmt::fmt ZLIB::ZLIB)

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
 
 namespace balance {
 
@@ -24,6 +27,23 @@ BALANCE_VECTORS(2)
 BALANCE_VECTORS(4)
 BALANCE_VECTORS(8)
 #undef BALANCE_VECTORS
+
+// Correctly rounded, like std::sqrt; written for the processor where a loop would take the lanes apart.
+template <class Numbers>
+Numbers root(const Numbers& x) {
+  Numbers out;
+  for (unsigned l = 0; l < sizeof x / sizeof x[0]; ++l) out[l] = std::sqrt(x[l]);
+  return out;
+}
+#ifdef __SSE2__
+inline Vectors<2>::Numbers root(const Vectors<2>::Numbers& x) { return _mm_sqrt_pd(x); }
+#endif
+#ifdef __AVX__
+inline Vectors<4>::Numbers root(const Vectors<4>::Numbers& x) { return _mm256_sqrt_pd(x); }
+#endif
+#ifdef __AVX512F__
+inline Vectors<8>::Numbers root(const Vectors<8>::Numbers& x) { return _mm512_maskz_sqrt_pd(0xff, x); }
+#endif
 
 }  // namespace packs
 
@@ -86,11 +106,7 @@ struct Pack {
   friend Pack min(const Pack& a, const Pack& b) { return select(b < a, b, a); }
   friend Pack max(const Pack& a, const Pack& b) { return select(a < b, b, a); }
   friend Pack abs(const Pack& a) { return Pack((Numbers)((Bits)a.v & 0x7fffffffffffffffLL)); }
-  friend Pack sqrt(const Pack& a) {
-    Pack root;
-    for (int l = 0; l < W; ++l) root.v[l] = __builtin_sqrt(a.v[l]);
-    return root;
-  }
+  friend Pack sqrt(const Pack& a) { return Pack(packs::root(a.v)); }
 };
 
 // What is written for packs serves a single number as well.
@@ -98,10 +114,13 @@ inline bool any(bool a) { return a; }
 inline bool all(bool a) { return a; }
 inline double select(bool mask, double a, double b) { return mask ? a : b; }
 
-/// How many samples a scalar holds, and one of them.
-template <class T>
-inline constexpr int lanes_of = T::lanes;
-template <>
-inline constexpr int lanes_of<double> = 1;
+/// As many lanes as the instruction set that a source is compiled for has.
+#if defined(__AVX512F__)
+inline constexpr int native_lanes = 8;
+#elif defined(__AVX2__)
+inline constexpr int native_lanes = 4;
+#else
+inline constexpr int native_lanes = 2;
+#endif
 
 }  // namespace balance
