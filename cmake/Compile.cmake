@@ -13,6 +13,7 @@ set(balance_warnings
     -Wduplicated-cond
     -Wlogical-op
     -Wextra-semi
+    -Wno-psabi # vectors wider than the baseline's registers stay inside an object
     -Wno-missing-field-initializers # structs are filled by name, and what is left out has its default
     # GCC 12 warns wrongly about concatenated std::strings (GCC bugs 105651, 105329)
     -Wno-restrict
@@ -26,7 +27,7 @@ function(balance_compile_options target)
   if(BALANCE_STRICT)
     target_compile_options(${target} PRIVATE ${balance_warnings} -Werror)
   else()
-    target_compile_options(${target} PRIVATE -Wall -Wextra -Wno-missing-field-initializers -Wno-restrict)
+    target_compile_options(${target} PRIVATE -Wall -Wextra -Wno-missing-field-initializers -Wno-restrict -Wno-psabi)
   endif()
   if(BALANCE_SANITIZE)
     # What -fno-sanitize leaves out takes a quarter of the compiler's time on Eigen, and the address sanitizer sees it too.

@@ -37,7 +37,7 @@ target_include_directories(
                       $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 # Three-vectors and 3×3 matrices written in pairs and read one by one (or the other way round) stall the processor's store
 # buffer: without this the recursions take a third longer.
-target_compile_definitions(balance_core PUBLIC EIGEN_UNALIGNED_VECTORIZE=0)
+target_compile_definitions(balance_core PUBLIC EIGEN_UNALIGNED_VECTORIZE=0 PRIVATE ${balance_lane_definitions})
 
 # The engine over numbers with derivatives: these sources of templates once more, see base/number.hpp.
 add_library(balance_duals OBJECT

@@ -35,6 +35,20 @@ class BlockTriangular {
   /// The n×n matrix with its rows and columns in another order, row-major.
   void copy_permuted(double* matrix) const;
 
+  struct Block {
+    int begin, size, offset;  ///< first row, rows, where its factors start
+    double quality;           ///< smallest |pivot| of the last factorisation
+  };
+  /// What the analysis found, and the exchanges of rows that the last factorisation of blocks above `inverted` rows made:
+  /// per permuted row, in turn, the row of the block that it is exchanged with.
+  struct Structure {
+    std::vector<int> row_position, column_position;  ///< of an original row or column in the permuted matrix
+    std::vector<int> first;                          ///< per permuted row: its first column that may be non-zero
+    std::vector<Block> blocks;
+    std::vector<int> exchanges;
+  };
+  Structure structure() const { return {row_position_, column_position_, first_, blocks_, pivots_}; }
+
   /// The diagonal blocks: inverses of the smallest, LU with partial pivoting of the others.
   /// @return the smallest |pivot| or 1/|entry of an inverse|, 0 if singular; a measure of regularity for matrices with entries of the order of one
   double factorise();
@@ -53,11 +67,6 @@ class BlockTriangular {
   void solve_transposed(double* x);
 
  private:
-  struct Block {
-    int begin, size, offset;  ///< first row, rows, where its factors start
-    double quality;           ///< smallest |pivot| of the last factorisation
-  };
-
   /// Forward substitution over the blocks, in the permuted order, of one or two right-hand sides.
   template <class X>
   void substitute(X* work) const;

@@ -1,0 +1,143 @@
+#pragma once
+/// A block triangular system (BlockTriangular) for several samples at once: a matrix in every lane, all of one pattern, its rows
+/// in the order of pivots that one of them was factorised in. A lane that this order does not suit is given its own, and a lane
+/// without a regular matrix is told of; neither changes a bit of the others' results.
+
+#include "balance/base/block_triangular.hpp"
+#include "balance/base/lane_blocks.hpp"
+#include "balance/base/lane_inverse.hpp"
+
+#include <vector>
+
+namespace balance {
+
+/// @tparam T Pack<W>
+template <class T>
+class BlockLanes {
+ public:
+  /// @param scalar factorised, for a state near those of the lanes
+  explicit BlockLanes(const BlockTriangular& scalar) : structure_(scalar.structure()) {
+    const auto n = static_cast<std::size_t>(size());
+    values_.assign(n * n, T(0.0));
+    work_.assign(n, T(0.0));
+    std::size_t entries = 0;
+    for (const BlockTriangular::Block& block : structure_.blocks) {
+      entries += static_cast<std::size_t>(block.size) * block.size;
+      exchanged_.emplace_back();
+      order_.resize(n);
+      for (int i = 0; i < block.size; ++i) order_[block.begin + i] = block.begin + i;
+      if (block.size > lane_blocks::inverted)
+        for (int i = 0; i < block.size; ++i)
+          std::swap(order_[block.begin + i], order_[block.begin + structure_.exchanges[block.begin + i]]);
+    }
+    factors_.assign(entries, T(0.0));
+  }
+
+  int size() const { return static_cast<int>(structure_.row_position.size()); }
+  /// As of BlockTriangular, whose index() holds here too. Entries outside the pattern stay zero.
+  T* storage() { return values_.data(); }
+  T& at(int row, int column) {
+    return values_[structure_.row_position[row] * size() + structure_.column_position[column]];
+  }
+
+  /// @return per lane the smallest |pivot| or 1/|entry of an inverse|, 0 if singular or not finite
+  T factorise() {
+    T quality = 1.0;
+    for (std::size_t b = 0; b < structure_.blocks.size(); ++b) {
+      const BlockTriangular::Block& block = structure_.blocks[b];
+      quality = min(quality, small_blocks::by_size(
+                                 block.size, [&](auto size) { return factorise_block<size>(block, exchanged_[b]); }));
+    }
+    return select(quality > 0.0, quality, T(0.0));
+  }
+
+  /// x := A⁻¹ x, in the original order. Allocates nothing.
+  void solve(T* x) {
+    const int n = size();
+    for (int row = 0; row < n; ++row) work_[structure_.row_position[row]] = x[row];
+    for (std::size_t b = 0; b < structure_.blocks.size(); ++b) {
+      const BlockTriangular::Block& block = structure_.blocks[b];
+      for (int i = block.begin; i < block.begin + block.size; ++i)
+        for (int j = structure_.first[i]; j < block.begin; ++j) work_[i] -= values_[i * n + j] * work_[j];
+      small_blocks::by_size(block.size, [&](auto size) { solve_block<size>(block, exchanged_[b], x); });
+    }
+    for (int column = 0; column < n; ++column) x[column] = work_[structure_.column_position[column]];
+  }
+
+  /// x := A⁻ᵀ x.
+  void solve_transposed(T* x) {
+    const int n = size();
+    for (int column = 0; column < n; ++column) work_[structure_.column_position[column]] = x[column];
+    for (std::size_t b = structure_.blocks.size(); b-- > 0;) {
+      const BlockTriangular::Block& block = structure_.blocks[b];
+      small_blocks::by_size(block.size, [&](auto size) { solve_block_transposed<size>(block, exchanged_[b], x); });
+      for (int i = block.begin; i < block.begin + block.size; ++i)
+        for (int j = structure_.first[i]; j < block.begin; ++j) work_[j] -= values_[i * n + j] * work_[i];
+    }
+    for (int row = 0; row < n; ++row) x[row] = work_[structure_.row_position[row]];
+  }
+
+ private:
+  using Block = BlockTriangular::Block;
+  using Exchanges = lane_blocks::Exchanges<T>;
+
+  void fill(const Block& block, const std::vector<int>& order, T* factors) const {
+    for (int i = 0; i < block.size; ++i)
+      for (int j = 0; j < block.size; ++j)
+        factors[i * block.size + j] = values_[order[block.begin + i] * size() + block.begin + j];
+  }
+
+  template <int N>
+  T factorise_block(const Block& block, Exchanges& exchanges) {
+    T* factors = factors_.data() + block.offset;
+    fill(block, order_, factors);
+    if constexpr (N > 0 && N <= lane_blocks::inverted) {
+      return lane_blocks::invert(std::integral_constant<int, N>{}, factors);
+    } else {
+      exchanges.clear();
+      auto grown = lane_blocks::eliminate<N>(factors, block.size);
+      if (any(grown.lanes)) {
+        fill(block, order_, factors);
+        grown = lane_blocks::eliminate_exchanging<N>(factors, block.size, grown.lanes, exchanges);
+      }
+      return grown.quality;
+    }
+  }
+
+  template <int N>
+  void solve_block(const Block& block, const Exchanges& exchanges, T* scratch) {
+    const T* factors = factors_.data() + block.offset;
+    T* work = &work_[block.begin];
+    if constexpr (N > 0 && N <= lane_blocks::inverted) {
+      lane_blocks::multiply<N>(factors, work);
+    } else {
+      for (int i = 0; i < block.size; ++i) scratch[i] = work_[order_[block.begin + i]];
+      for (const auto& e : exchanges) lane_blocks::exchange(e.lanes, scratch[e.row], scratch[e.other]);
+      lane_blocks::solve<N>(factors, block.size, scratch);
+      for (int i = 0; i < block.size; ++i) work[i] = scratch[i];
+    }
+  }
+
+  template <int N>
+  void solve_block_transposed(const Block& block, const Exchanges& exchanges, T* scratch) {
+    const T* factors = factors_.data() + block.offset;
+    T* work = &work_[block.begin];
+    if constexpr (N > 0 && N <= lane_blocks::inverted) {
+      lane_blocks::multiply_transposed<N>(factors, work);
+    } else {
+      lane_blocks::solve_transposed<N>(factors, block.size, work);
+      for (auto e = exchanges.rbegin(); e != exchanges.rend(); ++e)
+        lane_blocks::exchange(e->lanes, work[e->row], work[e->other]);
+      for (int i = 0; i < block.size; ++i) scratch[i] = work[i];
+      for (int i = 0; i < block.size; ++i) work_[order_[block.begin + i]] = scratch[i];
+    }
+  }
+
+  BlockTriangular::Structure structure_;
+  std::vector<int> order_;            ///< per permuted row: the row that stands there in its block's factors
+  std::vector<T> values_, factors_;   ///< as in BlockTriangular
+  std::vector<Exchanges> exchanged_;  ///< per block
+  std::vector<T> work_;
+};
+
+}  // namespace balance

@@ -1,0 +1,126 @@
+#pragma once
+/// Several numbers worked on as one: the scalar of what is computed for many samples at once. Lane l holds the number of sample l.
+/// Every operation is IEEE 754's on every lane, so that a lane's result depends neither on its neighbours nor on how many
+/// there are. Sources that use packs are compiled with -ffp-contract=off (cmake/Lanes.cmake). Private to the library.
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
+
+namespace balance {
+
+namespace packs {
+
+// Spelt out: GCC 12 loses constructors from a vector whose size depends on a template's parameter.
+template <int W>
+struct Vectors;
+#define BALANCE_VECTORS(W)                                      \
+  template <>                                                   \
+  struct Vectors<W> {                                           \
+    using Numbers __attribute__((vector_size(8 * W))) = double; \
+    using Bits __attribute__((vector_size(8 * W))) = long long; \
+  };
+BALANCE_VECTORS(2)
+BALANCE_VECTORS(4)
+BALANCE_VECTORS(8)
+#undef BALANCE_VECTORS
+
+// Correctly rounded, like std::sqrt; written for the processor where a loop would take the lanes apart.
+template <class Numbers>
+Numbers root(const Numbers& x) {
+  Numbers out;
+  for (unsigned l = 0; l < sizeof x / sizeof x[0]; ++l) out[l] = std::sqrt(x[l]);
+  return out;
+}
+#ifdef __SSE2__
+inline Vectors<2>::Numbers root(const Vectors<2>::Numbers& x) { return _mm_sqrt_pd(x); }
+#endif
+#ifdef __AVX__
+inline Vectors<4>::Numbers root(const Vectors<4>::Numbers& x) { return _mm256_sqrt_pd(x); }
+#endif
+#ifdef __AVX512F__
+inline Vectors<8>::Numbers root(const Vectors<8>::Numbers& x) { return _mm512_maskz_sqrt_pd(0xff, x); }
+#endif
+
+}  // namespace packs
+
+/// A truth for every lane.
+template <int W>
+struct Mask {
+  using Bits = typename packs::Vectors<W>::Bits;
+  Bits bits;  ///< of a lane: all set or none
+
+  bool operator[](int lane) const { return bits[lane] != 0; }
+  friend Mask operator&(const Mask& a, const Mask& b) { return {a.bits & b.bits}; }
+  friend Mask operator|(const Mask& a, const Mask& b) { return {a.bits | b.bits}; }
+  friend Mask operator!(const Mask& a) { return {~a.bits}; }
+  friend bool any(const Mask& a) {
+    long long found = 0;
+    for (int l = 0; l < W; ++l) found |= a.bits[l];
+    return found != 0;
+  }
+  friend bool all(const Mask& a) { return !any(!a); }
+};
+
+template <int W>
+struct Pack {
+  using Numbers = typename packs::Vectors<W>::Numbers;
+  using Bits = typename packs::Vectors<W>::Bits;
+  static constexpr int lanes = W;
+  Numbers v;
+
+  Pack() = default;                          ///< undefined, like a double
+  Pack(double x) : v(x - Numbers{}) {}       ///< in every lane
+  explicit Pack(const Numbers& x) : v(x) {}  ///< lane by lane
+  static Pack load(const double* numbers) {
+    Pack pack;
+    std::memcpy(&pack.v, numbers, sizeof pack.v);
+    return pack;
+  }
+  void store(double* numbers) const { std::memcpy(numbers, &v, sizeof v); }
+  double operator[](int lane) const { return v[lane]; }
+
+  Pack& operator+=(const Pack& b) { return v += b.v, *this; }
+  Pack& operator-=(const Pack& b) { return v -= b.v, *this; }
+  Pack& operator*=(const Pack& b) { return v *= b.v, *this; }
+  Pack& operator/=(const Pack& b) { return v /= b.v, *this; }
+  friend Pack operator+(const Pack& a, const Pack& b) { return Pack(a.v + b.v); }
+  friend Pack operator-(const Pack& a, const Pack& b) { return Pack(a.v - b.v); }
+  friend Pack operator*(const Pack& a, const Pack& b) { return Pack(a.v * b.v); }
+  friend Pack operator/(const Pack& a, const Pack& b) { return Pack(a.v / b.v); }
+  friend Pack operator-(const Pack& a) { return Pack(-a.v); }
+
+  // False where a lane is NaN, like a comparison of doubles; != is true there.
+  friend Mask<W> operator<(const Pack& a, const Pack& b) { return {(Bits)(a.v < b.v)}; }
+  friend Mask<W> operator<=(const Pack& a, const Pack& b) { return {(Bits)(a.v <= b.v)}; }
+  friend Mask<W> operator>(const Pack& a, const Pack& b) { return {(Bits)(a.v > b.v)}; }
+  friend Mask<W> operator>=(const Pack& a, const Pack& b) { return {(Bits)(a.v >= b.v)}; }
+  friend Mask<W> operator==(const Pack& a, const Pack& b) { return {(Bits)(a.v == b.v)}; }
+  friend Mask<W> operator!=(const Pack& a, const Pack& b) { return {(Bits)(a.v != b.v)}; }
+
+  friend Pack select(const Mask<W>& mask, const Pack& a, const Pack& b) { return Pack(mask.bits ? a.v : b.v); }
+  // With NaN as std::min and std::max: the first argument.
+  friend Pack min(const Pack& a, const Pack& b) { return select(b < a, b, a); }
+  friend Pack max(const Pack& a, const Pack& b) { return select(a < b, b, a); }
+  friend Pack abs(const Pack& a) { return Pack((Numbers)((Bits)a.v & 0x7fffffffffffffffLL)); }
+  friend Pack sqrt(const Pack& a) { return Pack(packs::root(a.v)); }
+};
+
+// What is written for packs serves a single number as well.
+inline bool any(bool a) { return a; }
+inline bool all(bool a) { return a; }
+inline double select(bool mask, double a, double b) { return mask ? a : b; }
+
+/// As many lanes as the instruction set that a source is compiled for has.
+#if defined(__AVX512F__)
+inline constexpr int native_lanes = 8;
+#elif defined(__AVX2__)
+inline constexpr int native_lanes = 4;
+#else
+inline constexpr int native_lanes = 2;
+#endif
+
+}  // namespace balance

@@ -1,0 +1,23 @@
+#pragma once
+/// Packs as scalars of Eigen's small vectors and matrices, mixed with numbers that are the same in every lane.
+
+#include "balance/base/pack.hpp"
+
+#include <Eigen/Core>
+
+template <int W>
+struct Eigen::NumTraits<balance::Pack<W>> : Eigen::NumTraits<double> {
+  using Real = balance::Pack<W>;
+  using NonInteger = balance::Pack<W>;
+  using Nested = balance::Pack<W>;
+  using Literal = balance::Pack<W>;
+};
+
+template <int W, class Operation>
+struct Eigen::ScalarBinaryOpTraits<balance::Pack<W>, double, Operation> {
+  using ReturnType = balance::Pack<W>;
+};
+template <int W, class Operation>
+struct Eigen::ScalarBinaryOpTraits<double, balance::Pack<W>, Operation> {
+  using ReturnType = balance::Pack<W>;
+};

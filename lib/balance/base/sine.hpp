@@ -1,0 +1,102 @@
+#pragma once
+/// Sine and cosine of a number or of a pack, by IEEE 754's basic operations alone: the same bits on every machine and in every lane,
+/// whatever its library of mathematics. Error below 0.8 units in the last place for every finite argument.
+/// Source: S. Gal, W. Cody, W. Waite's reduction in three parts of π/2; polynomials of fdlibm (k_sin.c, k_cos.c).
+
+#include "balance/base/pack.hpp"
+
+namespace balance {
+
+template <class T>
+struct SineCosine {
+  T sine, cosine;
+};
+
+namespace sines {
+
+/// x = (4 k + quadrant) π/2 + y + t for an integer k, with |y| ≤ π/4 and t below the last place of y. Not-a-number for others
+/// than finite x.
+template <class Numbers, class Bits>
+struct Reduced {
+  Numbers y, t;
+  Bits quadrant;
+};
+
+/// Any x, by multiplying with as many digits of 2/π as matter (M. Payne, R. Hanek, 1983).
+Reduced<double, long long> reduce_large(double x);
+
+inline constexpr double largest_small = 1e5;
+
+template <class To, class From>
+inline To bits_as(const From& from) {
+  static_assert(sizeof(To) == sizeof(From));
+  To to;
+  std::memcpy(&to, &from, sizeof to);
+  return to;
+}
+
+/// |x| ≤ largest_small: the products with the first two parts of π/2, of 37 bits each, are exact.
+template <class Numbers, class Bits>
+inline Reduced<Numbers, Bits> reduce_small(const Numbers& x) {
+  const double round = 0x1.8p52;  // the sum's last bits are the integer
+  const Numbers shifted = x * 0x1.45f306dc9c883p-1 + round;
+  const Numbers n = shifted - round;
+  const Numbers first = x - n * 0x1.921fb5444p+0;
+  const Numbers second = n * 0x1.68c234c4cp-39;
+  const Numbers high = first - second;
+  const Numbers low = n * 0x1.98a2e03707344p-77 - ((first - high) - second);
+  const Numbers y = high - low;
+  return {y, (high - y) - low, bits_as<Bits>(shifted)};
+}
+
+template <class Numbers, class Bits>
+inline SineCosine<Numbers> of_reduced(const Reduced<Numbers, Bits>& reduced) {
+  const Numbers y = reduced.y, t = reduced.t, z = y * y, cube = z * y;
+  const Numbers odd_terms =
+      8.33333333332248946124e-03 +
+      z * (-1.98412698298579493134e-04 +
+           z * (2.75573137070700676789e-06 + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)));
+  const Numbers sine = y - ((z * (0.5 * t - cube * odd_terms) - t) + cube * 1.66666666666666324348e-01);
+  const Numbers even_terms = z * (4.16666666666666019037e-02 +
+                                  z * (-1.38888888888741095749e-03 +
+                                       z * (2.48015872894767294178e-05 +
+                                            z * (-2.75573143513906633035e-07 +
+                                                 z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)))));
+  const Numbers half = 0.5 * z, near = 1.0 - half;
+  const Numbers cosine = near + (((1.0 - near) - half) + (z * even_terms - y * t));
+  const auto odd = (reduced.quadrant & 1) != 0;
+  const Numbers s = odd ? cosine : sine, c = odd ? sine : cosine;
+  return {bits_as<Numbers>(bits_as<Bits>(s) ^ ((reduced.quadrant & 2) << 62)),
+          bits_as<Numbers>(bits_as<Bits>(c) ^ (((reduced.quadrant + 1) & 2) << 62))};
+}
+
+}  // namespace sines
+
+inline SineCosine<double> sine_cosine(double x) {
+  return sines::of_reduced(__builtin_fabs(x) <= sines::largest_small ? sines::reduce_small<double, long long>(x)
+                                                                     : sines::reduce_large(x));
+}
+
+template <int W>
+inline SineCosine<Pack<W>> sine_cosine(const Pack<W>& x) {
+  using P = Pack<W>;
+  auto reduced = sines::reduce_small<typename P::Numbers, typename P::Bits>(x.v);
+  const Mask<W> small = abs(x) <= sines::largest_small;
+  if (!all(small)) [[unlikely]]
+    for (int l = 0; l < W; ++l) {
+      if (small[l]) continue;
+      const auto lane = sines::reduce_large(x[l]);
+      reduced.y[l] = lane.y, reduced.t[l] = lane.t, reduced.quadrant[l] = lane.quadrant;
+    }
+  const auto both = sines::of_reduced(reduced);
+  return {P(both.sine), P(both.cosine)};
+}
+
+/// Under the name that the recursions call.
+template <int W>
+inline void sine_and_cosine(const Pack<W>& x, Pack<W>& sine, Pack<W>& cosine) {
+  const auto both = sine_cosine(x);
+  sine = both.sine, cosine = both.cosine;
+}
+
+}  // namespace balance
