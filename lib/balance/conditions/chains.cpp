@@ -3,6 +3,7 @@
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/chain_builder.hpp"
 #include "balance/conditions/cuts.hpp"
+#include "balance/conditions/known_terms.hpp"
 #include "balance/conditions/text.hpp"
 
 #include <fmt/format.h>
