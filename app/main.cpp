@@ -17,6 +17,7 @@
 #include <sstream>
 
 namespace balance::app {
+Command setup_import(CLI::App& program);
 namespace {
 
 constexpr const char* footer =

@@ -1,12 +1,9 @@
 #include "balance/import/import.hpp"
 
 #include "balance/analysis/check.hpp"
-#include "balance/base/nearest.hpp"
-#include "balance/import/actuators.hpp"
 #include "balance/import/closures.hpp"
-#include "balance/import/lint.hpp"
+#include "balance/import/prepare.hpp"
 #include "balance/import/read_robot.hpp"
-#include "balance/import/simplify.hpp"
 #include "balance/import/spec_text.hpp"
 #include "balance/spec/read_spec.hpp"
 #include "balance/spec/text_file.hpp"
@@ -31,8 +28,9 @@ std::vector<AssemblyValue> rough_values(const Mechanism& mechanism, const std::v
                                      [&](const Coupling& one) { return one.follower == coordinate; });
     const bool driven =
         std::find(mechanism.actuators.begin(), mechanism.actuators.end(), coordinate) != mechanism.actuators.end();
-    if (!std::isfinite(start[c]) || (follows && start[c] == 0) || (driven && start[c] == 0)) continue;
-    values.emplace_back(mechanism.coordinates[c].name, std::abs(start[c]) < 1e-12 ? 0 : start[c]);
+    const bool zero = std::abs(start[c]) < 1e-9;
+    if (!std::isfinite(start[c]) || follows || (driven && zero)) continue;
+    values.emplace_back(mechanism.coordinates[c].name, zero ? 0 : start[c]);
   }
   return values;
 }
@@ -60,32 +58,15 @@ void assemble(Imported& imported, Study study) {
   if (!report.loops.empty()) imported.assembly = rough_values(study.mechanism, report.start);
 }
 
-void check_something_moves(const Robot& robot) {
-  const auto kept = [](const auto& one) { return one.kept; };
-  if (std::count_if(robot.bodies.begin(), robot.bodies.end(), kept) > 1 &&
-      std::any_of(robot.joints.begin(), robot.joints.end(), kept))
-    return;
-  throw SpecError(
-      {.place = {.file = robot.file}, .message = "expected something that moves: all of it is fixed to the ground"});
-}
-
-/// What floats is held, if that was asked for, or refused.
-void hold_floating(Robot& robot, bool hold) {
-  for (RobotJoint& one : robot.joints) {
-    if (!one.kept || !one.floating) continue;
-    if (!hold || one.joint.first != 0)
-      throw SpecError(
-          {.place = one.place,
-           .message = fmt::format("joint {}: a body that floats has no joint in a spec{}", in_quotes(one.joint.name),
-                                  one.joint.first == 0 ? "; --base fixed holds it where it is" : "")});
-    robot.findings.push_back({Level::note, one.place, "held", fmt::format("joint {}", in_quotes(one.joint.name)),
-                              "floats in the file and is held still"});
+/// The spec is ours: what is wrong with it follows from numbers of the file that no spec can have.
+Study read_own(const std::string& spec, const std::string& file) {
+  try {
+    return read_spec(spec, file);
+  } catch (const SpecError& error) {
+    const Mistake& first = error.mistakes().front();
+    throw SpecError(
+        {.place = {file, 1, 1, ""}, .message = "no spec can be made of it: " + first.place.key + ": " + first.message});
   }
-}
-
-void order(std::vector<Finding>& findings) {
-  std::stable_sort(findings.begin(), findings.end(),
-                   [](const Finding& a, const Finding& b) { return a.place.line < b.place.line; });
 }
 
 }  // namespace
@@ -97,19 +78,12 @@ bool Imported::has_warnings() const {
 Imported import_text(const std::string& text, const std::string& file, const ImportOptions& options) {
   Robot robot = read_robot(text, file);
   if (!options.loops.empty()) read_loops(read_text_file(options.loops, "closures"), shown_name(options.loops), robot);
-  hold_floating(robot, options.fixed_base);
-  lint(robot);
-  choose_actuators(robot, options.actuate);
-  merge_fixed(robot);
-  drop_empty_ends(robot);
-  collapse_massless(robot);
-  check_something_moves(robot);
-  order(robot.findings);
+  prepare(robot, options);
 
   Imported imported;
   imported.format = robot.format;
   imported.spec = spec_text(robot, {}).text;
-  assemble(imported, read_spec(imported.spec, file));
+  assemble(imported, read_own(imported.spec, file));
   SpecText written = spec_text(robot, imported.assembly);
   imported.spec = std::move(written.text);
   imported.renamed = std::move(written.renamed);

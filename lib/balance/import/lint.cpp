@@ -84,7 +84,10 @@ class Linter {
   void check(int b) {
     const Body& body = robot_.bodies[static_cast<std::size_t>(b)].body;
     const bool point = body.inertia.isZero(0);
+    if (robot_.bodies[static_cast<std::size_t>(b)].unweighed)
+      tell(b, Level::warning, "geom-mass", "has geoms but no <inertial>: taken as massless");
     if (body.mass == 0) {
+      if (robot_.bodies[static_cast<std::size_t>(b)].marker) return;
       if (!point) tell(b, Level::warning, "massless-inertia", "has an inertia but no mass");
       const RobotJoint* joint = moving_joint(b);
       if (point && joint != nullptr && standing_.count(b) == 0)

@@ -2,6 +2,7 @@
 
 #include "balance/base/nearest.hpp"
 #include "balance/import/closures.hpp"
+#include "balance/import/read_robot.hpp"
 #include "balance/spec/cursor.hpp"
 
 #include <fmt/format.h>
@@ -48,7 +49,9 @@ class LoopReader {
   void read_key(const read::Member& member) {
     const Cursor& value = member.value;
     if (member.name == "closed_loop") {
-      for (const Cursor& pair : value.items("a list of pairs [A, B]")) {
+      const auto pairs = value.items("a list of pairs [A, B]");
+      if (pairs.size() > most_parts) value.expected(fmt::format("at most {} loops", most_parts));
+      for (const Cursor& pair : pairs) {
         const auto ends = pair.items("a pair [A, B] of joints or links", 2);
         loops_.push_back({frame(ends[0]), frame(ends[1])});
         names_.push_back(ends[0].word("a name"));
@@ -141,6 +144,7 @@ void drop_markers(Robot& robot, const std::vector<int>& named_bodies) {
     body.com.setZero();
     body.inertia.setZero();
     marker.inertial = false;
+    marker.marker = true;
   }
 }
 

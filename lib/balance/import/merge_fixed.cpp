@@ -89,7 +89,7 @@ void check_consistent(const RobotJoint& one) {
 }  // namespace
 
 void merge_fixed(Robot& robot) {
-  int to_ground = 0, merged = 0;
+  std::vector<std::string> to_ground, merged;
   for (std::size_t j = 0; j < robot.joints.size(); ++j) {
     RobotJoint& one = robot.joints[j];
     if (!one.kept || one.joint.type != JointType::fixed) continue;
@@ -100,19 +100,23 @@ void merge_fixed(Robot& robot) {
       continue;
     }
     const Pose pose = zero_pose(one.joint);
-    ++(first == 0 || second == 0 ? to_ground : merged);
+    const bool grounded = first == 0 || second == 0;
+    (grounded ? to_ground : merged).push_back(at(robot, second == 0 ? first : second).body.name);
     if (second == 0)
       merge(robot, first, second, pose.inverse());
     else
       merge(robot, second, first, pose);
   }
-  if (merged + to_ground == 0) return;
-  robot.findings.push_back({Level::note,
-                            {.file = robot.file},
-                            "merged",
-                            "",
-                            fmt::format("{} fixed joint{}: {} bodies merged into their neighbours, {} into the ground",
-                                        merged + to_ground, merged + to_ground == 1 ? "" : "s", merged, to_ground)});
+  const auto tell = [&](const std::vector<std::string>& names, const char* into) {
+    if (!names.empty())
+      robot.findings.push_back({Level::note,
+                                {.file = robot.file},
+                                "merged",
+                                "",
+                                fmt::format("merged into {}: {}", into, listed(names, "and"))});
+  };
+  tell(merged, "what they are fixed to");
+  tell(to_ground, "the ground");
 }
 
 }  // namespace balance::foreign

@@ -3,6 +3,7 @@
 #include "balance/base/nearest.hpp"
 #include "balance/import/mjcf_relations.hpp"
 #include "balance/import/mjcf_source.hpp"
+#include "balance/import/read_robot.hpp"
 
 #include <fmt/format.h>
 
@@ -104,8 +105,8 @@ class MjcfReader {
   Pose pose_of(const XmlElement& at) { return {angles_.orientation(at), read_.vector(at, "pos", Vector3::Zero())}; }
 
   void read_body(const XmlElement& element, const Branch& branch) {
-    if (robot_.bodies.size() > 4000) {
-      read_.fault(element, "", "expected at most 4000 bodies");
+    if (robot_.bodies.size() > most_parts) {
+      read_.fault(element, "", "expected at most 2000 bodies");
       faults_.throw_all();
     }
     const std::string* given = element.attribute("name");
@@ -144,7 +145,7 @@ class MjcfReader {
   }
 
   /// A body's mass may follow from its shapes, which are not read.
-  void check_mass_of_geoms(const XmlElement& element, const Branch& branch, const RobotBody& body, bool moves) {
+  void check_mass_of_geoms(const XmlElement& element, const Branch& branch, RobotBody& body, bool moves) {
     const auto heavy = [&](const XmlElement& child) {
       if (child.name != "geom") return false;
       const XmlElement geom = defaults_.resolved(child, branch.child_class);
@@ -154,13 +155,11 @@ class MjcfReader {
       return !zero("mass") && !zero("density");
     };
     if (std::none_of(element.children.begin(), element.children.end(), heavy)) return;
-    const std::string subject = fmt::format("body {}", in_quotes(body.body.name));
+    body.unweighed = true;
     if (moves)
       read_.fault(element, "",
                   "expected <inertial>: its mass follows from geoms, which are not read; save the model with MuJoCo "
                   "(mj_saveLastXML), which writes it");
-    else
-      note(Level::warning, element, "geom-mass", subject, "has geoms but no <inertial>: taken as massless");
   }
 
   /// Each joint carries what comes after it; all but the last carry nothing else. @return the body's index

@@ -19,8 +19,10 @@ struct RobotBody {
   Body body;  ///< named places are frames of the file
   SpecPlace place;
   bool kept = true;
-  bool inertial = false;  ///< the file says mass and inertia
-  bool shape = false;     ///< the file says what it looks like
+  bool inertial = false;   ///< the file says mass and inertia
+  bool shape = false;      ///< the file says what it looks like
+  bool unweighed = false;  ///< its mass would follow from shapes that are not read
+  bool marker = false;     ///< it only marks a place; its mass was left out
 };
 
 /// What the file allows a coordinate; for comments.

@@ -5,6 +5,7 @@
 #include "balance/base/plain_text.hpp"
 #include "balance/base/rotation.hpp"
 #include "balance/import/names.hpp"
+#include "balance/import/spec_names.hpp"
 
 #include <fmt/format.h>
 
@@ -50,10 +51,11 @@ const char* type_name(JointType type) {
 
 class Writer {
  public:
-  Writer(const Robot& robot, const std::vector<AssemblyValue>& assembly) : robot_(robot), assembly_(assembly) {}
+  Writer(const Robot& robot, const std::vector<AssemblyValue>& assembly)
+      : robot_(robot), assembly_(assembly), names_(spec_names(robot)) {}
 
   SpecText run() {
-    give_names();
+    out_.renamed = names_.renamed;
     head();
     bodies();
     joints();
@@ -82,54 +84,6 @@ class Writer {
     return place.line > 0 ? fmt::format("from {}:{}", file, place.line) : "";
   }
 
-  void remember(const char* kind, const std::string& old_name, const std::string& new_name) {
-    if (old_name != new_name) out_.renamed.emplace_back(fmt::format("{} {}", kind, in_quotes(old_name)), new_name);
-  }
-
-  void give_names() {
-    Names names({"ground"});
-    body_names_.assign(robot_.bodies.size(), "ground");
-    for (std::size_t b = 1; b < robot_.bodies.size(); ++b) {
-      if (!robot_.bodies[b].kept) continue;
-      body_names_[b] = names.give(robot_.bodies[b].body.name);
-      remember("body", robot_.bodies[b].body.name, body_names_[b]);
-    }
-    Names joint_names({});
-    joint_names_.resize(robot_.joints.size());
-    for (std::size_t j = 0; j < robot_.joints.size(); ++j) {
-      if (!robot_.joints[j].kept) continue;
-      joint_names_[j] = joint_names.give(robot_.joints[j].joint.name);
-      remember("joint", robot_.joints[j].joint.name, joint_names_[j]);
-    }
-    give_points();
-  }
-
-  /// Every joint, spring and frame has a point of its own on each of its bodies, but for what is at the body's origin.
-  void give_points() {
-    points_.resize(robot_.bodies.size());
-    std::vector<Names> names(robot_.bodies.size(), Names({"origin"}));
-    const auto add = [&](int body, const std::string& wanted, const Vector3& position) -> std::string {
-      const auto b = static_cast<std::size_t>(body);
-      if (position.isZero(0)) return body_names_[b] + ".origin";
-      points_[b].push_back({names[b].give(wanted), position});
-      return body_names_[b] + "." + points_[b].back().name;
-    };
-    ends_.resize(robot_.joints.size());
-    for (std::size_t j = 0; j < robot_.joints.size(); ++j) {
-      const Joint& joint = robot_.joints[j].joint;
-      if (!robot_.joints[j].kept) continue;
-      ends_[j].first = add(joint.first, joint_names_[j], joint.point_first);
-      ends_[j].second = add(joint.second, joint_names_[j], joint.point_second);
-    }
-    for (const Spring& spring : robot_.springs)
-      spring_ends_.emplace_back(add(spring.first, spring.name, spring.point_first),
-                                add(spring.second, spring.name, spring.point_second));
-    for (std::size_t b = 0; b < robot_.bodies.size(); ++b)
-      if (robot_.bodies[b].kept)
-        for (const NamedPoint& frame : robot_.bodies[b].body.points)
-          points_[b].push_back({names[b].give(frame.name), frame.position});
-  }
-
   void head() {
     line(0, "",
          fmt::format("Imported from {} ({}). docs/spec.md describes the language; all numbers are SI.",
@@ -144,14 +98,14 @@ class Writer {
   }
 
   void points(int indent, std::size_t body) {
-    if (points_[body].empty()) return;
+    if (names_.points[body].empty()) return;
     line(indent, "points:");
-    for (const NamedPoint& point : points_[body]) line(indent + 2, point.name + ": " + vector(point.position));
+    for (const NamedPoint& point : names_.points[body]) line(indent + 2, point.name + ": " + vector(point.position));
   }
 
   void bodies() {
     line(0, "");
-    if (!points_[0].empty()) {
+    if (!names_.points[0].empty()) {
       line(0, "ground:", from(robot_.bodies[0].place) + ", " + in_quotes(robot_.bodies[0].body.name));
       points(2, 0);
       line(0, "");
@@ -159,7 +113,7 @@ class Writer {
     line(0, "bodies:");
     for (std::size_t b = 1; b < robot_.bodies.size(); ++b) {
       if (!robot_.bodies[b].kept) continue;
-      line(2, body_names_[b] + ":", from(robot_.bodies[b].place));
+      line(2, names_.bodies[b] + ":", from(robot_.bodies[b].place));
       mass(b);
       points(4, b);
     }
@@ -210,9 +164,9 @@ class Writer {
       const RobotJoint& one = robot_.joints[j];
       const Joint& joint = one.joint;
       if (!one.kept) continue;
-      line(2, joint_names_[j] + ":", from(one.place) + (one.note.empty() ? "" : ": " + one.note) + limits(one));
+      line(2, names_.joints[j] + ":", from(one.place) + (one.note.empty() ? "" : ": " + one.note) + limits(one));
       line(4, fmt::format("type: {}", type_name(joint.type)));
-      line(4, fmt::format("connects: [{}, {}]", ends_[j].first, ends_[j].second));
+      line(4, fmt::format("connects: [{}, {}]", names_.ends[j].first, names_.ends[j].second));
       axes(joint);
       rotation(one);
     }
@@ -241,8 +195,8 @@ class Writer {
     for (const RobotCoupling& one : robot_.couplings)
       line(2,
            fmt::format("- {{joint: {}, follows: {}, ratio: {}, offset: {}}}",
-                       joint_names_[static_cast<std::size_t>(one.follower)],
-                       joint_names_[static_cast<std::size_t>(one.leader)], number(one.ratio), number(one.offset)),
+                       names_.joints[static_cast<std::size_t>(one.follower)],
+                       names_.joints[static_cast<std::size_t>(one.leader)], number(one.ratio), number(one.offset)),
            from(one.place));
   }
 
@@ -252,7 +206,7 @@ class Writer {
       const RobotJoint& one = robot_.joints[j];
       if (!one.kept || !one.driven) continue;
       Joint named = one.joint;
-      named.name = joint_names_[j];
+      named.name = names_.joints[j];
       for (const Coordinate& coordinate : list_coordinates(robot_.space, {named}))
         if (one.driven_part.empty() || coordinate.name == named.name + "." + one.driven_part)
           actuators += (actuators.empty() ? "" : ", ") + coordinate.name;
@@ -276,9 +230,9 @@ class Writer {
     Names names({});
     for (std::size_t s = 0; s < robot_.springs.size(); ++s) {
       const Spring& one = robot_.springs[s];
-      line(2,
-           fmt::format("{}: {{between: [{}, {}], stiffness: {}, free_length: {}}}", names.give(one.name),
-                       spring_ends_[s].first, spring_ends_[s].second, number(one.stiffness), number(one.free_length)));
+      line(2, fmt::format("{}: {{between: [{}, {}], stiffness: {}, free_length: {}}}", names.give(one.name),
+                          names_.spring_ends[s].first, names_.spring_ends[s].second, number(one.stiffness),
+                          number(one.free_length)));
     }
   }
 
@@ -296,9 +250,9 @@ class Writer {
       first = false;
       const std::string value = number(one.armature);
       line(0, "",
-           fmt::format("  {}_rotor: {{body: {}, at: {}, follows: {}, inertia: {}}}", joint_names_[j],
-                       body_names_[static_cast<std::size_t>(one.joint.second)], vector(one.joint.point_second),
-                       joint_names_[j], planar() ? value : list({one.armature, one.armature, one.armature})));
+           fmt::format("  {}_rotor: {{body: {}, at: {}, follows: {}, inertia: {}}}", names_.joints[j],
+                       names_.bodies[static_cast<std::size_t>(one.joint.second)], vector(one.joint.point_second),
+                       names_.joints[j], planar() ? value : list({one.armature, one.armature, one.armature})));
     }
   }
 
@@ -313,7 +267,7 @@ class Writer {
       }
       first = false;
       line(2,
-           fmt::format("{}: {{viscous: {}, coulomb: {}}}", joint_names_[j], number(one.viscous), number(one.coulomb)));
+           fmt::format("{}: {{viscous: {}, coulomb: {}}}", names_.joints[j], number(one.viscous), number(one.coulomb)));
     }
   }
 
@@ -325,11 +279,11 @@ class Writer {
       const RobotJoint& one = robot_.joints[j];
       if (!one.kept || !one.driven || freedom(one.joint.type) != 1) continue;
       const auto found = std::find_if(assembly_.begin(), assembly_.end(),
-                                      [&](const AssemblyValue& value) { return value.first == joint_names_[j]; });
+                                      [&](const AssemblyValue& value) { return value.first == names_.joints[j]; });
       const double start = found == assembly_.end() ? 0 : found->second;
       const char* comma = from_values.empty() ? "" : ", ";
-      from_values += fmt::format("{}{}: {:.6g}", comma, joint_names_[j], start + 0.0);
-      to_values += fmt::format("{}{}: {:.6g}", comma, joint_names_[j], start + 0.1);
+      from_values += fmt::format("{}{}: {:.6g}", comma, names_.joints[j], start + 0.0);
+      to_values += fmt::format("{}{}: {:.6g}", comma, names_.joints[j], start + 0.1);
     }
     line(0, "",
          fmt::format("motion: {{duration: 1, from: {{joints: {{{}}}}}, to: {{joints: {{{}}}}}}}", from_values,
@@ -339,9 +293,7 @@ class Writer {
   const Robot& robot_;
   const std::vector<AssemblyValue>& assembly_;
   SpecText out_;
-  std::vector<std::string> body_names_, joint_names_;
-  std::vector<std::vector<NamedPoint>> points_;
-  std::vector<std::pair<std::string, std::string>> ends_, spring_ends_;
+  const SpecNames names_;
 };
 
 }  // namespace

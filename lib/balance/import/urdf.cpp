@@ -3,7 +3,9 @@
 #include "balance/base/nearest.hpp"
 #include "balance/base/rotation.hpp"
 #include "balance/import/element_reader.hpp"
+#include "balance/import/read_robot.hpp"
 #include "balance/import/urdf_closures.hpp"
+#include "balance/import/urdf_relations.hpp"
 
 #include <fmt/format.h>
 
@@ -37,11 +39,11 @@ class UrdfReader {
     faults_.throw_all();
     for (const XmlElement* joint : joints_) read_joint(*joint);
     faults_.throw_all();
-    read_mimics();
+    read_urdf_mimics(document_.root, faults_, robot_);
     put_root_first();
     faults_.throw_all();
     read_urdf_closures(document_, robot_);
-    read_transmissions();
+    read_urdf_transmissions(document_.root, robot_);
     return std::move(robot_);
   }
 
@@ -57,13 +59,22 @@ class UrdfReader {
     } else if (part.name == "link") {
       read_link(part);
     } else if (part.name == "joint") {
+      count(part, joints_.size());
       joints_.push_back(&part);
     } else if (!is_known(part.name, {"loop", "constraint", "loop_joint", "coupling"})) {
       ++robot_.ignored[part.name];
     }
   }
 
+  /// Checked before names are looked up, which takes time in proportion to their number.
+  void count(const XmlElement& at, std::size_t parts) {
+    if (parts < most_parts) return;
+    read_.fault(at, "", fmt::format("expected at most {} links and as many joints", most_parts));
+    faults_.throw_all();
+  }
+
   void read_link(const XmlElement& link) {
+    count(link, robot_.bodies.size());
     RobotBody body;
     body.body.name = read_.word(link, "name");
     body.place = place_of(link);
@@ -220,41 +231,6 @@ class UrdfReader {
     robot_.joints.push_back(std::move(joint));
   }
 
-  void read_mimics() {
-    for (const XmlElement* element : joints_) {
-      const XmlElement* mimic = element->child("mimic");
-      if (mimic == nullptr) continue;
-      RobotCoupling coupling;
-      coupling.place = place_of(*mimic);
-      coupling.follower = robot_.find_joint(*element->attribute("name"));
-      const std::string leader = read_.word(*mimic, "joint");
-      coupling.leader = robot_.find_joint(leader);
-      coupling.ratio = read_.number(*mimic, "multiplier", 1);
-      coupling.offset = read_.number(*mimic, "offset", 0);
-      const auto one = [&](int j) {
-        return j >= 0 && freedom(robot_.joints[static_cast<std::size_t>(j)].joint.type) == 1;
-      };
-      if (!one(coupling.leader) || coupling.leader == coupling.follower) {
-        if (!leader.empty())
-          read_.fault(*mimic, "joint",
-                      fmt::format("expected another joint with one coordinate, found {}", in_quotes(leader)));
-        continue;
-      }
-      if (!one(coupling.follower)) {
-        read_.fault(*mimic, "", "only a joint with one coordinate can mimic");
-        continue;
-      }
-      if (coupling.ratio == 0) {
-        read_.fault(*mimic, "multiplier", "expected a multiplier other than 0: such a joint is fixed");
-        continue;
-      }
-      note(Level::note, *element, "mimic",
-           fmt::format("mimics {}: a coupling, ratio {:g}, offset {:g}", in_quotes(leader), coupling.ratio,
-                       coupling.offset));
-      robot_.couplings.push_back(std::move(coupling));
-    }
-  }
-
   /// Whoever is nobody's child.
   void put_root_first() {
     std::set<int> children;
@@ -279,19 +255,6 @@ class UrdfReader {
     for (RobotJoint& joint : robot_.joints) {
       moved(joint.joint.first);
       moved(joint.joint.second);
-    }
-  }
-
-  /// `<transmission>` names joints that have motors.
-  void read_transmissions() {
-    for (const XmlElement& part : document_.root.children) {
-      if (part.name != "transmission") continue;
-      for (const XmlElement& joint : part.children) {
-        const std::string* name = joint.name == "joint" ? joint.attribute("name") : nullptr;
-        const int found = name == nullptr ? -1 : robot_.find_joint(*name);
-        if (found < 0) continue;
-        robot_.joints[static_cast<std::size_t>(found)].driven = robot_.knows_motors = true;
-      }
     }
   }
 

@@ -62,7 +62,7 @@ class Compiler {
  public:
   Compiler(const Mechanism& mechanism, const std::vector<int>& needed)
       : mechanism_(mechanism), needed_(joints_needed(mechanism, needed)), spanning_(span(mechanism, needed)) {
-    if (mechanism.space == SpaceKind::spatial) tree_.held_spins = idle_spins(mechanism, needed);
+    if (mechanism.space == SpaceKind::spatial) tree_.held_spins = held_spins(mechanism, needed, spanning_);
   }
 
   Tree<S> run() {
