@@ -17,6 +17,7 @@
 #include <sstream>
 
 namespace balance::app {
+Command setup_export(CLI::App& program);
 Command setup_import(CLI::App& program);
 namespace {
 
@@ -113,6 +114,7 @@ ExitCode parse_and_run(int argc, char** argv) {
       in_group("Compare", setup_batch(program)),
       in_group("Show", setup_plot(program)),
       in_group("Show", setup_report(program)),
+      in_group("Show", setup_export(program)),
       setup_completion(program),
       setup_man(program),
 #endif

@@ -205,6 +205,7 @@ void drop_empty_ends(Robot& robot) {
       if (std::count_if(robot.joints.begin(), robot.joints.end(), on) != 1) continue;
       const auto only = std::find_if(robot.joints.begin(), robot.joints.end(), on);
       const int j = static_cast<int>(only - robot.joints.begin());
+      if (only->driven) continue;  // its coordinate is wanted
       const bool led = std::any_of(robot.couplings.begin(), robot.couplings.end(),
                                    [j](const RobotCoupling& one) { return one.leader == j; });
       if (led) continue;

@@ -36,7 +36,7 @@ class LoopReader {
       if (!top.is_map()) top.expected("a mapping with 'closed_loop'");
       for (const read::Member& member : read::members(top, "a mapping with 'closed_loop'"))
         problems_.guard([&] { read_key(member); });
-      if (loops_.empty()) top.missing({"closed_loop"});
+      if (loops_.empty() && problems_.none()) top.missing({"closed_loop"});
       problems_.guard([&] { close(); });
     } catch (const read::Problem& problem) {
       problems_.add(problem);

@@ -55,6 +55,8 @@ void move_joint(RobotJoint& one, int from, int to, const Pose& pose) {
 void merge(Robot& robot, int from, int to, const Pose& pose) {
   RobotBody &gone = at(robot, from), &stays = at(robot, to);
   if (to != 0) add_mass(stays.body, gone.body, pose);
+  stays.members.push_back({from, pose});
+  for (const Member& one : gone.members) stays.members.push_back({one.body, pose * one.pose});
   stays.inertial = stays.inertial || gone.inertial;
   stays.shape = stays.shape || gone.shape;
   stays.body.points.push_back({gone.body.name, pose.p});

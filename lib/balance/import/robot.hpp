@@ -14,15 +14,31 @@
 
 namespace balance::foreign {
 
+/// Where a body's frame lies in another's.
+struct Pose {
+  Matrix3 R = Matrix3::Identity();
+  Vector3 p = Vector3::Zero();
+
+  Pose operator*(const Pose& next) const { return {R * next.R, p + R * next.p}; }
+  Pose inverse() const { return {R.transpose(), -(R.transpose() * p)}; }
+};
+
+/// A body that became part of another.
+struct Member {
+  int body = 0;
+  Pose pose;  ///< in the other
+};
+
 /// bodies[0] is what does not move.
 struct RobotBody {
   Body body;  ///< named places are frames of the file
   SpecPlace place;
   bool kept = true;
-  bool inertial = false;   ///< the file says mass and inertia
-  bool shape = false;      ///< the file says what it looks like
-  bool unweighed = false;  ///< its mass would follow from shapes that are not read
-  bool marker = false;     ///< it only marks a place; its mass was left out
+  std::vector<Member> members = {};  ///< what was merged into it
+  bool inertial = false;             ///< the file says mass and inertia
+  bool shape = false;                ///< the file says what it looks like
+  bool unweighed = false;            ///< its mass would follow from shapes that are not read
+  bool marker = false;               ///< it only marks a place; its mass was left out
 };
 
 /// What the file allows a coordinate; for comments.
@@ -72,16 +88,7 @@ struct Robot {
   int find_joint(const std::string& wanted) const;
 };
 
-/// Where a body's frame lies in the frame of its parent when all joints are at zero.
-struct Pose {
-  Matrix3 R = Matrix3::Identity();
-  Vector3 p = Vector3::Zero();
-
-  Pose operator*(const Pose& next) const { return {R * next.R, p + R * next.p}; }
-  Pose inverse() const { return {R.transpose(), -(R.transpose() * p)}; }
-};
-
-/// Of a joint's second body in its first.
+/// Of a joint's second body in its first, at zero.
 Pose zero_pose(const Joint& joint);
 
 /// The same joint seen from its other body, with the same coordinate. Only for types with at most one axis.

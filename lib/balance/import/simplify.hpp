@@ -17,7 +17,7 @@ void merge_fixed(Robot& robot);
 /// idle. Joints that are needed (motors, couplings, friction) stay.
 void collapse_massless(Robot& robot);
 
-/// Leaves out massless bodies at the ends of chains, with their joints. Told.
+/// Leaves out massless bodies at the ends of chains, with their joints unless these have motors. Told.
 void drop_empty_ends(Robot& robot);
 
 }  // namespace balance::foreign

@@ -110,19 +110,41 @@ const std::string* XmlElement::attribute(std::string_view wanted) const {
   return found == attributes.end() ? nullptr : &found->value;
 }
 
-SpecPlace place_of(const XmlElement& element, std::string_view attribute) {
+namespace {
+
+/// Byte of an attribute's name in its element's tag; npos if it is not there.
+std::size_t find_attribute(const XmlElement& element, std::string_view attribute) {
   const std::string& text = element.document->text;
-  std::size_t at = element.offset;
-  const std::size_t end = std::min(text.find('>', at), text.size());
-  // A name in the middle of another attribute's value is not followed by an equals sign, or is rare enough.
-  for (std::size_t found = text.find(attribute, at); !attribute.empty() && found < end;
-       found = text.find(attribute, found + 1)) {
-    const std::size_t next = text.find_first_not_of(" \t\r\n", found + attribute.size());
-    if (std::isspace(static_cast<unsigned char>(text[found - 1])) == 0 || next >= end || text[next] != '=') continue;
-    at = found;
-    break;
+  char quote = 0;
+  for (std::size_t i = element.offset; i < text.size() && (quote != 0 || text[i] != '>'); ++i) {
+    if (quote != 0) {
+      if (text[i] == quote) quote = 0;
+    } else if (text[i] == '"' || text[i] == '\'') {
+      quote = text[i];
+    } else if (i > element.offset && std::isspace(static_cast<unsigned char>(text[i - 1])) != 0 &&
+               text.compare(i, attribute.size(), attribute) == 0) {
+      const std::size_t next = text.find_first_not_of(" \t\r\n", i + attribute.size());
+      if (next != std::string::npos && text[next] == '=') return i;
+    }
   }
-  return place_at(text, element.document->file, at);
+  return std::string::npos;
+}
+
+}  // namespace
+
+SpecPlace place_of(const XmlElement& element, std::string_view attribute) {
+  const std::size_t at = attribute.empty() ? std::string::npos : find_attribute(element, attribute);
+  const XmlDocument& document = *element.document;
+  return place_at(document.text, document.file, at == std::string::npos ? element.offset : at);
+}
+
+XmlSpan value_span(const XmlElement& element, std::string_view attribute) {
+  const std::string& text = element.document->text;
+  const std::size_t name = find_attribute(element, attribute);
+  if (name == std::string::npos) return {};
+  const std::size_t open = text.find_first_of("\"'", name);
+  if (open == std::string::npos) return {};
+  return {open + 1, std::min(text.find(text[open], open + 1), text.size())};
 }
 
 std::unique_ptr<const XmlDocument> parse_xml(std::string text, std::string file, const XmlLimits& limits) {

@@ -41,6 +41,12 @@ struct XmlDocument {
 /// Where an attribute stands; the element where it has none of that name.
 SpecPlace place_of(const XmlElement& element, std::string_view attribute = {});
 
+/// Bytes of an attribute's value in the document's text, without its quotes; empty if there is no such attribute.
+struct XmlSpan {
+  std::size_t begin = 0, end = 0;
+};
+XmlSpan value_span(const XmlElement& element, std::string_view attribute);
+
 /// Limits that keep every later step small.
 struct XmlLimits {
   std::size_t bytes = std::size_t{4} << 20;
