@@ -191,32 +191,55 @@ class Collapser {
 
 void collapse_massless(Robot& robot) { Collapser(robot).run(); }
 
-void drop_empty_ends(Robot& robot) {
-  std::set<int> carriers;
-  for (const Spring& spring : robot.springs) carriers.insert({spring.first, spring.second});
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (int b = 1; b < static_cast<int>(robot.bodies.size()); ++b) {
-      RobotBody& end = robot.bodies[static_cast<std::size_t>(b)];
-      if (!end.kept || !is_massless(end) || carriers.count(b) > 0) continue;
-      const auto on = [b](const RobotJoint& one) {
-        return one.kept && (one.joint.first == b || one.joint.second == b);
-      };
-      if (std::count_if(robot.joints.begin(), robot.joints.end(), on) != 1) continue;
-      const auto only = std::find_if(robot.joints.begin(), robot.joints.end(), on);
-      const int j = static_cast<int>(only - robot.joints.begin());
-      if (only->driven) continue;  // its coordinate is wanted
-      const bool led = std::any_of(robot.couplings.begin(), robot.couplings.end(),
-                                   [j](const RobotCoupling& one) { return one.leader == j; });
-      if (led) continue;
-      std::erase_if(robot.couplings, [j](const RobotCoupling& one) { return one.follower == j; });
-      end.kept = only->kept = false;
-      changed = true;
-      robot.findings.push_back(
-          {Level::warning, end.place, "empty-end", fmt::format("link {}", in_quotes(end.body.name)),
-           fmt::format("has no mass and carries nothing: left out with its joint {}", in_quotes(only->joint.name))});
+namespace {
+
+/// Takes massless ends of chains off, one after the other.
+class EndDropper {
+ public:
+  explicit EndDropper(Robot& robot) : robot_(robot), on_(robot.bodies.size()), wanted_(robot.joints.size()) {
+    for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+      const RobotJoint& one = robot.joints[j];
+      wanted_[j] = one.driven;
+      if (one.kept)
+        for (const int body : {one.joint.first, one.joint.second}) on_[at(body)].push_back(static_cast<int>(j));
     }
+    for (const RobotCoupling& coupling : robot.couplings) wanted_[at(coupling.leader)] = true;
+    for (const Spring& spring : robot.springs) carriers_.insert({spring.first, spring.second});
   }
-}
+
+  void run() {
+    for (int b = 1; b < static_cast<int>(robot_.bodies.size()); ++b)
+      for (int end = b; end > 0;) end = drop(end);
+    std::erase_if(robot_.couplings, [&](const RobotCoupling& one) { return !robot_.joints[at(one.follower)].kept; });
+  }
+
+ private:
+  static std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+  /// @return the body that it hung on, which may be an end now; 0 if it stays
+  int drop(int b) {
+    RobotBody& end = robot_.bodies[at(b)];
+    if (!end.kept || !is_massless(end) || carriers_.count(b) > 0 || on_[at(b)].size() != 1) return 0;
+    const int j = on_[at(b)].front();
+    RobotJoint& only = robot_.joints[at(j)];
+    if (wanted_[at(j)]) return 0;
+    end.kept = only.kept = false;
+    robot_.findings.push_back(
+        {Level::warning, end.place, "empty-end", fmt::format("link {}", in_quotes(end.body.name)),
+         fmt::format("has no mass and carries nothing: left out with its joint {}", in_quotes(only.joint.name))});
+    const int other = only.joint.first == b ? only.joint.second : only.joint.first;
+    std::erase(on_[at(other)], j);
+    return other;
+  }
+
+  Robot& robot_;
+  std::vector<std::vector<int>> on_;  ///< joints of every body
+  std::vector<bool> wanted_;          ///< joints whose coordinate somebody needs
+  std::set<int> carriers_;            ///< bodies that something is fixed to
+};
+
+}  // namespace
+
+void drop_empty_ends(Robot& robot) { EndDropper(robot).run(); }
 
 }  // namespace balance::foreign

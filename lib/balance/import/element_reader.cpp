@@ -35,7 +35,9 @@ std::optional<std::vector<double>> numbers_in(std::string_view text) {
     double value = 0;
     const auto [stop, error] = std::from_chars(text.data() + i, text.data() + end, value);
     // what is too small to be told from zero is zero
-    const bool tiny = error == std::errc::result_out_of_range && text.substr(i, end - i).find("e-") != text.npos;
+    const std::string_view word = text.substr(i, end - i);
+    const bool tiny =
+        error == std::errc::result_out_of_range && (word.find("e-") != word.npos || word.find("E-") != word.npos);
     if (tiny) value = 0;
     if ((error != std::errc() && !tiny) || stop != text.data() + end || !std::isfinite(value)) return std::nullopt;
     values.push_back(value);

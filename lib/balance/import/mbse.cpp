@@ -2,6 +2,7 @@
 
 #include "balance/base/nearest.hpp"
 #include "balance/base/rotation.hpp"
+#include "balance/import/element_reader.hpp"
 #include "balance/import/yaml_values.hpp"
 #include "balance/spec/calculator.hpp"
 
@@ -75,6 +76,8 @@ class MbseReader {
   SpecPlace place_of(const Cursor& at) const { return {file_, at.node().place.line, at.node().place.column, ""}; }
 
   double evaluate(const Cursor& at) {
+    if (const auto plain = at.is_scalar() ? numbers_in(at.node().text) : std::nullopt; plain && plain->size() == 1)
+      return plain->front();
     const std::string text = without_degrees(at.word("a number or an expression"));
     try {
       used_ += text.size();
@@ -138,14 +141,15 @@ class MbseReader {
 
   void read_body(const Cursor& at, const BodyText& text) {
     std::vector<int> ends;
-    for (const Cursor& item : text.points->items("a list of points")) {
+    const auto items = text.points->items("a list of points");
+    if (items.size() < 2 || items.size() > 9) text.points->expected("a list of two to nine points");
+    for (const Cursor& item : items) {
       const double index = std::round(evaluate(item));
       if (!(index >= 0 && index < static_cast<double>(points_.size())))
         item.fail(
             {.expected = fmt::format("the index of a point, 0 to {}", points_.size() - 1), .found = item.found()});
       ends.push_back(static_cast<int>(index));
     }
-    if (ends.size() < 2) text.points->expected("at least two points");
     RobotBody body;
     body.place = place_of(at);
     body.inertial = true;
@@ -175,7 +179,6 @@ class MbseReader {
       return (point(ends[i]).position - point(ends[j]).position).norm();
     };
     if (ends.size() > 2) {
-      if (ends.size() > 9) text.points->expected("at most nine points");
       for (std::size_t i = 0; i < ends.size(); ++i)
         for (std::size_t j = 0; j < ends.size(); ++j)
           if (i != j) values_[fmt::format("length{}{}", i + 1, j + 1)] = distance(i, j);

@@ -79,16 +79,18 @@ MjcfDefaults::MjcfDefaults(const XmlElement& root, Faults& faults) : faults_(fau
   classes_["main"];
   for (const XmlElement& part : root.children) {
     if (part.name != "default") continue;
-    const std::string* name = part.attribute("class");
-    read(part, "main", name == nullptr ? "main" : *name);
+    // at the top the name is another one of the class that holds for everything
+    read(part, "main", "main");
+    if (const std::string* name = part.attribute("class"); name != nullptr && *name != "main")
+      classes_[*name].above = "main";
   }
 }
 
 void MjcfDefaults::read(const XmlElement& element, const std::string& above, const std::string& name) {
-  if (name != above && classes_.count(name) == 0) classes_[name] = classes_[above];
+  if (name != above && classes_.count(name) == 0) classes_[name].above = above;
   for (const XmlElement& child : element.children)
     if (child.name != "default")
-      for (const XmlAttribute& one : child.attributes) classes_[name][child.name][one.name] = one.value;
+      for (const XmlAttribute& one : child.attributes) classes_[name].said[child.name][one.name] = one.value;
   for (const XmlElement& child : element.children) {
     if (child.name != "default") continue;
     const std::string* inner = child.attribute("class");
@@ -108,11 +110,14 @@ XmlElement MjcfDefaults::resolved(const XmlElement& element, const std::string& 
     faults_.add(place_of(element, "class"), element.name, fmt::format("there is no default class {}", in_quotes(name)));
     return full;
   }
-  const auto said = found->second.find(element.name);
-  if (said == found->second.end()) return full;
-  for (const auto& [key, value] : said->second)
-    if (full.attribute(key) == nullptr) full.attributes.push_back({key, value});
-  return full;
+  // the nearest class that says something holds
+  for (const Class* one = &found->second;;) {
+    if (const auto said = one->said.find(element.name); said != one->said.end())
+      for (const auto& [key, value] : said->second)
+        if (full.attribute(key) == nullptr) full.attributes.push_back({key, value});
+    if (one->above.empty()) return full;
+    one = &classes_.at(one->above);
+  }
 }
 
 MjcfAngles::MjcfAngles(const XmlElement& root, const ElementReader& read, Faults& faults) : read_(read) {

@@ -35,7 +35,11 @@ class MjcfDefaults {
   using Attributes = std::map<std::string, std::string>;
   void read(const XmlElement& element, const std::string& above, const std::string& name);
 
-  std::map<std::string, std::map<std::string, Attributes>> classes_;  ///< class, element, attribute
+  struct Class {
+    std::string above;                       ///< empty: none
+    std::map<std::string, Attributes> said;  ///< by element
+  };
+  std::map<std::string, Class> classes_;
   Faults& faults_;
 };
 

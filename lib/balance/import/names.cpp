@@ -31,7 +31,8 @@ std::string as_name(const std::string& wanted) {
 std::string Names::give(const std::string& wanted) {
   const std::string name = as_name(wanted);
   std::string unique = name;
-  for (int n = 2; !taken_.insert(unique).second; ++n) unique = fmt::format("{}_{}", name, n);
+  int& next = next_.try_emplace(name, 2).first->second;
+  while (!taken_.insert(unique).second) unique = fmt::format("{}_{}", name, next++);
   return unique;
 }
 

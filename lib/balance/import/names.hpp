@@ -1,6 +1,7 @@
 #pragma once
 /// Names that a spec can have, for names that a file has.
 
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -19,6 +20,7 @@ class Names {
 
  private:
   std::set<std::string> taken_;
+  std::map<std::string, int> next_;  ///< number to try behind a name
 };
 
 /// Characters that a name cannot have become `_`; nothing else changes.

@@ -16,7 +16,6 @@ namespace balance::foreign {
 
 namespace {
 
-/// Elements of a robot, a link or a joint that say nothing about its mechanics; anything else is left out, too, but told by its name.
 bool is_known(std::string_view name, std::initializer_list<std::string_view> known) {
   return std::find(known.begin(), known.end(), name) != known.end();
 }
@@ -49,8 +48,10 @@ class UrdfReader {
 
  private:
   void note(Level level, const XmlElement& at, std::string code, std::string message) {
+    const std::string* name = at.attribute("name");
     robot_.findings.push_back({level, place_of(at), std::move(code),
-                               fmt::format("{} {}", at.name, in_quotes(*at.attribute("name"))), std::move(message)});
+                               fmt::format("{} {}", at.name, in_quotes(name == nullptr ? "" : *name)),
+                               std::move(message)});
   }
 
   void read_part(const XmlElement& part) {

@@ -117,9 +117,9 @@ class ClosureReader {
       if (!v || v->size() != 3) return read_.fault(*xyz, "", "expected 3 numbers");
       u = direction(*xyz, {(*v)[0], (*v)[1], (*v)[2]});
     }
-    const std::vector<Pose> poses = model_pose(robot_);
+    if (poses_.empty()) poses_ = model_pose(robot_);  // of the tree: closures do not change it
     const Pose in_parent =
-        poses[static_cast<std::size_t>(first)].inverse() * poses[static_cast<std::size_t>(second)] * in_child;
+        poses_[static_cast<std::size_t>(first)].inverse() * poses_[static_cast<std::size_t>(second)] * in_child;
     add_closure(robot_, name_of(joint), *type, {first, in_parent}, {second, in_child}, u, place_of(joint));
   }
 
@@ -127,6 +127,7 @@ class ClosureReader {
   Faults faults_;
   ElementReader read_;
   Robot& robot_;
+  std::vector<Pose> poses_;
   int unnamed_ = 0;
 };
 
