@@ -133,9 +133,11 @@ Command setup_import(CLI::App& program) {
   CLI::Option* base = parser->add_option("--base", call->base, "fixed: what floats in the file is held where it is")
                           ->check(CLI::IsMember({"fixed"}));
   suggest_words(base->type_name("WORD"), {"fixed"});
-  parser->add_option("--actuate", call->options.actuate, "joints that have motors, by the file's names")
+  parser
+      ->add_option("--actuate", call->options.actuate,
+                   "joints that have motors, by the file's names, separated by commas")
       ->delimiter(',')
-      ->type_name("NAME,…")
+      ->type_name("NAMES")
       ->allow_extra_args(false);
   parser->add_option("-o,--output", call->output, "the spec to write; without it, to standard output")
       ->type_name("FILE");
