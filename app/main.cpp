@@ -17,6 +17,8 @@
 #include <sstream>
 
 namespace balance::app {
+Command setup_export(CLI::App& program);
+Command setup_import(CLI::App& program);
 namespace {
 
 constexpr const char* footer =
@@ -103,6 +105,7 @@ ExitCode parse_and_run(int argc, char** argv) {
 #else
       in_group("Describe", setup_new(program)),
       in_group("Describe", setup_check(program)),
+      in_group("Describe", setup_import(program)),
       in_group("Balance", setup_conditions(program)),
       in_group("Balance", setup_design(program)),
       in_group("Move", setup_simulate(program)),
@@ -111,6 +114,7 @@ ExitCode parse_and_run(int argc, char** argv) {
       in_group("Compare", setup_batch(program)),
       in_group("Show", setup_plot(program)),
       in_group("Show", setup_report(program)),
+      in_group("Show", setup_export(program)),
       setup_completion(program),
       setup_man(program),
 #endif

@@ -28,6 +28,7 @@ if(NOT BALANCE_SIMULATE_ONLY)
   find_package(PkgConfig REQUIRED)
   pkg_check_modules(nlopt REQUIRED IMPORTED_TARGET nlopt)
   pkg_check_modules(clp REQUIRED IMPORTED_TARGET clp)
+  find_package(pugixml 1.12 REQUIRED)
   find_package(Boost 1.74 REQUIRED) # headers only: Odeint
 endif()
 

@@ -52,5 +52,5 @@ set(CPACK_DEBIAN_PACKAGE_CONFLICTS balance)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS gnuplot-nox) # balance plot
 string(CONCAT CPACK_DEBIAN_PACKAGE_SUGGESTS
        "libeigen3-dev, libyaml-cpp-dev, libfmt-dev, nlohmann-json3-dev, libmuparser-dev, libhdf5-dev, libssl-dev, zlib1g-dev, "
-       "libnlopt-dev, coinor-libclp-dev")
+       "libnlopt-dev, coinor-libclp-dev, libpugixml-dev")
 include(CPack)

@@ -13,7 +13,7 @@ if(BALANCE_SANITIZE)
 else()
   set(most_seconds 1)
 endif()
-foreach(target csv hdf5 requirement spec suite)
+foreach(target chrono csv hdf5 loops mbse mjcf requirement spec suite urdf)
   add_test(NAME fuzz.${target} COMMAND test_fuzz ${target} ${most_seconds} ${fuzz_folder}/corpus/${target}
                                        ${fuzz_folder}/regressions/${target})
   set_tests_properties(fuzz.${target} PROPERTIES TIMEOUT 120 LABELS fuzz)

@@ -8,7 +8,8 @@ namespace balance::fuzz {
 
 Target find_target(std::string_view name) {
   constexpr std::pair<std::string_view, Target> all[] = {
-      {"csv", csv}, {"hdf5", hdf5}, {"requirement", requirement}, {"spec", spec}, {"suite", suite}};
+      {"chrono", chrono},           {"csv", csv},   {"hdf5", hdf5},   {"loops", loops}, {"mbse", mbse}, {"mjcf", mjcf},
+      {"requirement", requirement}, {"spec", spec}, {"suite", suite}, {"urdf", urdf}};
   for (const auto& [known, target] : all)
     if (known == name) return target;
   return nullptr;
@@ -21,7 +22,8 @@ void demand(bool holds, const std::string& what) {
 }
 
 bool names_a_place(const SpecPlace& place) {
-  return place.is_option() || (place.file.ends_with(".yaml") && place.line > 0 && place.column > 0);
+  const bool known = place.file.ends_with(".yaml") || place.file.ends_with(".urdf") || place.file.ends_with(".xml");
+  return place.is_option() || (known && place.line > 0 && place.column > 0);
 }
 
 }  // namespace balance::fuzz

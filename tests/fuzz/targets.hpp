@@ -19,6 +19,14 @@ void csv(std::string_view bytes);
 /// A result file, and a table in HDF5.
 void hdf5(std::string_view bytes);
 
+/// Foreign files; what is read becomes a spec, which is read unless its numbers are none that a spec can have.
+void urdf(std::string_view bytes);
+void mjcf(std::string_view bytes);
+void mbse(std::string_view bytes);
+void chrono(std::string_view bytes);
+/// A file of closures for a robot of four links.
+void loops(std::string_view bytes);
+
 using Target = void (*)(std::string_view);
 /// Null if there is none of that name.
 Target find_target(std::string_view name);

@@ -1,6 +1,7 @@
 #include "balance/control/forward_dynamics.hpp"
 
 #include "balance/control/loop_dynamics.hpp"
+#include "balance/control/massless_freedom.hpp"
 #include "balance/control/tree_state.hpp"
 #include "balance/kinematics/system.hpp"
 
@@ -52,6 +53,8 @@ class CoreOf : public ForwardDynamics::Core {
       independent.push_back(tree[loops_.independent()[k]]);
       rates[k] = dy_[loops_.independent()[k]];
     }
+    outcome = check_masses(mechanism_, loops_, time_, dy_.data());
+    if (outcome.status != MotionStatus::done) return outcome;
     loops_.prepare(time_, dy_.data());
     loops_.transform();
     origin_velocities(loops_.tree(), dy_.data(), loops_.state());

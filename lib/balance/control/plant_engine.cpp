@@ -1,5 +1,6 @@
 #include "balance/control/plant_engine.hpp"
 
+#include "balance/control/massless_freedom.hpp"
 #include "balance/control/tree_state.hpp"
 #include "balance/motion/wording.hpp"
 
@@ -58,6 +59,8 @@ MotionOutcome EngineOf<S>::start(double time, const VectorX& q, const VectorX& d
   started_ = false;
   MotionOutcome outcome = loops_.assemble(q, dq, y_, dy_);
   outcome.time = time;
+  if (outcome.status != MotionStatus::done) return outcome;
+  outcome = check_masses(mechanism_, loops_, time, dy_.data());
   if (outcome.status != MotionStatus::done) return outcome;
   time_ = time;
   observer_.emplace(mechanism_, loops_.tree(), loops_.freedoms(), about_);

@@ -54,7 +54,7 @@ class Compiler {
     coordinates_ = coordinates_of_joints(values);
     needed_ = joints_needed(values, needed);
     spanning_ = span(values, needed);
-    if (mechanism.space == SpaceKind::spatial) tree_.held_spins = idle_spins(values, needed);
+    if (mechanism.space == SpaceKind::spatial) tree_.held_spins = held_spins(values, needed, spanning_);
     tree_.length = characteristic_length(values);
   }
 
@@ -176,11 +176,16 @@ class Compiler {
     return {{NodeMotion::turn, axes.col(0), 0}, {NodeMotion::turn, axes.col(1), 1}, {NodeMotion::weld, axes.col(2), 2}};
   }
 
-  /// The line of an idle spin with its derivatives, if there are any: it goes through its joints.
+  /// The line of an idle spin with its derivatives, if there are any: through a rod's joints, along a leg's slide.
   Vector3Of<T> line_of(const IdleSpin& spin) const {
     if constexpr (std::is_same_v<T, double>) {
       return spin.line;
     } else {
+      for (const JointOf<T>& slide : mechanism_.joints) {
+        if (slide.type != JointType::prismatic) continue;
+        if (slide.first == spin.body) return slide.axis;
+        if (slide.second == spin.body) return slide.rotation.transpose() * slide.axis;
+      }
       const auto place = [&](int j) {
         const JointOf<T>& joint = mechanism_.joints[j];
         return joint.first == spin.body ? joint.point_first : joint.point_second;

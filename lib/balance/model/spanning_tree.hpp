@@ -34,7 +34,8 @@ struct IdleSpin {
 };
 
 /// Bodies whose spin nothing notices: exactly two joints, both spherical and not needed, the common CoM of body and attachments
-/// on the line, no disc, spring or load on the body.
+/// on the line, no disc, spring or load on the body. Two bodies between spherical joints that slide along the line through these
+/// spin together: each is listed, with the same joints, and one of them is to be held.
 /// @param needed coordinates that must be available
 std::vector<IdleSpin> idle_spins(const Mechanism& mechanism, const std::vector<int>& needed);
 
@@ -43,6 +44,9 @@ std::vector<IdleSpin> idle_spins(const Mechanism& mechanism, const std::vector<i
 /// @param needed coordinates that must be available
 /// @throws std::invalid_argument if a body is not connected to the ground
 SpanningTree span(const Mechanism& mechanism, const std::vector<int>& needed);
+
+/// The idle spins that a tree holds: of two bodies that spin together the one that its spherical joint carries.
+std::vector<IdleSpin> held_spins(const Mechanism& mechanism, const std::vector<int>& needed, const SpanningTree& tree);
 
 /// Bodies around the loop that a joint outside the tree closes, from its first body to its second.
 std::vector<int> loop_bodies(const Mechanism& mechanism, const SpanningTree& tree, int joint);

@@ -29,23 +29,69 @@ void name_points(const Cursor& body_at, Body& body) {
   }
 }
 
+/// A body is massless where its mass says 0; then com and inertia may be left out.
+bool says_massless(const Cursor& body_at) {
+  if (!body_at.is_map()) return false;
+  for (std::size_t i = 0; i < body_at.node().items.size(); ++i) {
+    const Node& value = body_at.node().items[i];
+    if (body_at.node().keys[i].text == "mass" && value.kind == Node::Kind::scalar)
+      return value.text == "0" || value.text == "0.0";
+  }
+  return false;
+}
+
 void read_body_fields(const Cursor& at, Draft& draft, Body& body) {
-  std::optional<Cursor> inertia;
-  const bool read = read_fields(
-      at, "a body",
-      {{"mass", Need::required,
-        [&](const Cursor& c) { body.mass = read_number(c, draft, dimension::mass, Sign::positive); }},
-       {"com", Need::required, [&](const Cursor& c) { body.com = read_vector(c, draft, dimension::length); }},
-       {"inertia", Need::required, [&](const Cursor& c) { inertia = c; }},
-       {"points", Need::optional, [&](const Cursor& c) { read_points(c, draft, body); }}});
+  BodyText text;
+  const Need need = says_massless(at) ? Need::optional : Need::required;
+  const bool read =
+      read_fields(at, "a body",
+                  {{"mass", Need::required,
+                    [&](const Cursor& c) {
+                      text.mass = c;
+                      body.mass = read_number(c, draft, dimension::mass, Sign::not_negative);
+                    }},
+                   {"com", need, [&](const Cursor& c) { body.com = read_vector(c, draft, dimension::length); }},
+                   {"inertia", need, [&](const Cursor& c) { text.inertia = c; }},
+                   {"points", Need::optional, [&](const Cursor& c) { read_points(c, draft, body); }}});
   // The inertia may be about the origin: mass and centre of mass come first.
-  if (inertia)
+  if (text.inertia)
     draft.problems.guard([&] {
       const bool moved = draft.problems.spoilt(at.path() + ".mass") || draft.problems.spoilt(at.path() + ".com");
-      body.inertia =
-          read_inertia(*inertia, draft, Bearer::body, moved ? std::nullopt : std::optional(body.mass), body.com);
+      body.inertia = read_inertia(*text.inertia, draft, moved ? std::nullopt : std::optional(body.mass), body.com);
     });
+  if (read && draft.judging()) draft.body_texts.emplace(draft.mechanism().bodies.size(), std::move(text));
   if (!read) name_points(at, body);
+}
+
+/// Something besides the joint that it hangs on needs the body.
+bool carries_something(const Mechanism& mechanism, int body) {
+  const auto on = [body](const auto& part) { return part.body == body; };
+  const auto ends = [body](const auto& part) { return part.first == body || part.second == body; };
+  return std::count_if(mechanism.joints.begin(), mechanism.joints.end(), ends) > 1 ||
+         std::any_of(mechanism.attachments.begin(), mechanism.attachments.end(), on) ||
+         std::any_of(mechanism.discs.begin(), mechanism.discs.end(), on) ||
+         std::any_of(mechanism.loads.begin(), mechanism.loads.end(), on) ||
+         std::any_of(mechanism.springs.begin(), mechanism.springs.end(), ends) ||
+         (mechanism.tool && mechanism.tool->body == body);
+}
+
+bool says_as_given(const BodyText& text) {
+  if (!text.inertia || !text.inertia->is_map()) return false;
+  const auto& keys = text.inertia->node().keys;
+  return std::any_of(keys.begin(), keys.end(), [](const Node& key) { return key.text == "as_given"; });
+}
+
+/// Neither a body of nothing nor a point is what anybody meant at the end of a chain.
+void check_lightness(const BodyText& text, const Body& body, bool carries, const Draft& draft) {
+  const bool point = body.inertia.isZero(0);
+  if (text.mass && body.mass == 0 && !(carries && point) && !says_as_given(text))
+    text.mass->fail({.kind = "must be positive",
+                     .expected = "a number > 0",
+                     .found = "0",
+                     .hint = point ? "a body without mass must carry something, and this one carries nothing"
+                                   : "a body without mass has no inertia"});
+  if (text.inertia && point && body.mass > 0 && !carries && !says_as_given(text))
+    check_inertia(*text.inertia, body.inertia, draft, Bearer::body);
 }
 
 }  // namespace
@@ -74,6 +120,16 @@ void read_bodies(const Cursor& section, Draft& draft) {
       draft.body_places.push_back(member.key.node().place);
     }
   });
+}
+
+void check_light_bodies(Draft& draft) {
+  const Mechanism& mechanism = draft.mechanism();
+  for (const auto& [index, text] : draft.body_texts) {
+    const Body& body = mechanism.bodies[index];
+    if (draft.problems.spoilt("bodies." + body.name) || draft.problems.lost("joints.another")) continue;
+    const bool carries = carries_something(mechanism, static_cast<int>(index));
+    draft.problems.guard([&] { check_lightness(text, body, carries, draft); });
+  }
 }
 
 }  // namespace balance::read

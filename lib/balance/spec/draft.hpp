@@ -17,6 +17,11 @@
 
 namespace balance::read {
 
+/// Where a body's mass and inertia are said.
+struct BodyText {
+  std::optional<Cursor> mass, inertia;
+};
+
 /// A spec is read once at the start values, and everything is judged. Then it may be read again with other values of the free
 /// numbers, at which a mass may be zero or two points may meet: that is for others to judge.
 struct Draft {
@@ -26,11 +31,12 @@ struct Draft {
   Problems problems;
   Units units;
   Parameters parameters;
-  std::vector<FoundFreeNumber> free_numbers;  ///< but for parameters
-  std::set<std::string> free_paths;           ///< of free_numbers: what several trajectories share is one number
-  bool mechanism_is_right = false;            ///< nothing is wrong with what stands above `motion` in sections.hpp
-  std::vector<Place> body_places;             ///< of the bodies' names, as mechanism.bodies
-  std::map<std::string, TimeTable> tables;    ///< of files, by the key path that names the file
+  std::vector<FoundFreeNumber> free_numbers;   ///< but for parameters
+  std::set<std::string> free_paths;            ///< of free_numbers: what several trajectories share is one number
+  bool mechanism_is_right = false;             ///< nothing is wrong with what stands above `motion` in sections.hpp
+  std::vector<Place> body_places;              ///< of the bodies' names, as mechanism.bodies
+  std::map<std::size_t, BodyText> body_texts;  ///< of bodies that could be read, by their index
+  std::map<std::string, TimeTable> tables;     ///< of files, by the key path that names the file
 
   const FreeValues* given = nullptr;                               ///< other values of the free numbers
   const std::map<std::string, TimeTable>* known_tables = nullptr;  ///< from when the spec was read first

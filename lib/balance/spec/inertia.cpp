@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace balance::read {
 
 namespace {
@@ -32,30 +34,63 @@ Matrix3 read_inertia_value(const Cursor& at, Draft& draft) {
   return inertia;
 }
 
-Matrix3 read_inertia(const Cursor& at, Draft& draft, Bearer bearer, std::optional<double> mass, const Vector3& com) {
+namespace {
+
+/// What `{about: …, value: …}` says; `as_given` in place of `value`.
+struct InertiaText {
+  bool about_origin = false;
+  bool as_given = false;
+  Matrix3 value = Matrix3::Zero();
+};
+
+InertiaText read_inertia_text(const Cursor& at, Draft& draft) {
   // A mapping with `free` is a free number, not a choice of the reference point.
   const bool is_free =
       at.is_map() && !at.node().keys.empty() && (at.node().keys[0].text == "free" || at.node().keys[0].text == "start");
-  Matrix3 inertia = Matrix3::Zero();
+  InertiaText text;
   if (!at.is_map() || is_free) {
-    inertia = read_inertia_value(at, draft);
-  } else {
-    std::size_t about = 0;
-    const bool read =
-        read_fields(at, "an inertia",
-                    {{"about", Need::required,
-                      [&](const Cursor& c) {
-                        about = c.choice("the point that the inertia is about", {"com", "origin"});
-                      }},
-                     {"value", Need::required, [&](const Cursor& c) { inertia = read_inertia_value(c, draft); }}});
-    if (!read) return inertia;
-    if (about == 1 && !mass) return inertia;
-    if (about == 1) {
-      inertia += *mass * skew(com) * skew(com);
-      if (draft.planar()) inertia = Vector3(0, 0, inertia(2, 2)).asDiagonal();
-    }
+    text.value = read_inertia_value(at, draft);
+    return text;
   }
-  check_inertia(at, inertia, draft, bearer);
+  const auto& keys = at.node().keys;
+  text.as_given = std::any_of(keys.begin(), keys.end(), [](const Node& key) { return key.text == "as_given"; });
+  const char* name = text.as_given ? "as_given" : "value";
+  const bool read =
+      read_fields(at, "an inertia",
+                  {{"about", text.as_given ? Need::optional : Need::required,
+                    [&](const Cursor& c) {
+                      text.about_origin = c.choice("the point that the inertia is about", {"com", "origin"}) == 1;
+                    }},
+                   {name, Need::required, [&](const Cursor& c) { text.value = read_inertia_value(c, draft); }}});
+  if (!read) throw Consequence();
+  return text;
+}
+
+/// A warning in place of the mistake that it would be without `as_given`.
+void warn_of_inertia(const Cursor& at, const Matrix3& inertia, Draft& draft) {
+  if (!draft.judging()) return;
+  try {
+    check_inertia(at, inertia, draft, Bearer::body);
+  } catch (const Problem& problem) {
+    const SpecPlace place{draft.study.spec_file, problem.place.line, problem.place.column, problem.path};
+    draft.study.warnings.push_back(place.text() + ": kept as given: " + problem.what_is_wrong.text());
+  }
+}
+
+}  // namespace
+
+Matrix3 read_inertia(const Cursor& at, Draft& draft, std::optional<double> mass, const Vector3& com) {
+  const InertiaText text = read_inertia_text(at, draft);
+  Matrix3 inertia = text.value;
+  if (text.about_origin && !mass) return inertia;
+  if (text.about_origin) {
+    inertia += *mass * skew(com) * skew(com);
+    if (draft.planar()) inertia = Vector3(0, 0, inertia(2, 2)).asDiagonal();
+  }
+  if (text.as_given)
+    warn_of_inertia(at, inertia, draft);
+  else if (!inertia.isZero(0))  // a point; whether it may be one is check_light_bodies' to say
+    check_inertia(at, inertia, draft, Bearer::body);
   return inertia;
 }
 

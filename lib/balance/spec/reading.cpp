@@ -95,6 +95,7 @@ void read_mechanism(const Sections& sections, Draft& draft) {
   read("loads", [&](const Cursor& c) { read_loads(c, draft); });
   read("springs", [&](const Cursor& c) { read_springs(c, draft); });
   read("friction", [&](const Cursor& c) { read_friction(c, draft); });
+  if (draft.judging()) check_light_bodies(draft);
 }
 
 void add_warnings(Draft& draft) {

@@ -11,6 +11,8 @@ void read_bodies(const Cursor& section, Draft& draft);
 void read_joints(const Cursor& section, Draft& draft);
 /// Every body must be reached from the ground through joints.
 void check_connected(Draft& draft);
+/// Bodies without mass, and points, must carry something. Once everything that they may carry has been read.
+void check_light_bodies(Draft& draft);
 void read_couplings(const Cursor& section, Draft& draft);
 void read_actuators(const Cursor& section, Draft& draft);
 void read_tool(const Cursor& section, Draft& draft);

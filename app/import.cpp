@@ -1,0 +1,163 @@
+#include "command.hpp"
+#include "console.hpp"
+#include "failure.hpp"
+#include "suggestion.hpp"
+
+#include "balance/base/nearest.hpp"
+#include "balance/import/import.hpp"
+#include "balance/write/file_identity.hpp"
+#include "balance/write/json_parts.hpp"
+#include "balance/write/pending_file.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <utility>
+
+namespace balance::app {
+namespace {
+
+struct ImportCall {
+  std::string file, output, base;
+  ImportOptions options;
+  bool strict = false, json = false, force = false;
+};
+
+Json findings_json(const Imported& imported) {
+  Json list = Json::array();
+  for (const foreign::Finding& one : imported.findings)
+    list.push_back({{"level", one.level == foreign::Level::warning ? "warning" : "note"},
+                    {"code", one.code},
+                    {"file", one.place.file},
+                    {"line", one.place.line > 0 ? Json(one.place.line) : Json()},
+                    {"subject", one.subject},
+                    {"message", one.message}});
+  return list;
+}
+
+std::string import_json(const Imported& imported, const std::string& output) {
+  Json json{{"format", imported.format},
+            {"bodies", imported.bodies},
+            {"joints", imported.joints},
+            {"loops", imported.loops},
+            {"degrees_of_freedom", imported.degrees_of_freedom ? Json(*imported.degrees_of_freedom) : Json()},
+            {"total_mass", imported.total_mass},
+            {"actuators", imported.actuators}};
+  Json assembly = Json::object(), ignored = Json::object(), renamed = Json::object();
+  for (const auto& [name, value] : imported.assembly) assembly[name] = value;
+  for (const auto& [what, count] : imported.ignored) ignored[what] = count;
+  for (const auto& [before, after] : imported.renamed) renamed[before] = after;
+  json["assembly"] = assembly;
+  json["not_assembled"] = imported.not_assembled.empty() ? Json() : Json(imported.not_assembled);
+  json["findings"] = findings_json(imported);
+  json["ignored"] = ignored;
+  json["renamed"] = renamed;
+  json["file"] = output.empty() ? Json() : Json(output);
+  json["spec"] = imported.spec;
+  return dump(json);
+}
+
+std::string counted(int count, const char* one, const char* several) {
+  return fmt::format("{} {}", count, count == 1 ? one : several);
+}
+
+/// What a person reads: everything that was found, then what came of it.
+std::string report_text(const Imported& imported) {
+  std::string text;
+  for (const foreign::Finding& one : imported.findings) text += one.text() + "\n";
+  std::string ignored, renamed, assembly;
+  for (const auto& [what, count] : imported.ignored)
+    ignored += fmt::format("{}{} {}", ignored.empty() ? "" : ", ", count, what);
+  for (const auto& [before, after] : imported.renamed)
+    renamed += fmt::format("{}{} is {}", renamed.empty() ? "" : ", ", before, after);
+  for (const auto& [name, value] : imported.assembly)
+    assembly += fmt::format("{}{}: {:.6g}", assembly.empty() ? "" : ", ", name, value);
+  if (!ignored.empty()) text += "left out: " + ignored + "\n";
+  if (!renamed.empty()) text += "renamed: " + renamed + "\n";
+  text += fmt::format(
+      "{}: {}, {}, {}; {:.9g} kg move\n", imported.format, counted(imported.bodies, "moving body", "moving bodies"),
+      counted(imported.joints, "joint", "joints"), counted(imported.loops, "loop", "loops"), imported.total_mass);
+  if (imported.degrees_of_freedom)
+    text += fmt::format("{}, {}\n", counted(*imported.degrees_of_freedom, "degree of freedom", "degrees of freedom"),
+                        counted(static_cast<int>(imported.actuators.size()), "actuator", "actuators"));
+  if (!assembly.empty()) text += "assembled near the file's zero pose: {" + assembly + "}\n";
+  if (!imported.not_assembled.empty()) text += "warning: it could not be assembled: " + imported.not_assembled + "\n";
+  return text;
+}
+
+void check_call(const ImportCall& call) {
+  check_standard_output({call.output}, call.json, false);
+  if (call.output.empty() || call.output == standard_output) return;
+  for (const std::string& input : {call.file, call.options.loops})
+    if (!input.empty() && same_file(call.output, input))
+      throw UsageError("the spec would replace what it is made from: " + input);
+  check_writable(call.output, call.force ? Existing::replace : Existing::keep);
+}
+
+void write_spec(const ImportCall& call, const Imported& imported) {
+  PendingFile file(call.output, call.force ? Existing::replace : Existing::keep);
+  file.write(imported.spec);
+  file.commit();
+}
+
+ExitCode run(const ImportCall& call) {
+  check_call(call);
+  const Imported imported = import_file(call.file, call.options);
+  const bool wanted = call.strict && (imported.has_warnings() || !imported.not_assembled.empty());
+  const bool to_stdout = call.output.empty() || call.output == standard_output;
+  if (!to_stdout) write_spec(call, imported);
+  if (call.json) {
+    print(import_json(imported, call.output));
+  } else {
+    const std::string report = report_text(imported);
+    if (to_stdout) {
+      tell(report.substr(0, report.size() - 1));
+      print(imported.spec);
+    } else {
+      print_text(report + written_line(call.output));
+    }
+  }
+  return wanted ? ExitCode::not_met : ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_import(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("import", "Make a spec from a URDF, MJCF, MBSE or Chrono file");
+  const auto call = std::make_shared<ImportCall>();
+  parser->add_option("file", call->file, "the mechanism: URDF or MJCF (XML), MBSE or Chrono (YAML)")
+      ->required()
+      ->type_name("FILE");
+  parser->add_option("--loops", call->options.loops, "closures of a URDF, a YAML file with closed_loop and type")
+      ->type_name("FILE");
+  CLI::Option* base = parser->add_option("--base", call->base, "fixed: what floats in the file is held where it is")
+                          ->check(CLI::IsMember({"fixed"}));
+  suggest_words(base->type_name("WORD"), {"fixed"});
+  parser
+      ->add_option("--actuate", call->options.actuate,
+                   "joints that have motors, by the file's names, separated by commas")
+      ->delimiter(',')
+      ->type_name("NAMES")
+      ->allow_extra_args(false);
+  parser->add_option("-o,--output", call->output, "the spec to write; without it, to standard output")
+      ->type_name("FILE");
+  parser->add_flag("--strict", call->strict, "exit code 1 if there is anything to warn of");
+  parser->add_flag("--force", call->force, "replace a file that exists");
+  parser->add_flag("--json", call->json, "print JSON, errors included");
+  parser->footer(
+      "Links that are fixed to each other become one body, closures become joints, names that a spec\n"
+      "cannot have are changed and told. Nothing is repaired: an inertia that no body can have is kept\n"
+      "with as_given, and what is odd about masses is told with its line. Meshes, collisions and\n"
+      "sensors are counted and left out.\n\n"
+      "Loops are closed near the file's zero pose, and the values found stand in assembly.\n\n"
+      "Examples:\n"
+      "  balance import arm.urdf -o arm.yaml\n"
+      "  balance import leg.urdf --loops leg.yaml --actuate hip,knee -o spec.yaml\n"
+      "  balance import gripper.xml --strict --json");
+  return {parser, [call] {
+            call->options.fixed_base = call->base == "fixed";
+            return run(*call);
+          }};
+}
+
+}  // namespace balance::app

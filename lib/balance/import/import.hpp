@@ -1,0 +1,46 @@
+#pragma once
+/// A foreign file becomes the text of a spec.
+
+#include "balance/import/finding.hpp"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace balance {
+
+struct ImportOptions {
+  std::string loops;                 ///< a file with closures; empty: none
+  bool fixed_base = false;           ///< what floats is held still
+  std::vector<std::string> actuate;  ///< joints with motors, by the file's names; empty: as the file says
+};
+
+/// What became of a file.
+struct Imported {
+  std::string format;                                        ///< "URDF", "MJCF", "MBSE", "Chrono"
+  std::string spec;                                          ///< text, readable as a spec
+  std::vector<foreign::Finding> findings;                    ///< in the order of the file
+  std::map<std::string, int> ignored;                        ///< what was left out, counted
+  std::vector<std::pair<std::string, std::string>> renamed;  ///< `joint 'a b'` and its name in the spec
+
+  int bodies = 0, joints = 0, loops = 0;                 ///< moving bodies, joints of the spec
+  double total_mass = 0;                                 ///< that moves [kg]
+  std::optional<int> degrees_of_freedom;                 ///< none if it could not be assembled
+  std::vector<std::string> actuators;                    ///< coordinates
+  std::vector<std::pair<std::string, double>> assembly;  ///< rough values that close the loops [rad or m]
+  std::string not_assembled;                             ///< why not; empty if it was
+
+  bool has_warnings() const;
+};
+
+/// @param text of the file: URDF, MJCF, MBSE or Chrono YAML, told apart by what it says
+/// @param file what messages call it; files that it names are looked for in its folder
+/// @throws SpecError with everything that is wrong with a file; SystemError if a file that is named cannot be read
+Imported import_text(const std::string& text, const std::string& file, const ImportOptions& options);
+
+/// @throws SystemError if the file cannot be read; SpecError as above
+Imported import_file(const std::string& path, const ImportOptions& options);
+
+}  // namespace balance

@@ -1,0 +1,260 @@
+#include "balance/import/mbse.hpp"
+
+#include "balance/base/nearest.hpp"
+#include "balance/base/rotation.hpp"
+#include "balance/import/element_reader.hpp"
+#include "balance/import/yaml_values.hpp"
+#include "balance/spec/calculator.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+namespace balance::foreign {
+
+namespace {
+
+using read::Cursor;
+using read::Field;
+using read::Need;
+
+/// `deg2rad(` and `rad2deg(`, which the calculator does not know, as factors.
+std::string without_degrees(std::string text) {
+  for (const auto& [word, factor] :
+       {std::pair<std::string, std::string>{"deg2rad(", "((pi/180)*("}, {"rad2deg(", "((180/pi)*("}})
+    for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + factor.size())) {
+      std::size_t end = at + word.size();
+      for (int open = 1; end < text.size() && open > 0; ++end) open += text[end] == '(' ? 1 : text[end] == ')' ? -1 : 0;
+      text.insert(end, ")");
+      text.replace(at, word.size(), factor);
+    }
+  return text;
+}
+
+struct MbsePoint {
+  Vector3 position = Vector3::Zero();
+  bool fixed = false;
+};
+
+class MbseReader {
+ public:
+  explicit MbseReader(const std::string& file) : file_(file) {}
+
+  Robot run(const Cursor& root) {
+    robot_.format = "MBSE";
+    robot_.file = file_;
+    robot_.space = SpaceKind::planar;
+    robot_.gravity = Vector3(0, -9.81, 0);
+    RobotBody ground;
+    ground.body.name = "ground";
+    ground.place = place_of(root);
+    robot_.bodies.push_back(std::move(ground));
+    std::optional<Cursor> parameters, points, bodies;
+    const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+    const auto ignore = [this](const char* name) {
+      return [this, name](const Cursor& c) { robot_.ignored[name] += static_cast<int>(c.node().items.size()); };
+    };
+    read::read_fields(root, "a mechanism in natural coordinates",
+                      {{"parameters", Need::optional, keep(parameters)},
+                       {"points", Need::required, keep(points)},
+                       {"planar_bodies", Need::required, keep(bodies)},
+                       {"relative_coordinates", Need::optional, ignore("relative coordinates")}});
+    root.problems().throw_all();
+    if (parameters) read_parameters(*parameters);
+    read_points(*points);
+    root.problems().throw_all();
+    read_bodies(*bodies);
+    root.problems().throw_all();
+    join();
+    return std::move(robot_);
+  }
+
+ private:
+  SpecPlace place_of(const Cursor& at) const { return {file_, at.node().place.line, at.node().place.column, ""}; }
+
+  double evaluate(const Cursor& at) {
+    if (const auto plain = at.is_scalar() ? numbers_in(at.node().text) : std::nullopt; plain && plain->size() == 1)
+      return plain->front();
+    const std::string text = without_degrees(at.word("a number or an expression"));
+    try {
+      used_ += text.size();
+      if (used_ > read::longest_expressions)
+        throw read::ExpressionError(
+            fmt::format("all expressions have more than {} characters", read::longest_expressions));
+      // a calculator keeps names for good; here they come and go
+      read::Calculator calculator;
+      for (const std::string& name : read::names_in(text).values)
+        if (const auto found = values_.find(name); found != values_.end()) calculator.define(name, found->second);
+      const double value = calculator.evaluate(text);
+      if (std::isfinite(value)) return value;
+      throw read::ExpressionError("it is not finite");
+    } catch (const read::ExpressionError& error) {
+      at.fail({.expected = "a number or an expression",
+               .found = fmt::format("{}: {}", in_quotes(at.node().text), error.what())});
+    }
+  }
+
+  void read_parameters(const Cursor& section) {
+    for (const read::Member& member : read::members(section, "a mapping of parameters"))
+      section.problems().guard([&] { values_[member.name] = evaluate(member.value); });
+  }
+
+  void read_points(const Cursor& section) {
+    const auto items = section.items("a list of points {x, y}");
+    if (items.size() > 2000) section.expected("at most 2000 points");
+    read::read_each(items, [&](const Cursor& at) {
+      MbsePoint point;
+      read::read_fields(at, "a point {x, y}",
+                        {{"x", Need::required, [&](const Cursor& c) { point.position.x() = evaluate(c); }},
+                         {"y", Need::required, [&](const Cursor& c) { point.position.y() = evaluate(c); }},
+                         {"fixed", Need::optional, [&](const Cursor& c) { point.fixed = truth(c); }}});
+      values_[fmt::format("x{}", points_.size())] = point.position.x();
+      values_[fmt::format("y{}", points_.size())] = point.position.y();
+      points_.push_back(point);
+    });
+  }
+
+  /// What a body's mapping says, to be evaluated in a fixed order.
+  struct BodyText {
+    std::optional<Cursor> points, length, mass, I0, cog;
+  };
+
+  void read_bodies(const Cursor& section) {
+    const auto items = section.items("a list of bodies {points, length, mass, I0, cog}");
+    if (items.size() > 2000) section.expected("at most 2000 bodies");
+    read::read_each(items, [&](const Cursor& at) {
+      BodyText text;
+      const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+      const bool read = read::read_fields(at, "a body {points, length, mass, I0, cog}",
+                                          {{"points", Need::required, keep(text.points)},
+                                           {"length", Need::optional, keep(text.length)},
+                                           {"mass", Need::required, keep(text.mass)},
+                                           {"I0", Need::required, keep(text.I0)},
+                                           {"cog", Need::required, keep(text.cog)}});
+      if (!read) throw read::Consequence();
+      read_body(at, text);
+    });
+  }
+
+  void read_body(const Cursor& at, const BodyText& text) {
+    std::vector<int> ends;
+    const auto items = text.points->items("a list of points");
+    if (items.size() < 2 || items.size() > 9) text.points->expected("a list of two to nine points");
+    for (const Cursor& item : items) {
+      const double index = std::round(evaluate(item));
+      if (!(index >= 0 && index < static_cast<double>(points_.size())))
+        item.fail(
+            {.expected = fmt::format("the index of a point, 0 to {}", points_.size() - 1), .found = item.found()});
+      ends.push_back(static_cast<int>(index));
+    }
+    RobotBody body;
+    body.place = place_of(at);
+    body.inertial = true;
+    body.body.name = fmt::format("body{}", robot_.bodies.size() - 1);
+    values_["index"] = static_cast<double>(robot_.bodies.size());
+    const Vector3 along = point(ends[1]).position - point(ends[0]).position;
+    if (!(along.norm() > 0)) text.points->expected("a first and a second point that differ");
+    lengths(at, text, ends);
+    read_mass(text, body.body);
+    const double turn = std::atan2(along.y(), along.x());
+    Pose pose{rotation_about(Vector3::UnitZ(), turn), point(ends[0]).position};
+    std::vector<Vector3> local;
+    for (const int end : ends) local.push_back(pose.R.transpose() * (point(end).position - pose.p));
+    if (ends.size() == 2) local[1] = Vector3(values_["length"], 0, 0);
+    for (const char* name : {"mass", "I0", "length"}) values_.erase(name);
+    poses_.push_back(pose);
+    ends_.push_back(ends);
+    local_.push_back(local);
+    robot_.bodies.push_back(std::move(body));
+  }
+
+  const MbsePoint& point(int index) const { return points_[static_cast<std::size_t>(index)]; }
+
+  /// `length` of two points, which may differ from their distance; `length12` and so on of more.
+  void lengths(const Cursor& at, const BodyText& text, const std::vector<int>& ends) {
+    const auto distance = [&](std::size_t i, std::size_t j) {
+      return (point(ends[i]).position - point(ends[j]).position).norm();
+    };
+    if (ends.size() > 2) {
+      for (std::size_t i = 0; i < ends.size(); ++i)
+        for (std::size_t j = 0; j < ends.size(); ++j)
+          if (i != j) values_[fmt::format("length{}{}", i + 1, j + 1)] = distance(i, j);
+      return;
+    }
+    values_["auto"] = distance(0, 1);
+    if (!text.length) at.missing({"length"});
+    values_["length"] = evaluate(*text.length);
+    values_.erase("auto");
+    if (!(values_["length"] > 0)) text.length->expected("a length > 0");
+  }
+
+  /// I0 is about the first point.
+  void read_mass(const BodyText& text, Body& body) {
+    body.mass = values_["mass"] = evaluate(*text.mass);
+    if (body.mass < 0)
+      text.mass->fail({.kind = "must not be negative", .expected = "a number ≥ 0", .found = text.mass->found()});
+    const double about_first = values_["I0"] = evaluate(*text.I0);
+    const auto cog = text.cog->items("[x, y]", 2);
+    body.com = Vector3(evaluate(cog[0]), evaluate(cog[1]), 0);
+    const double central = about_first - body.mass * body.com.squaredNorm();
+    body.inertia(2, 2) = std::abs(central) < 1e-14 * std::abs(about_first) ? 0 : central;
+  }
+
+  /// Where bodies share a point, the first of them, or the ground, carries the others. Two points in common weld.
+  void join() {
+    std::map<std::pair<int, int>, int> joined;
+    for (std::size_t p = 0; p < points_.size(); ++p) {
+      std::vector<std::pair<int, Vector3>> sharing;
+      if (points_[p].fixed) sharing.emplace_back(0, points_[p].position);
+      for (std::size_t b = 0; b < ends_.size(); ++b)
+        for (std::size_t k = 0; k < ends_[b].size(); ++k)
+          if (ends_[b][k] == static_cast<int>(p)) sharing.emplace_back(static_cast<int>(b) + 1, local_[b][k]);
+      for (std::size_t k = 1; k < sharing.size(); ++k) {
+        if (sharing[0].first == sharing[k].first) continue;
+        const auto [found, fresh] =
+            joined.try_emplace({sharing[0].first, sharing[k].first}, static_cast<int>(robot_.joints.size()));
+        if (fresh)
+          add_joint(p, sharing[0], sharing[k]);
+        else
+          robot_.joints[static_cast<std::size_t>(found->second)].joint.type = JointType::fixed;
+      }
+      for (const auto& [body, position] : sharing)
+        robot_.bodies[static_cast<std::size_t>(body)].body.points.push_back({fmt::format("p{}", p), position});
+    }
+  }
+
+  Matrix3 turn_of(int body) const {
+    return body == 0 ? Matrix3(Matrix3::Identity()) : poses_[static_cast<std::size_t>(body) - 1].R;
+  }
+
+  void add_joint(std::size_t p, const std::pair<int, Vector3>& first, const std::pair<int, Vector3>& second) {
+    const auto name = [&](int body) { return robot_.bodies[static_cast<std::size_t>(body)].body.name; };
+    RobotJoint one;
+    one.place = robot_.bodies[static_cast<std::size_t>(second.first)].place;
+    one.joint.name = fmt::format("p{}_{}_{}", p, name(first.first), name(second.first));
+    one.joint.first = first.first;
+    one.joint.second = second.first;
+    one.joint.point_first = first.second;
+    one.joint.point_second = second.second;
+    one.joint.rotation = turn_of(first.first).transpose() * turn_of(second.first);
+    robot_.joints.push_back(std::move(one));
+  }
+
+  std::string file_;
+  Robot robot_;
+  std::map<std::string, double> values_;
+  std::size_t used_ = 0;  ///< characters of expressions
+  std::vector<MbsePoint> points_;
+  std::vector<Pose> poses_;                  ///< of bodies 1, 2, … in the world
+  std::vector<std::vector<int>> ends_;       ///< points of them
+  std::vector<std::vector<Vector3>> local_;  ///< where in their frames
+};
+
+}  // namespace
+
+Robot read_mbse(const Cursor& root, const std::string& file) { return MbseReader(file).run(root); }
+
+}  // namespace balance::foreign

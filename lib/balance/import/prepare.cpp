@@ -1,0 +1,89 @@
+#include "balance/import/prepare.hpp"
+
+#include "balance/base/nearest.hpp"
+#include "balance/import/actuators.hpp"
+#include "balance/import/lint.hpp"
+#include "balance/import/simplify.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace balance::foreign {
+
+namespace {
+
+void check_something_moves(const Robot& robot) {
+  const auto kept = [](const auto& one) { return one.kept; };
+  if (std::count_if(robot.bodies.begin(), robot.bodies.end(), kept) > 1 &&
+      std::any_of(robot.joints.begin(), robot.joints.end(), kept))
+    return;
+  throw SpecError(
+      {.place = {robot.file, 1, 1, ""}, .message = "expected something that moves: all of it is fixed to the ground"});
+}
+
+/// What floats is held, if that was asked for, or refused.
+void hold_floating(Robot& robot, bool hold) {
+  for (const RobotJoint& one : robot.joints) {
+    if (!one.kept || !one.floating) continue;
+    const std::string subject = fmt::format("joint {}", in_quotes(one.joint.name));
+    if (!hold || one.joint.first != 0)
+      throw SpecError({.place = one.place,
+                       .message = fmt::format("{}: a body that floats has no joint in a spec{}", subject,
+                                              one.joint.first == 0 ? "; --base fixed holds it where it is" : "")});
+    robot.findings.push_back({Level::note, one.place, "held", subject, "floats in the file and is held still"});
+  }
+}
+
+/// Closures may join what is joined already, and bodies of the ground to each other.
+void drop_joints_within(Robot& robot) {
+  for (RobotJoint& one : robot.joints) {
+    if (!one.kept || one.joint.first != one.joint.second) continue;
+    one.kept = false;
+    robot.findings.push_back({Level::warning, one.place, "within", fmt::format("joint {}", in_quotes(one.joint.name)),
+                              "joins two parts of one body: left out"});
+  }
+  std::erase_if(robot.couplings, [&](const RobotCoupling& one) {
+    const auto gone = [&](int j) { return !robot.joints[static_cast<std::size_t>(j)].kept; };
+    return gone(one.follower) || gone(one.leader);
+  });
+  std::erase_if(robot.springs, [](const Spring& one) { return one.first == one.second; });
+}
+
+/// Bodies that no chain of joints holds.
+void check_held(const Robot& robot) {
+  std::vector<bool> held(robot.bodies.size());
+  if (!held.empty()) held[0] = true;
+  for (bool growing = true; growing;) {
+    growing = false;
+    for (const RobotJoint& one : robot.joints) {
+      const auto first = static_cast<std::size_t>(one.joint.first), second = static_cast<std::size_t>(one.joint.second);
+      if (!one.kept || held[first] == held[second]) continue;
+      held[first] = held[second] = growing = true;
+    }
+  }
+  for (std::size_t b = 1; b < robot.bodies.size(); ++b)
+    if (robot.bodies[b].kept && !held[b])
+      throw SpecError(
+          {.place = robot.bodies[b].place,
+           .message = fmt::format("body {}: no chain of joints holds it: a body that floats has no joint in a spec",
+                                  in_quotes(robot.bodies[b].body.name))});
+}
+
+}  // namespace
+
+void prepare(Robot& robot, const ImportOptions& options) {
+  hold_floating(robot, options.fixed_base);
+  lint(robot);
+  choose_actuators(robot, options.actuate);
+  merge_fixed(robot);
+  drop_joints_within(robot);
+  drop_empty_ends(robot);
+  collapse_massless(robot);
+  check_something_moves(robot);
+  check_held(robot);
+  std::stable_sort(robot.findings.begin(), robot.findings.end(),
+                   [](const Finding& a, const Finding& b) { return a.place.line < b.place.line; });
+}
+
+}  // namespace balance::foreign

@@ -1,0 +1,97 @@
+#pragma once
+/// A mechanism as a foreign file tells it, before names and bodies become those of a spec. SI units.
+///
+/// Bodies and joints keep their index when they are merged or left out: `kept` says whether they are still there.
+
+#include "balance/base/error.hpp"
+#include "balance/import/finding.hpp"
+#include "balance/model/mechanism.hpp"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace balance::foreign {
+
+/// Where a body's frame lies in another's.
+struct Pose {
+  Matrix3 R = Matrix3::Identity();
+  Vector3 p = Vector3::Zero();
+
+  Pose operator*(const Pose& next) const { return {R * next.R, p + R * next.p}; }
+  Pose inverse() const { return {R.transpose(), -(R.transpose() * p)}; }
+};
+
+/// A body that became part of another.
+struct Member {
+  int body = 0;
+  Pose pose;  ///< in the other
+};
+
+/// bodies[0] is what does not move.
+struct RobotBody {
+  Body body;  ///< named places are frames of the file
+  SpecPlace place;
+  bool kept = true;
+  std::vector<Member> members = {};  ///< what was merged into it
+  bool inertial = false;             ///< the file says mass and inertia
+  bool shape = false;                ///< the file says what it looks like
+  bool unweighed = false;            ///< its mass would follow from shapes that are not read
+  bool marker = false;               ///< it only marks a place; its mass was left out
+};
+
+/// What the file allows a coordinate; for comments.
+struct Limits {
+  std::optional<double> lower, upper, rate, effort;
+};
+
+struct RobotJoint {
+  Joint joint;
+  SpecPlace place;
+  bool kept = true;
+  bool closes = false;         ///< said as a closure, not as a joint of the tree
+  bool floating = false;       ///< six freedoms, for which there is no type; `joint` is fixed then
+  bool driven = false;         ///< it has a motor
+  std::string driven_part;     ///< which of its coordinates has it, `slide`; empty: all
+  std::optional<Vector3> rpy;  ///< what joint.rotation was written as
+  Limits limits;
+  double viscous = 0, coulomb = 0;  ///< friction of its only coordinate
+  double armature = 0;              ///< inertia of a geared rotor, seen at the joint
+  std::string note;                 ///< a comment for the spec
+};
+
+/// q[follower] = ratio q[leader] + offset, of joints with one coordinate.
+struct RobotCoupling {
+  int follower = 0, leader = 0;
+  double ratio = 1, offset = 0;
+  SpecPlace place;
+};
+
+/// Counted by what was left out: "visual", "collision".
+using Ignored = std::map<std::string, int>;
+
+struct Robot {
+  std::string name, format, file;
+  SpaceKind space = SpaceKind::spatial;
+  Vector3 gravity = Vector3(0, 0, -9.81);
+  std::vector<RobotBody> bodies;
+  std::vector<RobotJoint> joints;
+  std::vector<RobotCoupling> couplings;
+  std::vector<Spring> springs;  ///< bodies by index here
+  bool knows_motors = false;    ///< the file says which joints are driven
+  Ignored ignored;
+  std::vector<Finding> findings;
+
+  /// −1 if there is none of that name.
+  int find_body(const std::string& wanted) const;
+  int find_joint(const std::string& wanted) const;
+};
+
+/// Of a joint's second body in its first, at zero.
+Pose zero_pose(const Joint& joint);
+
+/// The same joint seen from its other body, with the same coordinate. Only for types with at most one axis.
+Joint reversed(const Joint& joint);
+
+}  // namespace balance::foreign

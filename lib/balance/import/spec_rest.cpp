@@ -1,0 +1,150 @@
+#include "balance/import/spec_page.hpp"
+
+#include "balance/base/plain_text.hpp"
+#include "balance/import/names.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace balance::foreign {
+
+std::string number(double value) { return fmt::format("{}", value + 0.0); }
+
+std::string list(const std::vector<double>& values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : ", ") + number(value);
+  return "[" + text + "]";
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : visible(text)) out += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+  return out + "\"";
+}
+
+std::string SpecPage::vector(const Vector3& v) const {
+  return planar() ? list({v.x(), v.y()}) : list({v.x(), v.y(), v.z()});
+}
+
+void SpecPage::line(int indent, const std::string& content, const std::string& comment) {
+  text += std::string(static_cast<std::size_t>(indent), ' ') + content;
+  if (!comment.empty()) text += (content.empty() ? "# " : "  # ") + visible(comment);
+  text += "\n";
+}
+
+bool SpecPage::carries(int body) const {
+  const auto ends = [body](const auto& one) { return one.first == body || one.second == body; };
+  return std::count_if(robot.joints.begin(), robot.joints.end(),
+                       [&](const RobotJoint& one) { return one.kept && ends(one.joint); }) > 1 ||
+         std::any_of(robot.springs.begin(), robot.springs.end(), ends);
+}
+
+namespace {
+
+class RestWriter {
+ public:
+  explicit RestWriter(SpecPage& page) : page_(page) {}
+
+  void run() {
+    payloads();
+    springs();
+    armatures();
+    friction();
+    ending();
+  }
+
+ private:
+  /// A body at the end of a chain has a motor but no mass: what it carries may be written here.
+  void payloads() {
+    bool first = true;
+    for (std::size_t b = 1; b < page_.robot.bodies.size(); ++b) {
+      const Body& body = page_.robot.bodies[b].body;
+      if (!page_.robot.bodies[b].kept || body.mass != 0 || !body.inertia.isZero(0) ||
+          page_.carries(static_cast<int>(b)))
+        continue;
+      if (first) {
+        page_.line(0, "");
+        page_.line(0, "payloads:", "of bodies without mass at the ends of chains: nothing, so far");
+      }
+      first = false;
+      page_.line(2, fmt::format("{}: {{body: {}, at: origin, mass: 0}}", page_.names.bodies[b], page_.names.bodies[b]));
+    }
+  }
+
+  void springs() {
+    if (page_.robot.springs.empty()) return;
+    page_.line(0, "");
+    page_.line(0, "springs:");
+    Names given({});
+    for (std::size_t s = 0; s < page_.robot.springs.size(); ++s) {
+      const Spring& one = page_.robot.springs[s];
+      page_.line(2, fmt::format("{}: {{between: [{}, {}], stiffness: {}, free_length: {}}}", given.give(one.name),
+                                page_.names.spring_ends[s].first, page_.names.spring_ends[s].second,
+                                number(one.stiffness), number(one.free_length)));
+    }
+  }
+
+  /// What only a rotor on the joint could be, to be taken in by whoever wants it.
+  void armatures() {
+    bool first = true;
+    for (std::size_t j = 0; j < page_.robot.joints.size(); ++j) {
+      const RobotJoint& one = page_.robot.joints[j];
+      if (!one.kept || one.armature == 0) continue;
+      if (first) {
+        page_.line(0, "");
+        page_.line(0, "", "The file has armatures, the inertia of geared rotors. As discs they would be:");
+        page_.line(0, "", "discs:");
+      }
+      first = false;
+      const std::string value = number(one.armature);
+      page_.line(0, "",
+                 fmt::format("  {}_rotor: {{body: {}, at: {}, follows: {}, inertia: {}}}", page_.names.joints[j],
+                             page_.names.bodies[static_cast<std::size_t>(one.joint.second)],
+                             page_.vector(one.joint.point_second), page_.names.joints[j],
+                             page_.planar() ? value : list({one.armature, one.armature, one.armature})));
+    }
+  }
+
+  void friction() {
+    bool first = true;
+    for (std::size_t j = 0; j < page_.robot.joints.size(); ++j) {
+      const RobotJoint& one = page_.robot.joints[j];
+      if (!one.kept || (one.viscous == 0 && one.coulomb == 0)) continue;
+      if (first) {
+        page_.line(0, "");
+        page_.line(0, "friction:");
+      }
+      first = false;
+      page_.line(2, fmt::format("{}: {{viscous: {}, coulomb: {}}}", page_.names.joints[j], number(one.viscous),
+                                number(one.coulomb)));
+    }
+  }
+
+  void ending() {
+    page_.line(0, "");
+    page_.line(0, "", "To simulate it, say from where to where, for example:");
+    std::string from_values, to_values;
+    for (std::size_t j = 0; j < page_.robot.joints.size(); ++j) {
+      const RobotJoint& one = page_.robot.joints[j];
+      if (!one.kept || !one.driven || freedom(one.joint.type) != 1) continue;
+      const auto found = std::find_if(page_.assembly.begin(), page_.assembly.end(),
+                                      [&](const AssemblyValue& value) { return value.first == page_.names.joints[j]; });
+      const double start = found == page_.assembly.end() ? 0 : found->second;
+      const char* comma = from_values.empty() ? "" : ", ";
+      from_values += fmt::format("{}{}: {:.6g}", comma, page_.names.joints[j], start + 0.0);
+      to_values += fmt::format("{}{}: {:.6g}", comma, page_.names.joints[j], start + 0.1);
+    }
+    page_.line(0, "",
+               fmt::format("motion: {{duration: 1, from: {{joints: {{{}}}}}, to: {{joints: {{{}}}}}}}", from_values,
+                           to_values));
+  }
+
+  SpecPage& page_;
+};
+
+}  // namespace
+
+void write_rest(SpecPage& page) { RestWriter(page).run(); }
+
+}  // namespace balance::foreign

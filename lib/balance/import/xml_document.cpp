@@ -1,0 +1,171 @@
+// The only place that knows pugixml.
+
+#include "balance/import/xml_document.hpp"
+
+#include "balance/base/plain_text.hpp"
+
+#include <fmt/format.h>
+#include <pugixml.hpp>
+
+#include <algorithm>
+#include <cctype>
+
+namespace balance::foreign {
+
+namespace {
+
+/// Line and column, both from one; columns in characters.
+SpecPlace place_at(const std::string& text, const std::string& file, std::size_t offset) {
+  offset = std::min(offset, text.size());
+  const auto begin = text.begin(), here = begin + static_cast<std::ptrdiff_t>(offset);
+  const auto line = 1 + std::count(begin, here, '\n');
+  const std::size_t newline = offset == 0 ? std::string::npos : text.rfind('\n', offset - 1);
+  const std::size_t start = newline == std::string::npos ? 0 : newline + 1;
+  const auto column = 1 + std::count_if(begin + static_cast<std::ptrdiff_t>(start), here,
+                                        [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; });
+  return {file, static_cast<int>(line), static_cast<int>(column), ""};
+}
+
+[[noreturn]] void fail(const SpecPlace& place, const std::string& message) {
+  throw SpecError({.place = place, .message = message});
+}
+
+std::string words_of(pugi::xml_parse_status status) {
+  switch (status) {
+    case pugi::status_end_element_mismatch: return "an element that is not closed, or closed by another's name";
+    case pugi::status_bad_attribute: return "an attribute that is no name=\"value\"";
+    case pugi::status_bad_comment: return "a comment that is not closed";
+    case pugi::status_bad_doctype: return "a document type that is not closed";
+    case pugi::status_no_document_element: return "no element at all";
+    default: return "an error of syntax";
+  }
+}
+
+/// Builds the plain tree, no deeper than the limit; lines are counted as the nodes come, in the text's order.
+class Builder {
+ public:
+  Builder(const XmlDocument& document, const XmlLimits& limits) : document_(document), limits_(limits) {}
+
+  XmlElement build(const pugi::xml_node& root) {
+    XmlElement top;
+    fill(root, top, 1);
+    return top;
+  }
+
+ private:
+  void fill(const pugi::xml_node& node, XmlElement& element, int depth) {
+    const auto offset = static_cast<std::size_t>(std::max<std::ptrdiff_t>(node.offset_debug(), 0));
+    line_ += std::count(document_.text.begin() + static_cast<std::ptrdiff_t>(counted_),
+                        document_.text.begin() + static_cast<std::ptrdiff_t>(offset), '\n');
+    counted_ = offset;
+    element.name = node.name();
+    element.text = node.text().get();
+    element.document = &document_;
+    element.offset = offset;
+    element.line = static_cast<int>(line_);
+    for (const pugi::xml_attribute& one : node.attributes()) element.attributes.push_back({one.name(), one.value()});
+    if (depth > limits_.depth)
+      fail(place_of(element), fmt::format("expected at most {} levels of nesting", limits_.depth));
+    if (++elements_ > limits_.elements)
+      fail(place_of(element), fmt::format("expected at most {} elements", limits_.elements));
+    for (const pugi::xml_node& child : node.children())
+      if (child.type() == pugi::node_element) fill(child, element.children.emplace_back(), depth + 1);
+  }
+
+  const XmlDocument& document_;
+  const XmlLimits& limits_;
+  std::size_t counted_ = 0;
+  std::ptrdiff_t line_ = 1;
+  long elements_ = 0;
+};
+
+void check_bytes(const XmlDocument& document, const XmlLimits& limits) {
+  const std::string& text = document.text;
+  if (text.size() > limits.bytes)
+    fail({document.file, 1, 1, ""}, fmt::format("expected at most {} bytes, found more", limits.bytes));
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+    fail({document.file, 1, 1, ""}, "expected XML, found an empty file");
+  if (!is_utf8(text) || text.find('\0') != std::string::npos) {
+    std::size_t odd = 0;
+    while (odd < text.size() && text[odd] != '\0') {
+      const std::size_t bytes = first_character(std::string_view(text).substr(odd)).bytes;
+      if (bytes == 0) break;
+      odd += bytes;
+    }
+    fail(place_at(text, document.file, odd), "expected text (UTF-8), found a binary file or another encoding");
+  }
+}
+
+}  // namespace
+
+const XmlElement* XmlElement::child(std::string_view wanted) const {
+  const auto found =
+      std::find_if(children.begin(), children.end(), [&](const XmlElement& one) { return one.name == wanted; });
+  return found == children.end() ? nullptr : &*found;
+}
+
+const std::string* XmlElement::attribute(std::string_view wanted) const {
+  const auto found =
+      std::find_if(attributes.begin(), attributes.end(), [&](const XmlAttribute& one) { return one.name == wanted; });
+  return found == attributes.end() ? nullptr : &found->value;
+}
+
+namespace {
+
+/// Byte of an attribute's name in its element's tag; npos if it is not there.
+std::size_t find_attribute(const XmlElement& element, std::string_view attribute) {
+  const std::string& text = element.document->text;
+  char quote = 0;
+  for (std::size_t i = element.offset; i < text.size() && (quote != 0 || text[i] != '>'); ++i) {
+    if (quote != 0) {
+      if (text[i] == quote) quote = 0;
+    } else if (text[i] == '"' || text[i] == '\'') {
+      quote = text[i];
+    } else if (i > element.offset && std::isspace(static_cast<unsigned char>(text[i - 1])) != 0 &&
+               text.compare(i, attribute.size(), attribute) == 0) {
+      const std::size_t next = text.find_first_not_of(" \t\r\n", i + attribute.size());
+      if (next != std::string::npos && text[next] == '=') return i;
+    }
+  }
+  return std::string::npos;
+}
+
+}  // namespace
+
+SpecPlace place_of(const XmlElement& element, std::string_view attribute) {
+  const std::size_t at = attribute.empty() ? std::string::npos : find_attribute(element, attribute);
+  const XmlDocument& document = *element.document;
+  return place_at(document.text, document.file, at == std::string::npos ? element.offset : at);
+}
+
+XmlSpan value_span(const XmlElement& element, std::string_view attribute) {
+  const std::string& text = element.document->text;
+  const std::size_t name = find_attribute(element, attribute);
+  if (name == std::string::npos) return {};
+  const std::size_t open = text.find_first_of("\"'", name);
+  if (open == std::string::npos) return {};
+  return {open + 1, std::min(text.find(text[open], open + 1), text.size())};
+}
+
+std::unique_ptr<const XmlDocument> parse_xml(std::string text, std::string file, const XmlLimits& limits) {
+  auto document = std::make_unique<XmlDocument>();
+  document->file = std::move(file);
+  document->text = std::move(text);
+  check_bytes(*document, limits);
+
+  pugi::xml_document parsed;
+  const pugi::xml_parse_result result =
+      parsed.load_buffer(document->text.data(), document->text.size(), pugi::parse_default, pugi::encoding_utf8);
+  if (!result)
+    fail(place_at(document->text, document->file, static_cast<std::size_t>(std::max<std::ptrdiff_t>(result.offset, 0))),
+         "expected XML, found " + words_of(result.status));
+  const pugi::xml_node root = parsed.document_element();
+  for (pugi::xml_node other = root.next_sibling(); other; other = other.next_sibling())
+    if (other.type() == pugi::node_element)
+      fail(place_at(document->text, document->file, static_cast<std::size_t>(other.offset_debug())),
+           "expected one root element, found a second one");
+  document->root = Builder(*document, limits).build(root);
+  return document;
+}
+
+}  // namespace balance::foreign

@@ -1,0 +1,60 @@
+#pragma once
+/// An XML document as plain values, with places counted from one. Entities are not expanded but for XML's own five and numbered
+/// characters; what a document type says is not read; nothing is fetched.
+
+#include "balance/base/error.hpp"
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace balance::foreign {
+
+struct XmlAttribute {
+  std::string name, value;
+};
+
+struct XmlDocument;
+
+struct XmlElement {
+  std::string name;
+  std::string text;  ///< directly inside
+  std::vector<XmlAttribute> attributes;
+  std::vector<XmlElement> children;
+  const XmlDocument* document = nullptr;  ///< that it stands in
+  std::size_t offset = 0;                 ///< byte of its name
+  int line = 0;                           ///< from 1
+
+  /// Null if there is none of that name.
+  const XmlElement* child(std::string_view wanted) const;
+  const std::string* attribute(std::string_view wanted) const;
+};
+
+/// Never copied: elements point into it.
+struct XmlDocument {
+  std::string file, text;
+  XmlElement root;
+};
+
+/// Where an attribute stands; the element where it has none of that name.
+SpecPlace place_of(const XmlElement& element, std::string_view attribute = {});
+
+/// Bytes of an attribute's value in the document's text, without its quotes; empty if there is no such attribute.
+struct XmlSpan {
+  std::size_t begin = 0, end = 0;
+};
+XmlSpan value_span(const XmlElement& element, std::string_view attribute);
+
+/// Limits that keep every later step small.
+struct XmlLimits {
+  std::size_t bytes = std::size_t{4} << 20;
+  int depth = 200;
+  long elements = 100'000;
+};
+
+/// @throws SpecError if the text is no XML of one root element or exceeds a limit
+std::unique_ptr<const XmlDocument> parse_xml(std::string text, std::string file, const XmlLimits& limits = {});
+
+}  // namespace balance::foreign
