@@ -66,12 +66,17 @@ void Observer<S>::sort_coordinates() {
 
 template <class S>
 bool Observer<S>::observe(Stepper<S>& stepper, Detail detail) {
-  const Instant<S> now{stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.direct()};
+  return observe({stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.direct()},
+                 stepper.equations(), stepper.duration(), detail);
+}
+
+template <class S>
+bool Observer<S>::observe(const Instant<S>& now, const Equations<S>& equations, double duration, Detail detail) {
   set_state(now, detail);
   balance_forces(now);
   read_coordinates(now);
-  if (!mechanism_.friction.empty()) add_friction(mechanism_, tree_, now.dy, stepper.duration(), tau_.data());
-  const bool held = actuation_.solve(stepper.equations(), tau_.data());
+  if (!mechanism_.friction.empty()) add_friction(mechanism_, tree_, now.dy, duration, tau_.data());
+  const bool held = actuation_.solve(equations, tau_.data());
   std::copy(actuation_.efforts().begin(), actuation_.efforts().end(), seen_.effort.data());
   read_rest(now, detail, actuation_.multipliers());
   return held;

@@ -42,6 +42,10 @@ class Observer {
   /// @return false if the actuators do not hold the mechanism there
   bool observe(Stepper<S>& stepper, Detail detail);
 
+  /// Rates and accelerations of one's own at a stepper's configuration.
+  /// @param equations filled there @param duration as a stepper's [s]: what friction takes for rest
+  bool observe(const Instant<S>& instant, const Equations<S>& equations, double duration, Detail detail);
+
   /// Everything at a moment of a motion whose efforts are known.
   /// @param efforts per actuator
   /// @param multipliers per closure row, as Actuation::multipliers()

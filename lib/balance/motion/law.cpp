@@ -1,6 +1,8 @@
 #include "balance/motion/law.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 #include <stdexcept>
 
@@ -101,9 +103,38 @@ LawValue trapezoidal_velocity(const Law& law, double tau, Side side) {
   return {velocity * (tau - up / 2), velocity, 0};
 }
 
+/// The node that a stretch begins with.
+std::size_t stretch_of(const std::vector<LawNode>& nodes, double tau, Side side) {
+  const auto beyond = [side](double at, const LawNode& node) {
+    return side == Side::after ? at < node.tau : at <= node.tau;
+  };
+  const auto next = std::upper_bound(nodes.begin() + 1, nodes.end() - 1, tau, beyond);
+  return static_cast<std::size_t>(next - nodes.begin()) - 1;
+}
+
+/// The quintic with the value, rate and second rate of both nodes. With what is left of them at the far end after the parabola of the
+/// near one, e, e' h and e'' h², the coefficients of x³, x⁴, x⁵ are 10e − 4e' + e''/2, −15e + 7e' − e'', 6e − 3e' + e''/2.
+LawValue between(const LawNode& a, const LawNode& b, double tau) {
+  const double h = b.tau - a.tau, x = (tau - a.tau) / h;
+  const double v = a.ds * h, w = a.dds_after * h * h;
+  const double e = b.s - a.s - v - w / 2, e1 = b.ds * h - v - w, e2 = b.dds_before * h * h - w;
+  const double c3 = 10 * e - 4 * e1 + e2 / 2, c4 = -15 * e + 7 * e1 - e2, c5 = 6 * e - 3 * e1 + e2 / 2;
+  return {a.s + x * (v + x * (w / 2 + x * (c3 + x * (c4 + x * c5)))),
+          (v + x * (w + x * (3 * c3 + x * (4 * c4 + x * 5 * c5)))) / h,
+          (w + x * (6 * c3 + x * (12 * c4 + x * 20 * c5))) / (h * h)};
+}
+
+LawValue found(const Law& law, double tau, Side side) {
+  validate(law);
+  const std::size_t k = stretch_of(law.nodes, tau, side);
+  return between(law.nodes[k], law.nodes[k + 1], tau);
+}
+
 }  // namespace
 
 void validate(const Law& law) {
+  if (is_searched(law.kind) && law.nodes.size() < 2)
+    throw std::invalid_argument("the law of motion depends on the mechanism and has not been found yet");
   if (law.kind != LawKind::trapezoidal_velocity) return;
   const auto part = [](double ramp) { return ramp > 0 && ramp < 1; };
   if (!part(law.ramp_up) || !part(law.ramp_down)) {
@@ -130,12 +161,20 @@ LawValue evaluate(const Law& law, double tau, Side side) {
     case LawKind::modified_sine: return mirrored(modified_sine_half, tau, side);
     case LawKind::modified_trapezoidal: return mirrored(modified_trapezoidal_half, tau, side);
     case LawKind::trapezoidal_velocity: return trapezoidal_velocity(law, tau, side);
+    case LawKind::fastest:
+    case LawKind::gentlest: return found(law, tau, side);
   }
   throw std::invalid_argument("unknown law of motion");
 }
 
 std::vector<double> jumps(const Law& law) {
   if (law.kind == LawKind::bang_bang) return {0.5};
+  if (is_searched(law.kind)) {
+    std::vector<double> places;
+    for (const LawNode& node : law.nodes)
+      if (node.dds_before != node.dds_after && node.tau > 0 && node.tau < 1) places.push_back(node.tau);
+    return places;
+  }
   if (law.kind != LawKind::trapezoidal_velocity) return {};
   const double brake = brake_start(law);
   if (brake == law.ramp_up) return {brake};
