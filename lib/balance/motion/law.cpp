@@ -112,16 +112,9 @@ std::size_t stretch_of(const std::vector<LawNode>& nodes, double tau, Side side)
   return static_cast<std::size_t>(next - nodes.begin()) - 1;
 }
 
-/// The quintic with the value, rate and second rate of both nodes. With what is left of them at the far end after the parabola of the
-/// near one, e, e' h and e'' h², the coefficients of x³, x⁴, x⁵ are 10e − 4e' + e''/2, −15e + 7e' − e'', 6e − 3e' + e''/2.
 LawValue between(const LawNode& a, const LawNode& b, double tau) {
-  const double h = b.tau - a.tau, x = (tau - a.tau) / h;
-  const double v = a.ds * h, w = a.dds_after * h * h;
-  const double e = b.s - a.s - v - w / 2, e1 = b.ds * h - v - w, e2 = b.dds_before * h * h - w;
-  const double c3 = 10 * e - 4 * e1 + e2 / 2, c4 = -15 * e + 7 * e1 - e2, c5 = 6 * e - 3 * e1 + e2 / 2;
-  return {a.s + x * (v + x * (w / 2 + x * (c3 + x * (c4 + x * c5)))),
-          (v + x * (w + x * (3 * c3 + x * (4 * c4 + x * 5 * c5)))) / h,
-          (w + x * (6 * c3 + x * (12 * c4 + x * 20 * c5))) / (h * h)};
+  const LawMoment here = join({a.tau, a.s, a.ds, a.dds_after}, {b.tau, b.s, b.ds, b.dds_before}, tau);
+  return {here.s, here.v, here.u};
 }
 
 LawValue found(const Law& law, double tau, Side side) {
@@ -131,6 +124,21 @@ LawValue found(const Law& law, double tau, Side side) {
 }
 
 }  // namespace
+
+/// The cubic with rates and second rates of both, integrated, and what is left of the way put into x³ (10 − 15x + 6x²), whose first and
+/// second derivatives vanish at both ends.
+LawMoment join(const LawMoment& a, const LawMoment& b, double t) {
+  constexpr double round_off = 1e-14;  // of s, which ends at 1
+  const double h = b.t - a.t, x = (t - a.t) / h;
+  const double v = a.v * h, w = a.u * h * h, gain = b.v * h - v, w1 = b.u * h * h;
+  const double c2 = 3 * gain - 2 * w - w1, c3 = w + w1 - 2 * gain;
+  double rest = b.s - a.s - (v + w / 2 + c2 / 3 + c3 / 4);
+  if (std::abs(rest) < round_off) rest = 0;
+  const double y = 1 - x;
+  return {t, a.s + x * (v + x * (w / 2 + x * (c2 / 3 + x * c3 / 4))) + rest * x * x * x * (10 + x * (-15 + 6 * x)),
+          (v + x * (w + x * (c2 + x * c3)) + 30 * rest * x * x * y * y) / h,
+          (w + x * (2 * c2 + x * 3 * c3) + 60 * rest * x * y * (1 - 2 * x)) / (h * h)};
+}
 
 void validate(const Law& law) {
   if (is_searched(law.kind) && law.nodes.size() < 2)

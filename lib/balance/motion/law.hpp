@@ -32,6 +32,15 @@ struct Law {
   std::vector<LawNode> nodes = {};  ///< fastest, gentlest: from τ = 0 to 1, joined by quintics; empty: not found yet
 };
 
+/// s, s' and s'' at a time.
+struct LawMoment {
+  double t = 0, s = 0, v = 0, u = 0;
+};
+
+/// Between two moments, by the quintic that has all values of both. Where their s are so near that differences are round-off, by the
+/// quartic that has all but the second s.
+LawMoment join(const LawMoment& a, const LawMoment& b, double t);
+
 /// A law that depends on the mechanism.
 inline bool is_searched(LawKind kind) { return kind == LawKind::fastest || kind == LawKind::gentlest; }
 

@@ -74,8 +74,7 @@ bool Allowed::without_a(int row) const {
 
 /// |a u + r| ≤ bound with r = b x + c + d v.
 void Allowed::cut_scalar(const LimitRow& row, double bound, double x, double v, int index, Interval& interval) const {
-  const double a = without_a(index) ? 0 : value(row.a, 0);
-  const double r = value(row.b, 0) * x + value(row.c, 0) + value(row.d, 0) * v;
+  const double a = value(row.a, 0), r = value(row.b, 0) * x + value(row.c, 0) + value(row.d, 0) * v;
   if (a == 0) {
     if (std::abs(r) > bound * (1 + round_off)) close(interval);
     return;
@@ -87,11 +86,9 @@ void Allowed::cut_scalar(const LimitRow& row, double bound, double x, double v, 
 
 /// |a u + r|² ≤ bound² is a quadratic inequality for u.
 void Allowed::cut_vector(const LimitRow& row, double bound, double x, double v, int index, Interval& interval) const {
-  const bool still = without_a(index);
   double aa = 0, ar = 0, rr = 0;
   for (int i = 0; i < row.count; ++i) {
-    const double a = still ? 0 : value(row.a, i);
-    const double r = value(row.b, i) * x + value(row.c, i) + value(row.d, i) * v;
+    const double a = value(row.a, i), r = value(row.b, i) * x + value(row.c, i) + value(row.d, i) * v;
     aa += a * a;
     ar += a * r;
     rr += r * r;
@@ -109,11 +106,19 @@ void Allowed::cut_vector(const LimitRow& row, double bound, double x, double v, 
 }
 
 Interval Allowed::at(double x) const {
+  Interval interval = by_inertia(x);
+  const Ceiling most = cap();
+  if (x > most.x * (1 + round_off)) close(interval);
+  return interval;
+}
+
+Interval Allowed::by_inertia(double x) const {
   Interval interval{-infinite, infinite, -1, -1};
   const double v = std::sqrt(x);
   for (std::size_t r = 0; r < model_.rows.size(); ++r) {
     const LimitRow& row = model_.rows[r];
     const auto index = static_cast<int>(r);
+    if (without_a(index)) continue;
     if (row.count == 1)
       cut_scalar(row, bounds_[r], x, v, index, interval);
     else

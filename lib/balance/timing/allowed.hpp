@@ -36,6 +36,8 @@ class Allowed {
   bool has_dropped(int row) const { return row >= 0 && dropped_[static_cast<std::size_t>(row)] != 0; }
 
   Interval at(double x) const;
+  /// By the rows with an a alone: goes on beyond the cap.
+  Interval by_inertia(double x) const;
   /// Where the rows without a end the speed.
   Ceiling cap() const;
   /// The largest x of the part, connected with rest, where the interval is not empty; the row if it is one without a.

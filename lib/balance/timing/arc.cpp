@@ -10,8 +10,9 @@ namespace {
 constexpr double place_tolerance = 1e-12;  // of a step, as a part of the path
 constexpr double rate_tolerance = 1e-11;   // of a step, relative
 constexpr double bend_tolerance = 1e-7;    // of the quintic's s'' between nodes, relative
-constexpr double kink = 1e-7;              // steps below this part of the arc's longest one step over kinks of s''
-constexpr double shortest = 1e-11;         // and below this part cannot go on
+constexpr double kink = 1e-6;              // steps below this part of the arc's longest one step over kinks of s''
+constexpr double shortest = 1e-7;          // and below this part cannot go on: round-off would show in s''
+constexpr double on_cap = 1e-13;           // of its x
 constexpr int most_steps = 100000;
 
 struct PathState {
@@ -42,7 +43,13 @@ class Follower {
 
   ArcEnd run() {
     if (sign_ * (until_ - arc_.back().s) <= 0) return ArcEnd::arrived;
-    if (!look(arc_.back())) return end_;
+    if (edge_ != Edge::slide && excess(arc_.back()) > 1e-9) return ArcEnd::blocked;
+    ArcNode first = arc_.back();
+    if (!look(first)) return end_;
+    if (arc_.size() > 1)
+      arc_.push_back(first);  // the same place with s'' on this side of it
+    else
+      arc_.back() = first;
     if (edge_ != Edge::slide && arc_.back().v == 0 && !(sign_ * arc_.back().u > 0)) return ArcEnd::stuck;
     double h = first_step();
     longest_ = h;
@@ -66,8 +73,15 @@ class Follower {
         h *= std::clamp(0.9 * std::pow(error_, -0.2), 0.15, 0.9);
         continue;
       }
+      const bool capped = edge_ != Edge::slide && excess(next) > on_cap;
+      if (capped && !land_on_cap(h, next)) {
+        h /= 4;
+        if (h < shortest * longest_) return ArcEnd::blocked;
+        continue;
+      }
       arc_.push_back(next);
       if (watcher_ && watcher_(arc_[arc_.size() - 2], arc_.back())) return ArcEnd::told;
+      if (capped) return ArcEnd::capped;
       if (last) return ArcEnd::arrived;
       longest_ = std::max(longest_, h);
       h *= std::clamp(0.9 * std::pow(std::max(error_, 1e-12), -0.2), 0.3, 4.0);
@@ -81,7 +95,7 @@ class Follower {
     allowed_.go(node.s, stretch_.first_panel, stretch_.last_panel);
     const double x = node.v * node.v;
     if (edge_ == Edge::slide) return look_along_cap(node);
-    const Interval interval = allowed_.at(x);
+    const Interval interval = allowed_.by_inertia(x);
     if (interval.empty()) return fails(ArcEnd::blocked);
     node.u = edge_ == Edge::brake ? interval.low : interval.high;
     node.row = edge_ == Edge::brake ? interval.low_row : interval.high_row;
@@ -96,7 +110,7 @@ class Follower {
     node.v = std::sqrt(cap.x);
     node.u = allowed_.along(cap.row, cap.x);
     node.row = cap.row;
-    const Interval interval = allowed_.at(cap.x * (1 - 1e-12));
+    const Interval interval = allowed_.by_inertia(cap.x);
     if (interval.empty()) return fails(ArcEnd::blocked);
     width_ = std::isfinite(interval.high - interval.low) ? interval.high - interval.low : std::abs(node.u);
     const double slack = 1e-9 * std::abs(node.u) + 1e-12 * width_;
@@ -177,6 +191,23 @@ class Follower {
     return next.t > now.t;
   }
 
+  /// How far beyond the cap a node is, as a part of it.
+  double excess(const ArcNode& node) {
+    allowed_.go(node.s, stretch_.first_panel, stretch_.last_panel);
+    return node.v * node.v / allowed_.cap().x - 1;
+  }
+
+  /// Shortens a step that goes beyond the cap so that it ends on it.
+  bool land_on_cap(double h, ArcNode& next) {
+    double low = 0, high = h;
+    for (int halving = 0; halving < 60 && high - low > 1e-15 * h; ++halving) {
+      const double middle = (low + high) / 2;
+      if (!try_step(middle, next)) return false;
+      (excess(next) > 0 ? high : low) = middle;
+    }
+    return low > 0 && try_step(low, next);
+  }
+
   Allowed& allowed_;
   const Smooth& stretch_;
   Edge edge_;
@@ -190,13 +221,8 @@ class Follower {
 }  // namespace
 
 ArcNode between(const ArcNode& a, const ArcNode& b, double t) {
-  const double h = b.t - a.t, x = (t - a.t) / h;
-  const double v = a.v * h, w = a.u * h * h;
-  const double e = b.s - a.s - v - w / 2, e1 = b.v * h - v - w, e2 = b.u * h * h - w;
-  const double c3 = 10 * e - 4 * e1 + e2 / 2, c4 = -15 * e + 7 * e1 - e2, c5 = 6 * e - 3 * e1 + e2 / 2;
-  return {t, a.s + x * (v + x * (w / 2 + x * (c3 + x * (c4 + x * c5)))),
-          (v + x * (w + x * (3 * c3 + x * (4 * c4 + x * 5 * c5)))) / h,
-          (w + x * (6 * c3 + x * (12 * c4 + x * 20 * c5))) / (h * h), a.row};
+  const LawMoment here = join({a.t, a.s, a.v, a.u}, {b.t, b.s, b.v, b.u}, t);
+  return {t, here.s, here.v, here.u, a.row};
 }
 
 ArcNode between_at(const ArcNode& a, const ArcNode& b, double s) {

@@ -1,6 +1,7 @@
 #pragma once
 /// A motion along the path at the edge of what the limits allow. Private to timing.
 
+#include "balance/motion/law.hpp"
 #include "balance/timing/allowed.hpp"
 
 #include <functional>
@@ -33,6 +34,7 @@ enum class Edge {
 enum class ArcEnd {
   arrived,    ///< at the place that it was to go to
   blocked,    ///< nothing is allowed any more
+  capped,     ///< on the cap, exactly
   left,       ///< a slide: the cap can be followed no further, s'' has to be smaller than it asks for
   told,       ///< by the watcher
   unlimited,  ///< nothing limits s''
@@ -43,6 +45,14 @@ enum class ArcEnd {
 struct Smooth {
   double begin = 0, end = 1;
   std::size_t first_panel = 0, last_panel = 1;
+  bool vanishes_at_begin = false, vanishes_at_end = false;  ///< a row's a
+
+  /// How near arcs come to such an end: on it nothing can be asked of that row.
+  double near_begin() const { return vanishes_at_begin ? begin + margin() : begin; }
+  double near_end() const { return vanishes_at_end ? end - margin() : end; }
+
+ private:
+  double margin() const { return 1e-6 * (end - begin); }
 };
 
 /// Sees every step; true: enough.

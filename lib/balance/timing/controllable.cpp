@@ -83,7 +83,7 @@ class Marcher {
 
   void follow(std::size_t k, Arc& arc) {
     for (;; --k) {
-      const double until = stretch(k).begin;
+      const double until = stretch(k).near_begin();
       const Watcher explodes = [&](const ArcNode&, const ArcNode& to) { return runs_away(to, k); };
       const ArcEnd end = follow_edge(allowed_, stretch(k), Edge::brake, until, explodes, arc);
       if (end == ArcEnd::unlimited) {
@@ -97,9 +97,10 @@ class Marcher {
 
   /// Before a place of zero inertia speeds may grow without bound.
   bool runs_away(const ArcNode& node, std::size_t k) {
-    if (node.s - stretch(k).begin > 1e-5 * (stretch(k).end - stretch(k).begin) || k == 0) return false;
+    if (!stretch(k).vanishes_at_begin || node.s - stretch(k).begin > 1e-3 * (stretch(k).end - stretch(k).begin))
+      return false;
     go(stretch(k).begin, k);
-    return allowed_.drop_inertia() && node.v * node.v > 4 * allowed_.cap().x;
+    return allowed_.drop_inertia() && node.v * node.v > 16 * allowed_.cap().x;
   }
 
   /// Whether a speed is allowed at the station that a stretch begins with, and before it.

@@ -8,7 +8,7 @@ namespace balance {
 namespace {
 
 constexpr double stands_still = 1e-9;  // of a leg
-constexpr double at_cap = 1e-7;        // as a part of its x: an arc that nears the cap so far has reached it
+constexpr double one_time = 1e-9;      // of the time so far: nodes nearer to each other are one
 constexpr int most_turns = 20000;      // between speeding up, sliding and braking
 
 class LegTiming {
@@ -50,7 +50,7 @@ class LegTiming {
 
   std::size_t stretch_from(double place) const {
     std::size_t k = 0;
-    while (k + 1 < leg_.stretches.size() && leg_.stretches[k].end <= place) ++k;
+    while (k + 1 < leg_.stretches.size() && leg_.stretches[k].near_end() <= place) ++k;
     return k;
   }
 
@@ -68,7 +68,9 @@ class LegTiming {
     for (int turn = 0; turn < most_turns; ++turn) {
       const Smooth& stretch = leg_.stretches[k];
       const double place = arc.back().s;
-      const ArcEnd end = follow_edge(allowed_, stretch, edge, stretch.end, watcher, arc);
+      const BrakingArc* ahead = edge == Edge::slide ? next_within(stretch, place) : nullptr;
+      const double until = ahead != nullptr ? ahead->begin() : stretch.near_end();
+      const ArcEnd end = follow_edge(allowed_, stretch, edge, until, watcher, arc);
       if (met != nullptr) return met;
       if (end == ArcEnd::stuck) {
         refusal_ = place_text(place) + " the limits leave nothing to move off with";
@@ -79,16 +81,16 @@ class LegTiming {
                    " no limit bounds the acceleration: limit an effort, a force or an acceleration, too";
         return nullptr;
       }
+      if (end == ArcEnd::arrived && ahead != nullptr) return ahead;
       if (end == ArcEnd::arrived) {
         if (++k == leg_.stretches.size()) return nullptr;
         edge = Edge::speed_up;
         continue;
       }
-      if (end == ArcEnd::blocked && edge == Edge::speed_up && reaches_cap(arc.back(), stretch)) {
+      if (end == ArcEnd::capped) {
         edge = Edge::slide;
       } else if (end == ArcEnd::left) {
         edge = Edge::speed_up;
-        arc.back().v *= 1 - 1e-12;
       } else if (end == ArcEnd::blocked && meets_next(arc, met)) {
         return met;
       } else if (arc.back().s - place < stands_still * (leg_.end - leg_.begin)) {
@@ -110,10 +112,12 @@ class LegTiming {
     if (start.possible && start.along_row) step_off(allowed_, stretch, start, row, 1, arc);
   }
 
-  bool reaches_cap(const ArcNode& node, const Smooth& stretch) {
-    allowed_.go(node.s, stretch.first_panel, stretch.last_panel);
-    const Ceiling cap = allowed_.cap();
-    return cap.row >= 0 && node.v * node.v >= cap.x * (1 - at_cap);
+  /// The next braking arc, if it begins on a stretch.
+  const BrakingArc* next_within(const Smooth& stretch, double place) const {
+    for (std::size_t i = passed_; i < bound_.arcs.size(); ++i)
+      if (bound_.arcs[i].begin() > place)
+        return bound_.arcs[i].begin() < stretch.near_end() ? &bound_.arcs[i] : nullptr;
+    return nullptr;
   }
 
   /// A slide or a touch that ends where the next braking arc begins.
@@ -204,7 +208,11 @@ class LegTiming {
         nodes_->back().row_after = arc.size() > 1 ? node.row : nodes_->back().row_after;
         continue;
       }
-      if (!nodes_->empty() && start_ + node.t <= nodes_->back().t) continue;
+      if (const double t = start_ + node.t; !nodes_->empty() && t - nodes_->back().t <= one_time * t) {
+        const TimedNode last = nodes_->back();
+        nodes_->back() = {t, node.s, node.v, last.u_before, node.u, node.row};
+        continue;
+      }
       nodes_->push_back({start_ + node.t, node.s, node.v, node.u, node.u, node.row});
     }
     start_ = nodes_->back().t;

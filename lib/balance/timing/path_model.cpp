@@ -13,6 +13,9 @@ using Kind = LimitedQuantity::Kind;
 /// Coefficients of s'' below this part of those of s'² are round-off.
 constexpr double no_inertia = 1e-9;
 
+/// Round-off of a quantity's coefficients, as a part of the forces that go into it.
+constexpr double noise = 1e-12;
+
 /// Places nearer to each other than this are one.
 constexpr double same_place = 1e-9;
 
@@ -46,14 +49,27 @@ FitStatus add_friction_jumps(PathSource& source, std::vector<double>& stations) 
   return FitStatus::done;
 }
 
-/// What is smaller than this part of a function's largest value anywhere is not resolved.
+/// Per column: what is smaller is round-off, and what comes of it is not resolved.
 VectorX noise_floor(PathSource& source, const std::vector<double>& stations) {
   std::vector<double> places;
   for (std::size_t i = 0; i + 1 < stations.size(); ++i)
-    for (int k = 0; k < 8; ++k) places.push_back(stations[i] + (stations[i + 1] - stations[i]) * (k + 0.5) / 8);
+    for (int k = 0; k < 4; ++k) places.push_back(stations[i] + (stations[i + 1] - stations[i]) * (k + 0.5) / 4);
+  VectorX floor = VectorX::Zero(source.columns());
   Samples rows;
-  if (!source.sample(places, rows)) return VectorX::Zero(source.columns());
-  return 1e-11 * rows.cwiseAbs().colwise().maxCoeff().transpose();
+  if (!source.sample(places, rows)) return floor;
+  const PathSource::Sizes sizes = source.measure(places);
+  for (const LimitColumns& limit : source.limits()) {
+    const std::string& unit = limit.quantity.unit;
+    const auto most = [&](int column) {
+      return column < 0 ? 0.0 : rows.middleCols(column, limit.quantity.count).cwiseAbs().maxCoeff();
+    };
+    const double whole =
+        std::max({most(limit.a), most(limit.b), unit == "N" ? sizes.force : 0.0, unit == "N m" ? sizes.moment : 0.0});
+    for (const int column : {limit.a, limit.b, limit.c, limit.d})
+      if (column >= 0)
+        floor.segment(column, limit.quantity.count).setConstant(noise * whole + 10 * noise * most(column));
+  }
+  return floor;
 }
 
 /// The series of `all` with those of p' and p'' of the tool's place appended where rows need them.
@@ -100,6 +116,15 @@ void measure(PathModel& model) {
   }
 }
 
+/// What is round-off all along is zero.
+void drop_noise(const VectorX& floor, PathModel& model) {
+  for (LimitRow& row : model.rows)
+    for (int* column : {&row.a, &row.b, &row.c, &row.d})
+      if (*column >= 0 && *column < floor.size() &&
+          model.largest.segment(*column, row.count).maxCoeff() <= 10 * floor.segment(*column, row.count).maxCoeff())
+        *column = -1;
+}
+
 double largest(const PathModel& model, int column, int count) {
   return column < 0 ? 0 : model.largest.segment(column, count).maxCoeff();
 }
@@ -114,13 +139,16 @@ void find_zero_inertia(PathModel& model) {
       for (const double place : zeros(model.value, row.a + i)) {
         VectorX values(model.value.functions());
         model.value.at(model.value.panel_at(place, 0, model.value.panels().size()), place, values.data());
-        if (values.segment(row.a, row.count).norm() < 1e-7 * a) merge(model.stations, {place});
+        if (values.segment(row.a, row.count).norm() < 1e-7 * a) {
+          merge(model.vanishing, {place});
+          merge(model.stations, {place});
+        }
       }
     }
   }
 }
 
-void assemble(const PathSource& source, const PiecewiseSeries& sampled, PathModel& model) {
+void assemble(const PathSource& source, const PiecewiseSeries& sampled, const VectorX& floor, PathModel& model) {
   Eigen::Index columns = sampled.functions();
   add_rows(source.limits(), model, columns);
   const PiecewiseSeries first = sampled.derivative(), second = first.derivative();
@@ -132,6 +160,7 @@ void assemble(const PathSource& source, const PiecewiseSeries& sampled, PathMode
   model.first = model.value.derivative();
   model.second = model.first.derivative();
   measure(model);
+  drop_noise(floor, model);
   find_zero_inertia(model);
 }
 
@@ -149,13 +178,15 @@ PathModel model_path(const Mechanism& mechanism, const Trajectory& trajectory,
   model.end_speed = source->end_speed();
   FitStatus status = add_friction_jumps(*source, model.stations);
   PiecewiseSeries sampled;
+  VectorX floor;
   if (status == FitStatus::done) {
     const auto sample = [&](const std::vector<double>& places, Samples& rows) { return source->sample(places, rows); };
-    status = fit_series(model.stations, noise_floor(*source, model.stations), sample, sampled);
+    floor = noise_floor(*source, model.stations);
+    status = fit_series(model.stations, floor, sample, sampled);
   }
   if (status == FitStatus::not_sampled) model.outcome = source->outcome();
   if (status == FitStatus::too_rough) model.outcome = too_rough();
-  if (status == FitStatus::done) assemble(*source, sampled, model);
+  if (status == FitStatus::done) assemble(*source, sampled, floor, model);
   return model;
 }
 

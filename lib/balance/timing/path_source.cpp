@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 namespace balance {
 namespace {
@@ -82,6 +83,21 @@ class PathSampler : public PathSource {
       for (std::size_t i = 0; i < rubbing_.size(); ++i)
         rows(row, static_cast<Eigen::Index>(i)) = observer_->last().velocity[rubbing_[i]];
     });
+  }
+
+  Sizes measure(const std::vector<double>& places) override {
+    Sizes sizes;
+    const bool usual = std::exchange(everything_, true);
+    follow(places, [&](Stepper<S>& stepper, Eigen::Index) {
+      for (const auto& [ds, dds] : {std::pair{1.0, 0.0}, std::pair{0.0, 1.0}}) {
+        const Sample& seen = observe(stepper, ds, dds);
+        for (const Vector3& force : seen.joint_force) sizes.force = std::max(sizes.force, force.norm());
+        for (const Vector3& moment : seen.joint_moment) sizes.moment = std::max(sizes.moment, moment.norm());
+      }
+    });
+    sizes.moment = std::max(sizes.moment, sizes.force * tree_.length);
+    everything_ = usual;
+    return sizes;
   }
 
   int rubbing() const override { return static_cast<int>(rubbing_.size()); }

@@ -40,6 +40,12 @@ class PathSource {
   virtual bool sample_rubbing(const std::vector<double>& places, Samples& rows) = 0;
   virtual int rubbing() const = 0;
 
+  /// How large forces [N] and moments [N m] are that joints transmit for s' = 1 and for s'' = 1: what round-off is a part of.
+  struct Sizes {
+    double force = 0, moment = 0;
+  };
+  virtual Sizes measure(const std::vector<double>& places) = 0;
+
  protected:
   MotionOutcome outcome_;
   std::vector<LimitColumns> limits_;

@@ -19,9 +19,17 @@ std::vector<LegOfPath> cut_legs(const PathModel& model) {
     double from = leg.begin;
     const auto add = [&](double to) {
       // a zero of a lies inside a panel, jumps at the ends of panels
-      Smooth stretch{from, to, model.value.panel_at(from, 0, panels.size()), 0};
+      Smooth stretch;
+      stretch.begin = from;
+      stretch.end = to;
+      stretch.first_panel = model.value.panel_at(from, 0, panels.size());
       stretch.last_panel = stretch.first_panel + 1;
       while (stretch.last_panel < panels.size() && panels[stretch.last_panel].begin < to) ++stretch.last_panel;
+      const auto vanishes = [&](double place) {
+        return std::find(model.vanishing.begin(), model.vanishing.end(), place) != model.vanishing.end();
+      };
+      stretch.vanishes_at_begin = vanishes(from);
+      stretch.vanishes_at_end = vanishes(to);
       leg.stretches.push_back(stretch);
       from = to;
     };
