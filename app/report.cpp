@@ -62,7 +62,7 @@ PageTrajectory describe(const Study& study, const std::string& name) {
   shown.name = name;
   for (const Trajectory& trajectory : study.trajectories) {
     if (trajectory.name != name) continue;
-    shown.law = std::holds_alternative<TablePath>(trajectory.path) ? "table" : name_of(trajectory.law.kind);
+    shown.law = law_name(trajectory);
     shown.drive = name_of(trajectory.drive);
   }
   return shown;

@@ -51,7 +51,10 @@ std::vector<std::string> formulations() { return {"tree", "natural"}; }
 
 void change_duration(Trajectory& trajectory, double duration) {
   if (!(duration > 0) || !std::isfinite(duration)) throw UsageError("--duration needs a positive number of seconds");
-  if (std::holds_alternative<TablePath>(trajectory.path)) {
+  if (trajectory.law.kind == LawKind::fastest) {
+    throw UsageError(fmt::format("--duration does not go with '{}', whose law finds it", trajectory.name));
+  }
+  if (std::holds_alternative<TablePath>(trajectory.path) && !is_searched(trajectory.law.kind)) {
     throw UsageError(fmt::format("--duration does not go with '{}': its table has its own times", trajectory.name));
   }
   trajectory.duration = duration;

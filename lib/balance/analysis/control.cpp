@@ -12,6 +12,7 @@
 #include "balance/result/overflow.hpp"
 #include "balance/result/recorder.hpp"
 #include "balance/result/round_off.hpp"
+#include "balance/timing/time_law.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -291,7 +292,13 @@ Result control(const Mechanism& mechanism, const Trajectory& trajectory, const C
   if (!(controller.period > 0)) throw std::invalid_argument("a controller needs a positive period");
   if (options.most_steps < 0) throw std::invalid_argument("a run cannot have a negative number of steps");
   if (!(options.settle >= 0)) throw std::invalid_argument("the time to settle cannot be negative");
-  return ControlRun(mechanism, trajectory, controller, options).run();
+  const TimedTrajectory timed = time_law(mechanism, trajectory);
+  Result result;
+  result.outcome = timed.outcome;
+  if (timed.outcome.status != MotionStatus::done) return result;
+  result = ControlRun(mechanism, timed.trajectory, controller, options).run();
+  result.found_law = timed.found;
+  return result;
 }
 
 }  // namespace balance

@@ -69,7 +69,7 @@ void Observer<S>::sort_coordinates() {
 }
 
 template <class S>
-bool Observer<S>::observe_at(const Instant<S>& now, const Equations<S>& equations, double duration, Detail detail) {
+bool Observer<S>::observe(const Instant<S>& now, const Equations<S>& equations, double duration, Detail detail) {
   set_state(now, detail);
   const bool held = balance_efforts(now, equations, duration);
   read_coordinates(now);

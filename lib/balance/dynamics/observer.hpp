@@ -44,12 +44,8 @@ class Observer {
   /// @return false if the actuators do not hold the mechanism there
   template <class Leader>
   bool observe(Leader& stepper, Detail detail) {
-    return observe_at(instant_of(stepper), stepper.equations(), stepper.duration(), detail);
+    return observe(instant_of(stepper), stepper.equations(), stepper.duration(), detail);
   }
-
-  /// Everything at a moment whose equations are filled and factorised there, for friction in a motion that takes `duration` [s].
-  /// @return as observe()
-  bool observe_at(const Instant<S>& instant, const Equations<S>& equations, double duration, Detail detail);
 
   /// Only the efforts: last().effort, and the tree's generalised forces that they balance.
   bool find_efforts(const Instant<S>& now, const Equations<S>& equations, double duration);
@@ -58,6 +54,10 @@ class Observer {
 
   /// The efforts as a matrix times the tree's generalised forces, see Actuation::project.
   bool project(const Equations<S>& equations, MatrixX& projection) { return actuation_.project(equations, projection); }
+
+  /// A moment of one's own.
+  /// @param equations filled there @param duration as a stepper's [s]: what friction takes for rest
+  bool observe(const Instant<S>& instant, const Equations<S>& equations, double duration, Detail detail);
 
   /// Everything at a moment of a motion whose efforts are known.
   /// @param efforts per actuator

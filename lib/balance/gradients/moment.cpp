@@ -63,7 +63,7 @@ void DualMoment<S>::move(const double* y, const DriveSampleOf<DualNumber>& targe
 template <class S>
 bool DualMoment<S>::observe(double time, double duration, Detail detail) {
   const Instant<D> here{state_, now_.y.data(), now_.dy.data(), now_.ddy.data(), time, direct_};
-  return observer_.observe_at(here, equations_, duration, detail);
+  return observer_.observe(here, equations_, duration, detail);
 }
 
 template <class S>

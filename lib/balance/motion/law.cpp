@@ -1,6 +1,8 @@
 #include "balance/motion/law.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 #include <stdexcept>
 
@@ -101,9 +103,46 @@ LawValue trapezoidal_velocity(const Law& law, double tau, Side side) {
   return {velocity * (tau - up / 2), velocity, 0};
 }
 
+/// The node that a stretch begins with.
+std::size_t stretch_of(const std::vector<LawNode>& nodes, double tau, Side side) {
+  const auto beyond = [side](double at, const LawNode& node) {
+    return side == Side::after ? at < node.tau : at <= node.tau;
+  };
+  const auto next = std::upper_bound(nodes.begin() + 1, nodes.end() - 1, tau, beyond);
+  return static_cast<std::size_t>(next - nodes.begin()) - 1;
+}
+
+LawValue between(const LawNode& a, const LawNode& b, double tau) {
+  const LawMoment here = join({a.tau, a.s, a.ds, a.dds_after}, {b.tau, b.s, b.ds, b.dds_before}, tau);
+  return {here.s, here.v, here.u};
+}
+
+LawValue found(const Law& law, double tau, Side side) {
+  validate(law);
+  const std::size_t k = stretch_of(law.nodes, tau, side);
+  return between(law.nodes[k], law.nodes[k + 1], tau);
+}
+
 }  // namespace
 
+/// The cubic with rates and second rates of both, integrated, and what is left of the way put into x³ (10 − 15x + 6x²), whose first and
+/// second derivatives vanish at both ends.
+LawMoment join(const LawMoment& a, const LawMoment& b, double t) {
+  constexpr double round_off = 1e-14;  // of s, which ends at 1
+  const double h = b.t - a.t, x = (t - a.t) / h;
+  const double v = a.v * h, w = a.u * h * h, gain = b.v * h - v, w1 = b.u * h * h;
+  const double c2 = 3 * gain - 2 * w - w1, c3 = w + w1 - 2 * gain;
+  double rest = b.s - a.s - (v + w / 2 + c2 / 3 + c3 / 4);
+  if (std::abs(rest) < round_off) rest = 0;
+  const double y = 1 - x;
+  return {t, a.s + x * (v + x * (w / 2 + x * (c2 / 3 + x * c3 / 4))) + rest * x * x * x * (10 + x * (-15 + 6 * x)),
+          (v + x * (w + x * (c2 + x * c3)) + 30 * rest * x * x * y * y) / h,
+          (w + x * (2 * c2 + x * 3 * c3) + 60 * rest * x * y * (1 - 2 * x)) / (h * h)};
+}
+
 void validate(const Law& law) {
+  if (is_searched(law.kind) && law.nodes.size() < 2)
+    throw std::invalid_argument("the law of motion depends on the mechanism and has not been found yet");
   if (law.kind != LawKind::trapezoidal_velocity) return;
   const auto part = [](double ramp) { return ramp > 0 && ramp < 1; };
   if (!part(law.ramp_up) || !part(law.ramp_down)) {
@@ -130,12 +169,20 @@ LawValue evaluate(const Law& law, double tau, Side side) {
     case LawKind::modified_sine: return mirrored(modified_sine_half, tau, side);
     case LawKind::modified_trapezoidal: return mirrored(modified_trapezoidal_half, tau, side);
     case LawKind::trapezoidal_velocity: return trapezoidal_velocity(law, tau, side);
+    case LawKind::fastest:
+    case LawKind::gentlest: return found(law, tau, side);
   }
   throw std::invalid_argument("unknown law of motion");
 }
 
 std::vector<double> jumps(const Law& law) {
   if (law.kind == LawKind::bang_bang) return {0.5};
+  if (is_searched(law.kind)) {
+    std::vector<double> places;
+    for (const LawNode& node : law.nodes)
+      if (node.dds_before != node.dds_after && node.tau > 0 && node.tau < 1) places.push_back(node.tau);
+    return places;
+  }
   if (law.kind != LawKind::trapezoidal_velocity) return {};
   const double brake = brake_start(law);
   if (brake == law.ramp_up) return {brake};

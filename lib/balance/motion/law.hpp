@@ -1,7 +1,6 @@
 #pragma once
 /// Laws of motion s(τ): [0,1] → [0,1] with s(0) = 0, s(1) = 1 and their derivatives with respect to τ.
 
-#include <string_view>
 #include <vector>
 
 namespace balance {
@@ -17,16 +16,36 @@ enum class LawKind {
   modified_sine,
   modified_trapezoidal,
   trapezoidal_velocity,  ///< ramps of stated length, constant velocity between them
+  fastest,               ///< the least duration that stated limits allow: found by the room timing, then a table
+  gentlest,              ///< the least peak of a quantity in a stated duration: found likewise
+};
+
+/// A place of a law that was found, with both sides of a jump of its second derivative.
+struct LawNode {
+  double tau = 0, s = 0, ds = 0, dds_before = 0, dds_after = 0;
 };
 
 struct Law {
   LawKind kind = LawKind::cycloidal;
-  double ramp_up = 0.25;    ///< trapezoidal velocity: part of the duration spent accelerating, in (0, 1)
-  double ramp_down = 0.25;  ///< … and braking; ramp_up + ramp_down ≤ 1
+  double ramp_up = 0.25;            ///< trapezoidal velocity: part of the duration spent accelerating, in (0, 1)
+  double ramp_down = 0.25;          ///< … and braking; ramp_up + ramp_down ≤ 1
+  std::vector<LawNode> nodes = {};  ///< fastest, gentlest: from τ = 0 to 1, joined by quintics; empty: not found yet
 };
 
-/// @throws std::invalid_argument if the ramps of a trapezoidal velocity are out of range. The message is fit for a
-///        user.
+/// s, s' and s'' at a time.
+struct LawMoment {
+  double t = 0, s = 0, v = 0, u = 0;
+};
+
+/// Between two moments, by the quintic that has all values of both. Where their s are so near that differences are round-off, by the
+/// quartic that has all but the second s.
+LawMoment join(const LawMoment& a, const LawMoment& b, double t);
+
+/// A law that depends on the mechanism.
+inline bool is_searched(LawKind kind) { return kind == LawKind::fastest || kind == LawKind::gentlest; }
+
+/// @throws std::invalid_argument if the ramps of a trapezoidal velocity are out of range or a law has not been found yet. The
+///        message is fit for a user.
 void validate(const Law& law);
 
 /// s and its first and second derivative with respect to τ.

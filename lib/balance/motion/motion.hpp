@@ -19,6 +19,7 @@ enum class MotionStatus {
   assembly_jump,           ///< the motion could only go on in another assembly mode
   mismatch,                ///< drive or actuators do not match the degrees of freedom
   overflow,                ///< numbers became larger than can be computed with
+  limits_not_held,         ///< no law of motion along the path keeps the stated limits
 };
 
 /// How a run ended; `reason` is one sentence for the user, with time and configuration where they matter.

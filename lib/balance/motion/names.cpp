@@ -14,8 +14,15 @@ const char* name_of(LawKind kind) {
     case LawKind::modified_sine: return "modified-sine";
     case LawKind::modified_trapezoidal: return "modified-trapezoidal";
     case LawKind::trapezoidal_velocity: return "trapezoidal-velocity";
+    case LawKind::fastest: return "fastest";
+    case LawKind::gentlest: return "gentlest";
   }
   return "";
+}
+
+const char* law_name(const Trajectory& trajectory) {
+  const bool by_table = std::holds_alternative<TablePath>(trajectory.path) && !is_searched(trajectory.law.kind);
+  return by_table ? "table" : name_of(trajectory.law.kind);
 }
 
 const char* name_of(DriveKind kind) {
@@ -39,6 +46,7 @@ const char* name_of(MotionStatus status) {
     case MotionStatus::assembly_jump: return "assembly-jump";
     case MotionStatus::mismatch: return "mismatch";
     case MotionStatus::overflow: return "overflow";
+    case MotionStatus::limits_not_held: return "limits-not-held";
   }
   return "";
 }

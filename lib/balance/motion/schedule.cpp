@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -31,10 +32,54 @@ bool differ(const Vector& a, const Vector& b) {
 
 struct Schedule::Implementation {
   Itinerary itinerary;
+  std::optional<Clock> whole;  ///< of a law that was found for the whole path: leads through the legs' uniform clocks
   std::vector<double> jumps;
 
+  double duration() const { return whole ? whole->duration() : itinerary.duration; }
   const Leg& leg_at(double time, Side side) const;
+  /// The leg that is run through at a time, and how far it is on.
+  std::pair<const Leg*, LawValue> progress(double time, Side side) const;
+  void add_jump(const Schedule& schedule, double time);
+  /// The first jump later than a time, or the end.
+  double next_jump(double time) const;
 };
+
+namespace {
+
+/// The path alone, at constant speed, where the law is one for the whole of it.
+Schedule::Request path_of(Schedule::Request request) {
+  if (!is_searched(request.law.kind)) return request;
+  request.law = {.kind = LawKind::uniform};
+  request.duration = 1;
+  return request;
+}
+
+}  // namespace
+
+std::pair<const Leg*, LawValue> Schedule::Implementation::progress(double time, Side side) const {
+  if (!whole) {
+    const Leg& leg = leg_at(time, side);
+    return {&leg, leg.clock.at(time, side)};
+  }
+  const LawValue way = whole->at(time, side);
+  const double place = way.s * itinerary.duration;
+  const Leg& leg = leg_at(place, side);
+  const LawValue here = leg.clock.at(place, side);
+  const double rate = here.ds * itinerary.duration;
+  return {&leg, {here.s, rate * way.ds, rate * way.dds}};
+}
+
+/// Of times at which something may jump those at which something does.
+void Schedule::Implementation::add_jump(const Schedule& schedule, double time) {
+  DriveSample before, after;
+  schedule.at(time, Side::before, before);
+  schedule.at(time, Side::after, after);
+  if (differ(before.acceleration, after.acceleration) || differ(before.rate, after.rate) ||
+      differ(before.angular_acceleration, after.angular_acceleration) ||
+      differ(before.angular_velocity, after.angular_velocity)) {
+    jumps.push_back(time);
+  }
+}
 
 const Leg& Schedule::Implementation::leg_at(double time, Side side) const {
   const std::vector<Leg>& legs = itinerary.legs;
@@ -46,22 +91,23 @@ const Leg& Schedule::Implementation::leg_at(double time, Side side) const {
   return *(next - 1);
 }
 
+double Schedule::Implementation::next_jump(double time) const {
+  const auto next = std::upper_bound(jumps.begin(), jumps.end(), time + same_time * duration());
+  return next == jumps.end() ? duration() : *next;
+}
+
 Schedule::Schedule(const Request& request) : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
-  self.itinerary = make_itinerary(request);
-  DriveSample before, after;
-  const auto add_if_jump = [&](double time) {
-    at(time, Side::before, before);
-    at(time, Side::after, after);
-    if (differ(before.acceleration, after.acceleration) || differ(before.rate, after.rate) ||
-        differ(before.angular_acceleration, after.angular_acceleration) ||
-        differ(before.angular_velocity, after.angular_velocity)) {
-      self.jumps.push_back(time);
-    }
-  };
+  self.itinerary = make_itinerary(path_of(request));
+  if (is_searched(request.law.kind)) {
+    validate(request.law);
+    self.whole.emplace(request.law, 0, request.duration, same_time * request.duration);
+    for (const double time : self.whole->jumps()) self.add_jump(*this, time);
+    return;
+  }
   for (const Leg& leg : self.itinerary.legs) {
-    if (&leg != &self.itinerary.legs.front()) add_if_jump(leg.clock.start());
-    for (const double time : leg.clock.jumps()) add_if_jump(time);
+    if (&leg != &self.itinerary.legs.front()) self.add_jump(*this, leg.clock.start());
+    for (const double time : leg.clock.jumps()) self.add_jump(*this, time);
   }
 }
 
@@ -71,35 +117,43 @@ Schedule& Schedule::operator=(Schedule&&) noexcept = default;
 
 void Schedule::at(double time, Side side, DriveSample& sample) const {
   const Itinerary& itinerary = implementation_->itinerary;
-  const double margin = slack * itinerary.duration;
-  if (!(time >= -margin && time <= itinerary.duration + margin)) refuse(time, itinerary.duration);
+  const double margin = slack * duration();
+  if (!(time >= -margin && time <= duration() + margin)) refuse(time, duration());
   sample.value.resize(itinerary.size);  // keeps its memory where the size is right already
   sample.rate.resize(itinerary.size);
   sample.acceleration.resize(itinerary.size);
-  const Leg& leg = implementation_->leg_at(time, side);
-  const LawValue progress = leg.clock.at(time, side);
-  std::visit([&](const auto& curve) { curve.fill(progress, sample); }, leg.curve);
-  std::visit([&](const auto& turn) { turn.fill(progress, sample); }, leg.turn);
+  const auto [leg, progress] = implementation_->progress(time, side);
+  std::visit([&, &progress = progress](const auto& curve) { curve.fill(progress, sample); }, leg->curve);
+  std::visit([&, &progress = progress](const auto& turn) { turn.fill(progress, sample); }, leg->turn);
 }
 
 double Schedule::longest_step(double time) const {
   constexpr double part = 1.0 / 24, least = 1e-6;  // of a leg: its law has one rise, at most two bends
   const double same = same_time * duration();
-  const Leg& leg = implementation_->leg_at(time, Side::after);
-  const double whole = leg.clock.duration();
+  const auto [leg, progress] = implementation_->progress(time, Side::after);
+  const bool found = implementation_->whole.has_value();
+  const double whole = found ? duration() : leg->clock.duration();
   double step = part * whole;
-  if (const auto* curve = std::get_if<SplineCurve>(&leg.curve)) {
-    const double stretch = curve->spline.stretch(leg.clock.at(time, Side::after).s);
-    step = std::clamp(stretch * whole, least * whole, step);
+  if (const auto* curve = std::get_if<SplineCurve>(&leg->curve)) {
+    const double stretch = curve->spline.stretch(progress.s);
+    const double takes = found ? stretch / std::max(progress.ds, 1 / whole) : stretch * whole;
+    step = std::clamp(takes, least * whole, step);
   }
-  const double left = leg.clock.start() + whole - time;
+  const double left = found ? implementation_->next_jump(time) - time : leg->clock.start() + whole - time;
   return left > same ? std::min(step, left) : step;
 }
 
-double Schedule::duration() const { return implementation_->itinerary.duration; }
+double Schedule::duration() const { return implementation_->duration(); }
 
 int Schedule::size() const { return implementation_->itinerary.size; }
 
 const std::vector<double>& Schedule::jumps() const { return implementation_->jumps; }
+
+std::vector<double> Schedule::leg_ends() const {
+  std::vector<double> times;
+  for (const Leg& leg : implementation_->itinerary.legs)
+    if (&leg != &implementation_->itinerary.legs.front()) times.push_back(leg.clock.start());
+  return times;
+}
 
 }  // namespace balance

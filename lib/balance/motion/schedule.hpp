@@ -49,6 +49,8 @@ class Schedule {
   int size() const;
   /// Times strictly inside (0, duration) at which an acceleration (or a velocity: uniform legs) jumps, increasing.
   const std::vector<double>& jumps() const;
+  /// Times strictly inside (0, duration) at which one leg ends and the next begins, increasing. Not of a law that was found.
+  std::vector<double> leg_ends() const;
 
  private:
   struct Implementation;

@@ -60,9 +60,19 @@ using Path = std::variant<LinePath, CirclePath, ArcPath, WaypointPath, TablePath
 /// One scalar of the tool's pose or of the CoM: x, y, z, then the angle (planar: rz) or rotation about the world axes.
 enum class Component { x, y, z, rx, ry, rz };
 
+/// What a law that is searched for must keep: a quantity's magnitude, at every moment, up to a bound.
+struct MotionLimit {
+  std::string quantity;  ///< "torque" (every actuator's), "torque[A1]", "shaking_force", "shaking_force[x]", …
+  double bound = 0;      ///< positive [SI]
+};
+
 struct Trajectory {
   std::string name;
   Law law;
+  std::vector<MotionLimit> limits;  ///< law fastest: at least one; gentlest: perhaps
+  std::string gentlest_of;          ///< law gentlest: whose peak is to be least
+  double start_speed = 0;  ///< law fastest or gentlest: of the driven point along its path [m/s]; joints: norm of their
+  double end_speed = 0;    ///< … rates
   DriveKind drive = DriveKind::tool;
   /// Which scalars are prescribed; empty: as many as the degrees of freedom ask for, positions first (drive tool, com).
   std::vector<Component> components;
@@ -72,7 +82,7 @@ struct Trajectory {
   Path path;
   PoseTarget from,
       to;  ///< poses, in any quantity: drive com takes the CoM from where `from` puts it to where `to` puts it
-  double duration = 1;              ///< [s]
+  double duration = 1;              ///< [s]; law fastest: what the search finds
   long samples = 1001;              ///< uniform grid, both ends included; at least 2
   Vector3 about = Vector3::Zero();  ///< world point that moments are about [m]
 };

@@ -104,7 +104,7 @@ FileDescription description_of(const Study& study, const std::string& name) {
   const auto at = std::find_if(study.trajectories.begin(), study.trajectories.end(),
                                [&](const Trajectory& trajectory) { return trajectory.name == name; });
   if (at == study.trajectories.end()) return description;
-  description.law = std::holds_alternative<TablePath>(at->path) ? "table" : name_of(at->law.kind);
+  description.law = law_name(*at);
   description.drive = name_of(at->drive);
   return description;
 }

@@ -4,6 +4,7 @@
 
 #include "balance/base/types.hpp"
 #include "balance/dynamics/term_sizes.hpp"
+#include "balance/motion/found_law.hpp"
 #include "balance/motion/motion.hpp"
 
 #include <optional>
@@ -27,6 +28,7 @@ struct Metric {
 
 struct Result {
   MotionOutcome outcome;
+  std::optional<FoundLaw> found_law;  ///< of a law that was searched for; not in files
 
   // what the columns are called
   std::vector<std::string> coordinate_names;  ///< C columns of joint_position

@@ -9,6 +9,7 @@
 #include "balance/result/overflow.hpp"
 #include "balance/result/recorder.hpp"
 #include "balance/result/round_off.hpp"
+#include "balance/timing/time_law.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -133,8 +134,14 @@ class Run {
 
 Result simulate(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress) {
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
-  return mechanism.space == SpaceKind::planar ? Run<Planar>(mechanism, trajectory, progress).run()
-                                              : Run<Spatial>(mechanism, trajectory, progress).run();
+  const TimedTrajectory timed = time_law(mechanism, trajectory);
+  Result result;
+  result.outcome = timed.outcome;
+  if (timed.outcome.status != MotionStatus::done) return result;
+  result = mechanism.space == SpaceKind::planar ? Run<Planar>(mechanism, timed.trajectory, progress).run()
+                                                : Run<Spatial>(mechanism, timed.trajectory, progress).run();
+  result.found_law = timed.found;
+  return result;
 }
 
 }  // namespace balance

@@ -8,6 +8,7 @@
 #include "balance/result/overflow.hpp"
 #include "balance/result/recorder.hpp"
 #include "balance/simulation/simulate.hpp"
+#include "balance/timing/time_law.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -130,13 +131,16 @@ Result simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory
   if (mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
-  const NaturalStart found = find_start(mechanism, trajectory);
-  if (found.outcome.status != MotionStatus::done) {
-    Result result;
-    result.outcome = found.outcome;
-    return result;
-  }
-  return NaturalRun(mechanism, trajectory, found.start, progress).run();
+  const TimedTrajectory timed = time_law(mechanism, trajectory);
+  Result result;
+  result.outcome = timed.outcome;
+  if (timed.outcome.status != MotionStatus::done) return result;
+  const NaturalStart found = find_start(mechanism, timed.trajectory);
+  result.outcome = found.outcome;
+  if (found.outcome.status != MotionStatus::done) return result;
+  result = NaturalRun(mechanism, timed.trajectory, found.start, progress).run();
+  result.found_law = timed.found;
+  return result;
 }
 
 }  // namespace balance

@@ -26,7 +26,9 @@ constexpr NamedLaw laws[]{{"cycloidal", LawKind::cycloidal},
                           {"harmonic", LawKind::harmonic},
                           {"modified-sine", LawKind::modified_sine},
                           {"modified-trapezoidal", LawKind::modified_trapezoidal},
-                          {"trapezoidal-velocity", LawKind::trapezoidal_velocity}};
+                          {"trapezoidal-velocity", LawKind::trapezoidal_velocity},
+                          {"fastest", LawKind::fastest},
+                          {"gentlest", LawKind::gentlest}};
 
 }  // namespace
 

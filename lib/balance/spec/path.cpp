@@ -84,6 +84,8 @@ ArcPath read_arc(const Cursor& at, Draft& draft, const Trajectory& trajectory) {
 }
 
 void read_times(const Cursor& at, Draft& draft, const Trajectory& trajectory, WaypointPath& path) {
+  if (is_searched(trajectory.law.kind))
+    at.fail({.expected = "no 'times' with a law that is searched for: it decides when waypoints are passed"});
   const auto times = at.items("a list of times");
   if (times.size() != path.points.size())
     at.fail({.expected = fmt::format("a list of {}, one time for each waypoint", path.points.size()),

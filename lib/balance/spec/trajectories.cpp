@@ -3,6 +3,7 @@
 #include "balance/spec/limits.hpp"
 #include "balance/spec/path.hpp"
 #include "balance/spec/pose.hpp"
+#include "balance/spec/searched_law.hpp"
 #include "balance/spec/sections.hpp"
 
 #include <fmt/format.h>
@@ -68,6 +69,7 @@ std::vector<Component> read_components(const Cursor& at, const Draft& draft, Dri
 /// What only a trajectory says, before its parts are put together.
 struct TrajectoryText {
   std::optional<Cursor> law, drive, path, ramp, ramps, components, remaining;
+  SearchedLawText searched;
 };
 
 void read_remaining(const Cursor& at, Draft& draft, Trajectory& trajectory) {
@@ -163,12 +165,15 @@ void read_whole_law(const Assembly& a) {
 }
 
 void read_timing(const Assembly& a) {
+  const LawKind law = a.trajectory.law.kind;
+  if (law == LawKind::fastest && a.own.duration_given)
+    a.at.fail({.expected = "no 'duration' with the law 'fastest', which finds it"});
   const auto duration = a.own.duration ? a.own.duration : a.shared.duration;
   const bool unread = a.unread("duration", a.own.duration_given, a.shared.duration_given);
   a.trajectory.duration = duration.value_or(unread ? std::numeric_limits<double>::infinity() : 1);
   a.trajectory.samples = a.own.samples.value_or(a.shared.samples.value_or(a.trajectory.samples));
   a.trajectory.about = a.own.about.value_or(a.shared.about.value_or(Vector3::Zero()));
-  if (unread || duration || a.by_table()) return;
+  if (unread || duration || law == LawKind::fastest || (a.by_table() && law != LawKind::gentlest)) return;
   a.trajectory.duration = std::numeric_limits<double>::infinity();
   a.at.fail({.kind = "missing key", .expected = "'duration' here or in 'motion'", .found = "none"});
 }
@@ -187,6 +192,7 @@ void put_together(const Assembly& a) {
     if (a.text.remaining) read_remaining(*a.text.remaining, a.draft, a.trajectory);
   });
   const bool posed = chosen && problems.guard([&] { read_poses(a); });
+  problems.guard([&] { read_searched_law(a.at, a.text.searched, a.draft, a.trajectory); });
   if (chosen && a.text.path && (posed || (is_circle(*a.text.path) && a.trajectory.drive != DriveKind::joints)))
     problems.guard([&] { read_path(*a.text.path, a.draft, a.trajectory); });
 }
@@ -203,7 +209,10 @@ void read_trajectory(const Member& member, const Timing& shared, Draft& draft) {
                              {"ramp", &text.ramp},
                              {"ramps", &text.ramps},
                              {"components", &text.components},
-                             {"remaining", &text.remaining}})
+                             {"remaining", &text.remaining},
+                             {"limits", &text.searched.limits},
+                             {"of", &text.searched.of},
+                             {"speeds", &text.searched.speeds}})
     fields.push_back({name, Need::optional, keep(*slot)});
   fields.push_back({"drive", Need::required, keep(text.drive)});
   read_fields(member.value, "a trajectory {law, drive}", fields);

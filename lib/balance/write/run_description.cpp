@@ -67,7 +67,7 @@ FileDescription describe_simulation(const Study& study, const Trajectory& trajec
   description.spec_text = study.spec_text;
   description.command_line = simulate_command(call);
   description.trajectory = trajectory.name;
-  description.law = std::holds_alternative<TablePath>(trajectory.path) ? "table" : name_of(trajectory.law.kind);
+  description.law = law_name(trajectory);
   description.drive = name_of(trajectory.drive);
   description.formulation = call.formulation;
   description.controller = call.controller;

@@ -1,5 +1,6 @@
 #include "balance/write/text.hpp"
 
+#include "balance/write/found_law.hpp"
 #include "balance/write/table.hpp"
 
 #include <fmt/format.h>
@@ -15,6 +16,7 @@ std::string summary_text(const Result& result, const FileDescription& descriptio
   std::string text =
       fmt::format("{}: trajectory {} ({}, drive {}){}, {:.6g} s, {} samples\n\n", description.title,
                   description.trajectory, description.law, description.drive, controller, duration, result.time.size());
+  if (result.found_law) text += found_law_text(*result.found_law) + "\n";
   Table table;
   table.heading = {"quantity", "unit", "peak", "at time [s]", "rms", "mean"};
   table.align = {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right};

@@ -1,0 +1,24 @@
+#pragma once
+/// Finds the laws of motion that depend on the mechanism: the fastest within limits, the gentlest in a duration.
+
+#include "balance/model/mechanism.hpp"
+#include "balance/motion/found_law.hpp"
+#include "balance/motion/motion.hpp"
+#include "balance/motion/trajectory.hpp"
+
+#include <optional>
+
+namespace balance {
+
+struct TimedTrajectory {
+  MotionOutcome outcome;          ///< done, or why there is no law
+  Trajectory trajectory;          ///< with the law's nodes and its duration
+  std::optional<FoundLaw> found;  ///< nothing if the law needed no search
+};
+
+/// The same trajectory with a law that can be followed. Laws that need no search, or have been found, stay as they are.
+/// Method and sources: docs/motion.md.
+/// @throws std::invalid_argument if the trajectory asks for something that does not exist
+TimedTrajectory time_law(const Mechanism& mechanism, const Trajectory& trajectory);
+
+}  // namespace balance

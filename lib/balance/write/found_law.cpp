@@ -1,0 +1,47 @@
+#include "balance/write/found_law.hpp"
+
+#include "balance/write/table.hpp"
+
+#include <fmt/format.h>
+
+namespace balance {
+namespace {
+
+constexpr std::size_t most_lines = 40;
+
+}  // namespace
+
+std::string found_law_text(const FoundLaw& law) {
+  std::string text = law.of.empty() ? fmt::format("fastest law within the limits: {:.9g} s", law.duration)
+                                    : fmt::format("gentlest law: peak of {} {:.9g} {} in {:.9g} s", law.of, law.peak,
+                                                  law.unit, law.duration);
+  text += fmt::format(", {} switch{}\n", law.switches.size(), law.switches.size() == 1 ? "" : "es");
+  Table table;
+  table.heading = {"from [s]", "to [s]", "path from [%]", "to [%]", "at its limit"};
+  table.align = {Align::right, Align::right, Align::right, Align::right, Align::left};
+  for (const LawStretch& stretch : law.stretches) {
+    if (table.rows.size() == most_lines) break;
+    table.rows.push_back({format_number(stretch.begin), format_number(stretch.end), format_number(100 * stretch.from),
+                          format_number(100 * stretch.to), stretch.limit.empty() ? "-" : stretch.limit});
+  }
+  text += format_table(table);
+  if (law.stretches.size() > most_lines) text += fmt::format("and {} more\n", law.stretches.size() - most_lines);
+  return text;
+}
+
+Json found_law_json(const FoundLaw& law) {
+  Json json = {{"duration", law.duration}, {"switches", law.switches}, {"stretches", Json::array()}};
+  for (const LawStretch& stretch : law.stretches)
+    json["stretches"].push_back({{"begin", stretch.begin},
+                                 {"end", stretch.end},
+                                 {"from", stretch.from},
+                                 {"to", stretch.to},
+                                 {"limit", stretch.limit.empty() ? Json(nullptr) : Json(stretch.limit)}});
+  if (law.of.empty()) return json;
+  json["of"] = law.of;
+  json["peak"] = law.peak;
+  json["unit"] = law.unit;
+  return json;
+}
+
+}  // namespace balance
