@@ -16,9 +16,9 @@ template <class T>
 class BlockLanes {
  public:
   /// @param scalar factorised, for a state near those of the lanes
-  explicit BlockLanes(const BlockTriangular& scalar) : structure_(scalar.structure()) {
+  explicit BlockLanes(const BlockTriangular& scalar) : scalar_(scalar), structure_(scalar.structure()) {
     const auto n = static_cast<std::size_t>(size());
-    values_.assign(n * n, T(0.0));
+    values_.assign(scalar.stored(), T(0.0));
     work_.assign(n, T(0.0));
     std::size_t entries = 0;
     for (const BlockTriangular::Block& block : structure_.blocks) {
@@ -34,11 +34,9 @@ class BlockLanes {
   }
 
   int size() const { return static_cast<int>(structure_.row_position.size()); }
-  /// As of BlockTriangular, whose index() holds here too. Entries outside the pattern stay zero.
+  /// As of BlockTriangular, whose index() holds here too.
   T* storage() { return values_.data(); }
-  T& at(int row, int column) {
-    return values_[structure_.row_position[row] * size() + structure_.column_position[column]];
-  }
+  T& at(int row, int column) { return values_[static_cast<std::size_t>(scalar_.index(row, column))]; }
 
   /// @return per lane the smallest |pivot| or 1/|entry of an inverse|, 0 if singular or not finite
   T factorise() {
@@ -58,7 +56,8 @@ class BlockLanes {
     for (std::size_t b = 0; b < structure_.blocks.size(); ++b) {
       const BlockTriangular::Block& block = structure_.blocks[b];
       for (int i = block.begin; i < block.begin + block.size; ++i)
-        for (int j = structure_.first[i]; j < block.begin; ++j) work_[i] -= values_[i * n + j] * work_[j];
+        for (int k = structure_.start[i]; k < structure_.start[i + 1]; ++k)
+          work_[i] -= values_[structure_.inside + k] * work_[structure_.columns[k]];
       small_blocks::by_size(block.size, [&](auto size) { solve_block<size>(block, exchanged_[b], x); });
     }
     for (int column = 0; column < n; ++column) x[column] = work_[structure_.column_position[column]];
@@ -72,7 +71,8 @@ class BlockLanes {
       const BlockTriangular::Block& block = structure_.blocks[b];
       small_blocks::by_size(block.size, [&](auto size) { solve_block_transposed<size>(block, exchanged_[b], x); });
       for (int i = block.begin; i < block.begin + block.size; ++i)
-        for (int j = structure_.first[i]; j < block.begin; ++j) work_[j] -= values_[i * n + j] * work_[i];
+        for (int k = structure_.start[i]; k < structure_.start[i + 1]; ++k)
+          work_[structure_.columns[k]] -= values_[structure_.inside + k] * work_[i];
     }
     for (int row = 0; row < n; ++row) x[row] = work_[structure_.row_position[row]];
   }
@@ -84,7 +84,7 @@ class BlockLanes {
   void fill(const Block& block, const std::vector<int>& order, T* factors) const {
     for (int i = 0; i < block.size; ++i)
       for (int j = 0; j < block.size; ++j)
-        factors[i * block.size + j] = values_[order[block.begin + i] * size() + block.begin + j];
+        factors[i * block.size + j] = values_[block.offset + (order[block.begin + i] - block.begin) * block.size + j];
   }
 
   template <int N>
@@ -133,6 +133,7 @@ class BlockLanes {
     }
   }
 
+  BlockTriangular scalar_;  ///< for the places of entries
   BlockTriangular::Structure structure_;
   std::vector<int> order_;            ///< per permuted row: the row that stands there in its block's factors
   std::vector<T> values_, factors_;   ///< as in BlockTriangular

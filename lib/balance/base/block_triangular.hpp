@@ -43,11 +43,13 @@ class BlockTriangular {
   /// per permuted row, in turn, the row of the block that it is exchanged with.
   struct Structure {
     std::vector<int> row_position, column_position;  ///< of an original row or column in the permuted matrix
-    std::vector<int> first;                          ///< per permuted row: its first column that may be non-zero
     std::vector<Block> blocks;
+    std::vector<int> start,
+        columns;  ///< per permuted row: its entries left of the diagonal block, in columns; and the end
+    int inside;   ///< entries of the diagonal blocks, stored before those
     std::vector<int> exchanges;
   };
-  Structure structure() const { return {row_position_, column_position_, first_, blocks_, pivots_}; }
+  Structure structure() const { return {row_position_, column_position_, blocks_, start_, columns_, inside_, pivots_}; }
 
   /// The diagonal blocks: inverses of the smallest, LU with partial pivoting of the others.
   /// @return the smallest |pivot| or 1/|entry of an inverse|, 0 if singular; a measure of regularity for matrices with entries of the order of one
