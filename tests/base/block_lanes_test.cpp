@@ -1,3 +1,5 @@
+#include "patterns.hpp"
+
 #include "balance/base/block_lanes.hpp"
 #include "balance/base/factorizations.hpp"
 
@@ -36,7 +38,7 @@ Samples8 near_samples(int n, double density, double apart, std::mt19937_64& rand
 
 BlockTriangular scalar_of(const Samples8& samples, int which) {
   BlockTriangular scalar;
-  REQUIRE(scalar.analyse(samples.pattern));
+  REQUIRE(scalar.analyse(places(samples.pattern)));
   for (int i = 0; i < samples.pattern.rows(); ++i)
     for (int j = 0; j < samples.pattern.cols(); ++j)
       if (samples.pattern(i, j)) scalar.at(i, j) = samples.matrix[which](i, j);

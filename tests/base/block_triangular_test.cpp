@@ -1,3 +1,5 @@
+#include "patterns.hpp"
+
 #include "balance/base/block_triangular.hpp"
 
 #include "balance/base/factorizations.hpp"
@@ -17,14 +19,6 @@ struct Sparse {
   Eigen::MatrixXi pattern;
   MatrixX values;
 };
-
-SparsityPattern places(const Eigen::MatrixXi& nonzero) {
-  SparsityPattern pattern(static_cast<std::size_t>(nonzero.rows()));
-  for (int i = 0; i < nonzero.rows(); ++i)
-    for (int j = 0; j < nonzero.cols(); ++j)
-      if (nonzero(i, j)) pattern[static_cast<std::size_t>(i)].push_back(j);
-  return pattern;
-}
 
 Sparse random_sparse(int n, double density, std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(0, 1), entry(-1, 1);

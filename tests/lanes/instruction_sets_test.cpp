@@ -1,3 +1,4 @@
+#include "../base/patterns.hpp"
 #include "probe.hpp"
 
 #include "balance/base/instruction_set.hpp"
@@ -81,7 +82,7 @@ TEST_CASE("every instruction set gives the bits of the baseline: linear systems"
       }
       for (double& value : right) value = entry(random);
       BlockTriangular scalar;
-      REQUIRE(scalar.analyse(Eigen::MatrixXi::Ones(n, n)));
+      REQUIRE(scalar.analyse(places(Eigen::MatrixXi::Ones(n, n))));
       for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) scalar.at(i, j) = entries[i * n + j];
       REQUIRE(scalar.factorise() > 0);
