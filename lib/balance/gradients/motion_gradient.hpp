@@ -1,6 +1,6 @@
 #pragma once
 /// A whole run with its derivatives with respect to up to dual_width numbers of the mechanism: inertial numbers, lengths, angles,
-/// stiffnesses, ratios. Forward differentiation through the implicit function theorem, good to round-off; see docs/theory.md, section 9.
+/// stiffnesses, ratios. Forward differentiation through the implicit function theorem, good to round-off; see docs/theory.md, section 10.
 
 #include "balance/gradients/over_duals.hpp"
 #include "balance/motion/trajectory.hpp"
