@@ -20,7 +20,7 @@ set(balance_public_core
     result/result.hpp
     simulation/simulate.hpp
     study/study.hpp)
-set(balance_public_gradients gradients/mechanism_number.hpp gradients/motion_gradient.hpp gradients/state_gradient.hpp)
+set(balance_public_gradients gradients/mechanism_number.hpp gradients/state_gradient.hpp)
 set(balance_public_reading spec/read_spec.hpp)
 set(balance_public_writing write/balanced_spec.hpp write/result_csv.hpp write/result_hdf5.hpp write/text.hpp)
 set(balance_public_design
