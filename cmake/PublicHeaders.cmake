@@ -20,6 +20,7 @@ set(balance_public_core
     result/result.hpp
     simulation/simulate.hpp
     study/study.hpp)
+set(balance_public_gradients gradients/mechanism_number.hpp gradients/state_gradient.hpp)
 set(balance_public_reading spec/read_spec.hpp)
 set(balance_public_writing write/balanced_spec.hpp write/result_csv.hpp write/result_hdf5.hpp write/text.hpp)
 set(balance_public_design
@@ -37,7 +38,7 @@ set(balance_public_pages report/page.hpp)
 set(balance_umbrella
     "#pragma once\n/// Everything that users of the library include; <balance/…> of their own are in the same place.\n")
 set(balance_installed_headers "")
-foreach(part core reading writing design comparing pages)
+foreach(part core gradients reading writing design comparing pages)
   if(NOT TARGET balance_${part})
     continue()
   endif()

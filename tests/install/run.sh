@@ -29,7 +29,7 @@ if grep -rl "Private to" "$include"; then
 fi
 
 page=$folder/page
-mkdir -p "$page/core" "$page/design"
+mkdir -p "$page/core" "$page/gradients" "$page/design"
 awk -v folder="$page" -f "$here/page_programs.awk" "$(find "$share/doc" -name library.md)"
 
 # Every program of the page prints what the page says.
@@ -46,6 +46,7 @@ said=$("$folder/guest/guest" "$spec")
 echo "guest says: $said"
 # 869.7 N is the peak that the literature's data give for the cycloidal motion.
 [[ $said == *"peak shaking force 869.7"* ]]
+run_page gradients "$folder/guest"
 run_page design "$folder/guest"
 
 "$cmake" -G Ninja -S "$here" -B "$folder/core" -DPAGE="$page" -DCORE_ALONE=ON -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE=Debug >/dev/null

@@ -28,6 +28,7 @@ template <class S>
 Branch<S>::Branch(const Mechanism& mechanism, IndependentChoice<S> choice)
     : mechanism_(mechanism),
       tree_(std::move(choice.tree)),
+      needed_(std::move(choice.needed)),
       independent_(std::move(choice.coordinates)),
       note_(std::move(choice.note)),
       freedoms_(choice.freedoms),

@@ -23,7 +23,10 @@ class Branch {
   const Drive<S>& drive() const { return drive_; }
   const Equations<S>& equations() const { return equations_; }
   int freedoms() const { return freedoms_; }
+  /// Coordinates that the tree was compiled with.
+  const std::vector<int>& needed() const { return needed_; }
   const std::vector<int>& independent() const { return independent_; }
+  bool redundant() const { return redundant_; }
   /// See IndependentChoice::note.
   const std::string& note() const { return note_; }
   /// Without loops nothing has to be solved: state() then holds no poses.
@@ -94,7 +97,7 @@ class Branch {
 
   const Mechanism& mechanism_;
   Tree<S> tree_;
-  std::vector<int> independent_;
+  std::vector<int> needed_, independent_;
   std::string note_;
   int freedoms_;
   bool redundant_, direct_, plain_ = false;

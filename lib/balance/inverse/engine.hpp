@@ -60,6 +60,8 @@ class InverseEngine final : public InverseDynamics::Engine {
   MotionOutcome bias(const StateNumbers& state, VectorX& bias) override;
   MotionOutcome regressor(const StateNumbers& state, EffortRegressor& regressor) override;
 
+  const Branch<S>& branch() const { return branch_; }
+
  private:
   struct Motor {
     int column;

@@ -29,6 +29,7 @@ constexpr double least =
 template <class S>
 struct Loops {
   Tree<S> tree;
+  std::vector<int> needed;  ///< it was compiled with
   int freedoms = 0;
   std::vector<MatrixX>
       velocities;  ///< scaled columns × freedoms; the first one where the mechanism assembles, if it is generic
@@ -55,7 +56,7 @@ void look_around(const VectorX& start, Loops<S>& loops) {
 
 template <class S>
 Loops<S> analyse(const Mechanism& mechanism, const std::vector<int>& needed) {
-  Loops<S> loops{compile<S>(mechanism, needed), 0, {}};
+  Loops<S> loops{compile<S>(mechanism, needed), needed, 0, {}};
   System<S> closures(loops.tree, Drive<S>{});
   const Solution start = find_pose(mechanism, loops.tree, closures, {});
   if (!start.found) throw std::invalid_argument(explain_missing_start(mechanism, loops.tree, start).reason);
@@ -143,7 +144,8 @@ std::vector<int> named(const Mechanism& mechanism, const std::vector<std::string
 template <class S>
 IndependentChoice<S> finish(Loops<S>&& loops, std::vector<int> coordinates, std::string note) {
   const bool redundant = loops.tree.closure_rows > loops.tree.columns - loops.freedoms;
-  return {std::move(loops.tree), std::move(coordinates), loops.freedoms, redundant, std::move(note)};
+  return {std::move(loops.tree), std::move(loops.needed), std::move(coordinates), loops.freedoms, redundant,
+          std::move(note)};
 }
 
 template <class S>

@@ -12,6 +12,7 @@ namespace balance {
 template <class S>
 struct IndependentChoice {
   Tree<S> tree;
+  std::vector<int> needed;       ///< coordinates that the tree was compiled with
   std::vector<int> coordinates;  ///< as many as freedoms, and they determine the others
   int freedoms = 0;              ///< by rank
   bool redundant = false;        ///< closures have more rows than rank

@@ -129,6 +129,8 @@ class InverseDynamics {
   Answer<EffortRegressor> regressor(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time = 0);
 
   class Engine;
+  /// For the library's own rooms.
+  const Engine& engine() const { return *engine_; }
 
  private:
   std::unique_ptr<Engine> engine_;

@@ -1,0 +1,65 @@
+#include "balance/gradients/mechanism_number.hpp"
+
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+using Kind = MechanismNumber::Kind;
+
+/// Entries of the list that `index` counts.
+std::size_t listed(const Mechanism& mechanism, Kind kind) {
+  using enum MechanismNumber::Kind;
+  switch (kind) {
+    case gravity: return 1;
+    case tool_position: return mechanism.tool ? 1 : 0;
+    case body_mass:
+    case body_com:
+    case body_inertia: return mechanism.bodies.size();
+    case joint_point_first:
+    case joint_point_second: return mechanism.joints.size();
+    case attachment_mass:
+    case attachment_position:
+    case attachment_inertia: return mechanism.attachments.size();
+    case disc_mass:
+    case disc_position:
+    case disc_inertia:
+    case disc_ratio: return mechanism.discs.size();
+    case coupling_ratio:
+    case coupling_offset: return mechanism.couplings.size();
+    case spring_stiffness:
+    case spring_free_length:
+    case spring_point_first:
+    case spring_point_second: return mechanism.springs.size();
+    case friction_viscous:
+    case friction_coulomb: return mechanism.friction.size();
+    case load_force:
+    case load_moment: return mechanism.loads.size();
+  }
+  return 0;
+}
+
+bool is_matrix(Kind kind) {
+  return kind == Kind::body_inertia || kind == Kind::attachment_inertia || kind == Kind::disc_inertia;
+}
+
+}  // namespace
+
+bool has_mirror(const MechanismNumber& number) { return is_matrix(number.kind) && number.row != number.column; }
+
+void require_number(const Mechanism& mechanism, const MechanismNumber& number) {
+  const auto in = [](int value, std::size_t count) { return value >= 0 && static_cast<std::size_t>(value) < count; };
+  const auto refuse = [](const std::string& what, int value) {
+    throw std::invalid_argument("a number of the mechanism: there is no " + what + " " + std::to_string(value));
+  };
+  if (!in(number.index, listed(mechanism, number.kind))) refuse("element", number.index);
+  if (!in(number.row, 3)) refuse("row", number.row);
+  const bool load = number.kind == Kind::load_force || number.kind == Kind::load_moment;
+  const std::size_t columns = load ? mechanism.loads[static_cast<std::size_t>(number.index)].force.size()
+                              : is_matrix(number.kind) ? 3
+                                                       : 1;
+  if (!in(number.column, columns)) refuse("column", number.column);
+}
+
+}  // namespace balance

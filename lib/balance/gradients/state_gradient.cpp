@@ -1,0 +1,92 @@
+#include "balance/gradients/state_gradient.hpp"
+
+#include "balance/gradients/moment.hpp"
+#include "balance/inverse/engine.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+/// The state and the mechanism with the derivatives of a few numbers set.
+struct Seeded {
+  MechanismOf<DualNumber> mechanism;
+  DriveSampleOf<DualNumber> target;
+
+  void seed(const Wanted& wanted, std::size_t k) {
+    if (const auto* number = std::get_if<MechanismNumber>(&wanted)) {
+      number_in(mechanism, *number).d[k] = 1;
+      if (has_mirror(*number))
+        number_in(mechanism, {number->kind, number->index, number->column, number->row}).d[k] = 1;
+      return;
+    }
+    const StateNumber& own = std::get<StateNumber>(wanted);
+    auto& values = own.kind == StateNumber::Kind::q    ? target.value
+                   : own.kind == StateNumber::Kind::dq ? target.rate
+                                                       : target.acceleration;
+    values[own.index].d[k] = 1;
+  }
+};
+
+void check(const InverseDynamics& door, const std::vector<Wanted>& wanted) {
+  for (const Wanted& one : wanted) {
+    if (const auto* number = std::get_if<MechanismNumber>(&one)) {
+      require_number(door.mechanism(), *number);
+    } else if (const int index = std::get<StateNumber>(one).index; index < 0 || index >= door.degrees_of_freedom()) {
+      throw std::invalid_argument("a number of the state: there is no coordinate " + std::to_string(index) + " of " +
+                                  std::to_string(door.degrees_of_freedom()));
+    }
+  }
+}
+
+/// So many of the numbers as are taken at a time.
+template <class S>
+bool add_derivatives(const InverseEngine<S>& engine, const Seeded& seeded, double time, std::size_t count,
+                     std::vector<Sample>& derivatives) {
+  const Branch<S>& branch = engine.branch();
+  DriveQuantities quantities;
+  quantities.coordinates = branch.independent();
+  DualMoment<S> moment(seeded.mechanism, branch.tree(), branch.needed(), quantities, branch.redundant(),
+                       branch.freedoms(), to_vector<S>(engine.options.about));
+  moment.move(branch.y(), seeded.target);
+  if (!moment.observe(time, engine.options.time_scale, Detail::everything)) return false;
+  SampleOf<DualNumber> seen = moment.sample();
+  seen.mobility = moment.mobility();
+  for (std::size_t k = 0; k < count; ++k) derivatives.push_back(derivative_of(seen, k));
+  return true;
+}
+
+}  // namespace
+
+Answer<StateGradient> derivatives(InverseDynamics& door, const VectorX& q, const VectorX& dq, const VectorX& ddq,
+                                  const std::vector<Wanted>& wanted, double time) {
+  check(door, wanted);
+  Answer<StateGradient> found;
+  Answer<Sample> here = door.at(q, dq, ddq, time);
+  found.outcome = here.outcome;
+  found.value.sample = std::move(here.value);
+  if (!found) return found;
+  const Seeded plain{with_derivatives(door.mechanism()),
+                     {q.cast<DualNumber>(), dq.cast<DualNumber>(), ddq.cast<DualNumber>(),
+                      Matrix3Of<DualNumber>::Identity(), Vector3Of<DualNumber>::Zero(), Vector3Of<DualNumber>::Zero()}};
+  for (std::size_t first = 0; first < wanted.size(); first += dual_width) {
+    const std::size_t count = std::min<std::size_t>(dual_width, wanted.size() - first);
+    Seeded seeded = plain;
+    for (std::size_t k = 0; k < count; ++k) seeded.seed(wanted[first + k], k);
+    const auto& engine = door.engine();
+    const bool held = door.mechanism().space == SpaceKind::planar
+                          ? add_derivatives(static_cast<const InverseEngine<Planar>&>(engine), seeded, time, count,
+                                            found.value.derivatives)
+                          : add_derivatives(static_cast<const InverseEngine<Spatial>&>(engine), seeded, time, count,
+                                            found.value.derivatives);
+    if (held) continue;
+    found.outcome.status = MotionStatus::actuation_singularity;
+    found.outcome.reason = "actuation singularity: the efforts have no derivatives there";
+    break;
+  }
+  return found;
+}
+
+}  // namespace balance
