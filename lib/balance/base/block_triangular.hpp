@@ -32,8 +32,8 @@ class BlockTriangular {
   const double* storage() const { return values_.data(); }
   /// How many entries have a place.
   std::size_t stored() const { return values_.size(); }
-  /// The n×n matrix with its rows and columns in another order, row-major.
-  void copy_permuted(double* matrix) const;
+  /// AᵀA with its rows and columns in another order: the upper triangle, row-major, n×n, zeros below.
+  void write_normal(double* normal) const;
 
   /// The diagonal blocks: inverses of the smallest, LU with partial pivoting of the others.
   /// @return the smallest |pivot| or 1/|entry of an inverse|, 0 if singular; a measure of regularity for matrices with entries of the order of one

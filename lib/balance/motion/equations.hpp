@@ -107,7 +107,7 @@ class Equations {
   Matrix3 gap_matrix_ = Matrix3::Identity();  ///< of the tool's rotation where last filled
   BlockTriangular sparse_;
   LeastSingular least_singular_;
-  Samples dense_, permuted_;
+  Samples dense_;
   MatrixX kept_;                       ///< of dense_
   long filled_ = 0, factorised_ = -1;  ///< the latter: filled() of the matrix last factorised
   Eigen::ColPivHouseholderQR<MatrixX> qr_;
