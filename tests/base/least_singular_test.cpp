@@ -73,7 +73,6 @@ TEST_CASE(
     "equal") {
   std::mt19937 random(13);
   std::normal_distribution<double> number;
-  int told = 0, calls = 0;
   for (int n = 1; n <= 12; ++n) {
     const auto generic = [&] { return MatrixX::NullaryExpr(n, n, [&] { return number(random); }); };
     const Eigen::HouseholderQR<MatrixX> left(generic()), right(generic());
@@ -86,18 +85,17 @@ TEST_CASE(
     LeastSingular search;
     for (int k = 0; k <= 400; ++k) {  // two values cross in the middle; the vectors do not change at all
       VectorX values = VectorX::LinSpaced(n, 1, 2);
-      values[0] = 0.4 + 0.001 * k;
-      values[n - 1] = 0.8 - 0.001 * k;
+      values[0] = 0.2 + 0.002 * k;
+      values[n - 1] = 1.0 - 0.002 * k;
       const MatrixX matrix = U * values.asDiagonal() * V.transpose();
       for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) sparse.at(i, j) = matrix(i, j);
       REQUIRE(sparse.factorise() > 0);
       Samples::Map(search.normal(n), n, n) = matrix.transpose() * matrix;
       const std::optional<double> found = search.of_factors(sparse);
-      ++calls;
-      if (found) ++told;
-      CHECK(std::abs(found.value_or(values.minCoeff()) - values.minCoeff()) <= 2e-9 * values.minCoeff());
+      std::sort(values.begin(), values.end());
+      if (n == 1 || values[1] > 2 * values[0]) CHECK(found.has_value());  // each step then gains a digit
+      CHECK(std::abs(found.value_or(values[0]) - values[0]) <= 2e-9 * values[0]);
     }
   }
-  CHECK(told > 0.8 * calls);  // near the crossing it cannot be told
 }

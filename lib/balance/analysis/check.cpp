@@ -14,8 +14,8 @@ namespace balance {
 
 namespace {
 
-/// Coordinates times steps that the search for assembly modes may take: seconds. Mechanisms of three hundred coordinates need less.
-constexpr long most_work = 400'000;
+/// Coordinates times steps that the search for assembly modes may take: a second or two. Mechanisms of a thousand coordinates need less.
+constexpr long most_work = 1'500'000;
 
 /// @param scale what counts as one: a radian, the characteristic length
 /// @param unit what the spec tells it in

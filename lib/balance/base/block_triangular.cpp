@@ -59,15 +59,22 @@ int BlockTriangular::index(int row, int column) const {
   return found != end && *found == j ? inside_ + static_cast<int>(found - columns_.begin()) : -1;
 }
 
-void BlockTriangular::copy_permuted(double* matrix) const {
-  const int n = size();
-  std::fill_n(matrix, static_cast<std::size_t>(n) * n, 0);
+void BlockTriangular::write_normal(double* normal) const {
+  const auto n = static_cast<std::size_t>(size());
+  std::fill_n(normal, n * n, 0);
+  const double* left = values_.data() + inside_;
   for (const Block& block : blocks_) {
     const double* inside = values_.data() + block.offset;
     for (int i = block.begin; i < block.begin + block.size; ++i, inside += block.size) {
-      std::copy_n(inside, block.size, matrix + static_cast<std::size_t>(i) * n + block.begin);
-      for (int k = start_[i]; k < start_[i + 1]; ++k)
-        matrix[static_cast<std::size_t>(i) * n + columns_[k]] = values_[inside_ + k];
+      for (int k = start_[i]; k < start_[i + 1]; ++k) {
+        double* row = normal + static_cast<std::size_t>(columns_[k]) * n;
+        for (int l = k; l < start_[i + 1]; ++l) row[columns_[l]] += left[k] * left[l];
+        for (int j = 0; j < block.size; ++j) row[block.begin + j] += left[k] * inside[j];
+      }
+      for (int j = 0; j < block.size; ++j) {
+        double* row = normal + static_cast<std::size_t>(block.begin + j) * n + block.begin;
+        for (int l = j; l < block.size; ++l) row[l] += inside[j] * inside[l];
+      }
     }
   }
 }

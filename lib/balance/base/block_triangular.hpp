@@ -32,8 +32,8 @@ class BlockTriangular {
   const double* storage() const { return values_.data(); }
   /// How many entries have a place.
   std::size_t stored() const { return values_.size(); }
-  /// The n×n matrix with its rows and columns in another order, row-major.
-  void copy_permuted(double* matrix) const;
+  /// AᵀA with its rows and columns in another order: the upper triangle, row-major, n×n, zeros below.
+  void write_normal(double* normal) const;
 
   struct Block {
     int begin, size, offset;  ///< first row, rows, where its factors start

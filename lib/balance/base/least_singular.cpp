@@ -72,6 +72,8 @@ void LeastSingular::reduce() {
 }
 
 double LeastSingular::of_normal() {
+  for (int i = 0; i < n_; ++i)
+    for (int j = 0; j < i; ++j) matrix_[i * n_ + j] = matrix_[j * n_ + i];
   reduce();
   double least = 0;
   for (int steps = 0; steps < most_steps; ++steps) {

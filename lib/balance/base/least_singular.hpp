@@ -15,7 +15,7 @@ namespace balance {
 /// Eigenvalue Problem, 1965, ch. 7). Values below 1e-8 of the largest are round-off.
 class LeastSingular {
  public:
-  /// Room for AᵀA, to be filled before of_normal() and of_factors(). n × n, row-major; both triangles.
+  /// Room for AᵀA, to be filled before of_normal() and of_factors(). n × n, row-major; the upper triangle.
   /// @param n at least 1
   double* normal(int n);
   /// @return the smallest singular value of A. Spoils normal(). Allocates nothing.

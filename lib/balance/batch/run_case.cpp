@@ -20,6 +20,7 @@
 #include <filesystem>
 #include <new>
 #include <stdexcept>
+#include <type_traits>
 
 namespace balance {
 namespace {
@@ -78,7 +79,7 @@ class CaseRun {
 
   /// A mistake in an override is the suite's, not the spec's.
   template <class Reader>
-  auto read(const Reader& reader) const {
+  std::invoke_result_t<Reader, const ReadOptions&> read(const Reader& reader) const {
     try {
       return reader(ReadOptions{.set = wanted_.set});
     } catch (const SpecError& error) {

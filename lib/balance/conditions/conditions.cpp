@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <climits>
 #include <stdexcept>
 
 namespace balance {
@@ -67,16 +66,13 @@ class Derivation {
   bool collect(GoalRows<S>& rows, Configuration& configuration, int wanted, MatrixX& all) {
     std::vector<MatrixX> blocks{all};
     Eigen::Index count = all.rows();
-    Eigen::Index directions = INT_MAX;
     for (int tried = 0; count < wanted || out_.samples < fewest_samples; ++tried) {
       if (tried == most_samples) return false;
       const VectorX velocity = configuration.null_space * random_.normal(configuration.null_space.cols());
-      const Probe probe{some_of(configuration.null_space, directions), velocity};
+      const Probe probe{some_of(configuration.null_space, wanted / fewest_samples + 1), velocity};
       MatrixX block;
       if (rows.at(configuration, probe, block)) {
         ++out_.samples;
-        if (const Eigen::Index each = block.rows() / probe.directions.cols(); each > 0)
-          directions = wanted / (fewest_samples * each) + 1;
         count += block.rows();
         blocks.push_back(std::move(block));
         if (count == 0) break;  // nothing that the goal wants to vanish exists
@@ -92,7 +88,7 @@ class Derivation {
     return true;
   }
 
-  /// Of many directions so many mixtures at random, which are as good: rows come from several configurations anyway.
+  /// Of many directions so many mixtures at random, which are as good: each goal's rows come from several configurations anyway.
   MatrixX some_of(const MatrixX& directions, Eigen::Index count) {
     constexpr Eigen::Index many = 48;
     const Eigen::Index all = directions.cols();

@@ -110,7 +110,6 @@ class Equations {
   SquareSystem<T> sparse_;
   LeastSingular least_singular_;
   TallSystem<T> tall_;
-  Samples permuted_;
   long filled_ = 0, factorised_ = -1;  ///< the latter: filled() of the matrix last factorised
 };
 

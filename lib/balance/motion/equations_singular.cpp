@@ -18,15 +18,12 @@ typename S::Scalar Equations<S>::least_singular_value() {
     const int n = columns();
     if (!redundant_ && n > most_dense && factorise())
       if (const std::optional<double> value = least_singular_by_inverse(sparse_)) return *value;
-    Eigen::Map<Samples> normal(least_singular_.normal(n), n, n);
+    double* normal = least_singular_.normal(n);
     if (redundant_) {
-      normal.noalias() = tall_.dense().transpose() * tall_.dense();
+      Eigen::Map<Samples>(normal, n, n).noalias() = tall_.dense().transpose() * tall_.dense();
       return least_singular_.of_normal();
     }
-    // in the order of the storage, which changes no singular value
-    permuted_.resize(n, n);
-    sparse_.copy_permuted(permuted_.data());
-    normal.noalias() = permuted_.transpose().lazyProduct(permuted_);
+    sparse_.write_normal(normal);  // in the order of the storage, which changes no singular value
     if (factorised_ == filled_ && regularity_ > 0)
       if (const std::optional<double> value = least_singular_.of_factors(sparse_)) return *value;
     return least_singular_.of_normal();
