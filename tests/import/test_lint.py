@@ -7,8 +7,7 @@ import unittest
 
 import yaml
 
-from _program import run
-from _spec import ImportCase, case
+from _spec import ImportCase, case, run
 
 ARM = """<robot name="arm">
 <link name="base"/>

@@ -224,7 +224,8 @@ class MjcfReader {
     } else
       read_.fault(element, "type", fmt::format("expected hinge, slide, ball or free, found {}", in_quotes(kind)));
     const Vector3 axis = read_.vector(full, "axis", Vector3::UnitZ());
-    if (!(axis.norm() > 1e-10)) read_.fault(element, "axis", "expected a direction, found a vector without length");
+    if (!(axis.norm() > 1e-100 && axis.norm() < 1e100))
+      read_.fault(element, "axis", "expected a direction, found a vector without length");
     one.joint.axis = pose.R * axis.normalized();
     read_dynamics(full, kind == "slide" ? 1 : angles_.unit(), one);
     put_between(one, first, second, pose, read_.vector(full, "pos", Vector3::Zero()));

@@ -50,6 +50,29 @@ void drop_joints_within(Robot& robot) {
   std::erase_if(robot.springs, [](const Spring& one) { return one.first == one.second; });
 }
 
+/// A joint follows one other at most, and none follows itself. What follows two is led by one of them the other way round.
+void order_couplings(Robot& robot) {
+  std::vector<int> leaders(robot.joints.size(), -1);
+  const auto at = [](int joint) { return static_cast<std::size_t>(joint); };
+  const auto leads = [&](int joint, int other) {  // up the chain of leaders
+    while (other >= 0 && other != joint) other = leaders[at(other)];
+    return other == joint;
+  };
+  for (RobotCoupling& one : robot.couplings) {
+    if (leaders[at(one.follower)] >= 0 && leaders[at(one.leader)] < 0) {
+      std::swap(one.follower, one.leader);
+      one.offset = -one.offset / one.ratio;
+      one.ratio = 1 / one.ratio;
+    }
+    if (leaders[at(one.follower)] >= 0 || leads(one.follower, one.leader))
+      throw SpecError(
+          {.place = one.place,
+           .message = fmt::format("expected a joint that follows one other, found {}, which is coupled twice",
+                                  in_quotes(robot.joints[at(one.follower)].joint.name))});
+    leaders[at(one.follower)] = one.leader;
+  }
+}
+
 /// Bodies that no chain of joints holds.
 void check_held(const Robot& robot) {
   std::vector<bool> held(robot.bodies.size());
@@ -74,6 +97,7 @@ void check_held(const Robot& robot) {
 
 void prepare(Robot& robot, const ImportOptions& options) {
   hold_floating(robot, options.fixed_base);
+  order_couplings(robot);
   lint(robot);
   choose_actuators(robot, options.actuate);
   merge_fixed(robot);

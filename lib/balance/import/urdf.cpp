@@ -173,7 +173,8 @@ class UrdfReader {
       note(Level::note, element, "no-axis", "has no axis: (1, 0, 0) is meant");
     const Vector3 axis = said == nullptr ? Vector3::UnitX() : read_.vector(*said, "xyz", Vector3::UnitX());
     const double length = axis.norm();
-    if (!(length > 1e-100)) return read_.fault(*said, "xyz", "expected a direction, found a vector without length");
+    if (!(length > 1e-100 && length < 1e100))
+      return read_.fault(*said, "xyz", "expected a direction, found a vector without length");
     if (std::abs(length - 1) > 1e-6)
       note(Level::warning, element, "axis",
            fmt::format("its axis ({:.6g}, {:.6g}, {:.6g}) has the length {:.6g}, not 1: normalised", axis.x(), axis.y(),

@@ -72,7 +72,7 @@ class ClosureReader {
 
   Vector3 direction(const XmlElement& at, const Vector3& axis) {
     const double length = axis.norm();
-    if (length > 1e-100) return axis / length;
+    if (length > 1e-100 && length < 1e100) return axis / length;
     read_.fault(at, "", "expected an axis, found a vector without length");
     return Vector3::UnitX();
   }

@@ -28,7 +28,7 @@ Vector3 plain_vector(const read::Cursor& at) {
 
 Vector3 plain_direction(const read::Cursor& at) {
   const Vector3 v = plain_vector(at);
-  if (!(v.norm() > 1e-100)) at.expected("a direction, [x, y, z] that is not zero");
+  if (!(v.norm() > 1e-100 && v.norm() < 1e100)) at.expected("a direction, [x, y, z] that is not zero");
   return v.normalized();
 }
 
