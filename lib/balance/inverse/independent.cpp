@@ -60,7 +60,7 @@ Loops<S> analyse(const Mechanism& mechanism, const std::vector<int>& needed) {
   System<S> closures(loops.tree, Drive<S>{});
   const Solution start = find_pose(mechanism, loops.tree, closures, {});
   if (!start.found) throw std::invalid_argument(explain_missing_start(mechanism, loops.tree, start).reason);
-  loops.freedoms = loops.tree.columns - generic_closure_rank(loops.tree, start.y).rank;
+  loops.freedoms = loops.tree.columns - generic_closure_rank(loops.tree, start.y);
   look_around(start.y, loops);
   return loops;
 }
