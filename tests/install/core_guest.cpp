@@ -19,9 +19,8 @@ int main() {
   constexpr double mass = 3, way = 0.5, duration = 2;
   balance::Mechanism mechanism;
   mechanism.name = "block on a rail";
-  mechanism.bodies = {
-      {.name = "ground"},
-      {.name = "block", .mass = mass, .inertia = balance::Vector3(0, 0, 0.01).asDiagonal()}};
+  mechanism.bodies = {{.name = "ground"},
+                      {.name = "block", .mass = mass, .inertia = balance::Vector3(0, 0, 0.01).asDiagonal()}};
   mechanism.joints = {
       {.name = "rail", .type = balance::JointType::prismatic, .second = 1, .axis = balance::Vector3::UnitX()}};
   mechanism.coordinates = balance::list_coordinates(mechanism.space, mechanism.joints);

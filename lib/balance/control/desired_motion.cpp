@@ -127,7 +127,8 @@ MotionOutcome displace(const Mechanism& mechanism, const Trajectory& trajectory,
 
 double duration_of(const Trajectory& trajectory) {
   const auto* table = std::get_if<TablePath>(&trajectory.path);
-  return table == nullptr || is_searched(trajectory.law.kind) ? trajectory.duration : table->time.back() - table->time.front();
+  return table == nullptr || is_searched(trajectory.law.kind) ? trajectory.duration
+                                                              : table->time.back() - table->time.front();
 }
 
 DesiredMotion desired_motion(const Mechanism& mechanism, const Trajectory& trajectory,

@@ -2,8 +2,8 @@
 /// What springs ask of the tree's coordinates, per unit of their parameters (conditions/parameter.hpp lists these). Private to
 /// study.
 
-#include "balance/dynamics/parameter.hpp"
 #include "balance/dynamics/external.hpp"
+#include "balance/dynamics/parameter.hpp"
 
 #include <vector>
 
