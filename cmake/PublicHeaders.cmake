@@ -33,12 +33,13 @@ set(balance_public_design
     conditions/modular.hpp
     conditions/text.hpp)
 set(balance_public_comparing compare/comparison.hpp compare/verdict.hpp read/requirement.hpp read/result_file.hpp)
+set(balance_public_importing import/export_urdf.hpp import/import.hpp)
 set(balance_public_pages report/page.hpp)
 
 set(balance_umbrella
     "#pragma once\n/// Everything that users of the library include; <balance/…> of their own are in the same place.\n")
 set(balance_installed_headers "")
-foreach(part core gradients reading writing design comparing pages)
+foreach(part core gradients reading writing design comparing importing pages)
   if(NOT TARGET balance_${part})
     continue()
   endif()

@@ -82,7 +82,9 @@ void check_near(const VectorX& exact, const VectorX& differences, const VectorX&
 
 void check(const std::string& machine) {
   CAPTURE(machine);
-  const Mechanism mechanism = doors::config(machine).mechanism;
+  Mechanism mechanism = doors::config(machine).mechanism;
+  for (Spring& spring : mechanism.springs)
+    if (spring.stiffness == 0) spring.stiffness = 300;  // one that is still to be designed
   InverseDynamics door(mechanism);
   const State state = some_state(door);
   std::vector<Wanted> wanted;
@@ -133,7 +135,9 @@ void check(const std::string& machine) {
 }  // namespace
 
 TEST_CASE("derivatives of open chains are those of differences") {
-  for (const char* machine : {"rr.yaml", "planar-rrr.yaml", "spatial-rrr.yaml", "scara.yaml"}) check(machine);
+  for (const char* machine :
+       {"rr.yaml", "planar-rrr.yaml", "spatial-rrr.yaml", "scara.yaml", "spatial-rrr-design.yaml"})
+    check(machine);
 }
 
 TEST_CASE("derivatives of mechanisms with loops are those of differences") {
