@@ -122,8 +122,6 @@ class RestWriter {
   }
 
   void ending() {
-    page_.line(0, "");
-    page_.line(0, "", "To simulate it, say from where to where, for example:");
     std::string from_values, to_values;
     for (std::size_t j = 0; j < page_.robot.joints.size(); ++j) {
       const RobotJoint& one = page_.robot.joints[j];
@@ -135,6 +133,9 @@ class RestWriter {
       from_values += fmt::format("{}{}: {:.6g}", comma, page_.names.joints[j], start + 0.0);
       to_values += fmt::format("{}{}: {:.6g}", comma, page_.names.joints[j], start + 0.1);
     }
+    if (from_values.empty()) return;
+    page_.line(0, "");
+    page_.line(0, "", "To simulate it, say from where to where, for example:");
     page_.line(0, "",
                fmt::format("motion: {{duration: 1, from: {{joints: {{{}}}}}, to: {{joints: {{{}}}}}}}", from_values,
                            to_values));

@@ -57,7 +57,8 @@ class Writer : private SpecPage {
     for (const auto& [what, count] : robot.ignored)
       ignored += fmt::format("{}{} {}", ignored.empty() ? "" : ", ", count, what);
     if (!ignored.empty()) line(0, "", "Left out: " + ignored);
-    if (!robot.name.empty()) line(0, "name: " + quoted(robot.name));
+    const std::string name = robot.name.empty() ? std::filesystem::path(robot.file).stem().string() : robot.name;
+    line(0, "name: " + quoted(name.empty() ? "unnamed" : name));
     line(0, fmt::format("space: {}", planar() ? "planar" : "spatial"));
     if (!robot.gravity.isZero(0)) line(0, "gravity: " + vector(robot.gravity));
   }
