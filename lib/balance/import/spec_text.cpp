@@ -109,11 +109,11 @@ class Writer : private SpecPage {
   std::string limits(const RobotJoint& one) const {
     const Limits& l = one.limits;
     const bool slide = one.joint.type == JointType::prismatic;
-    std::string text;
-    if (l.lower && l.upper) text += fmt::format(", from {} to {} {}", *l.lower, *l.upper, slide ? "m" : "rad");
-    if (l.rate) text += fmt::format(", at most {} {}", *l.rate, slide ? "m/s" : "rad/s");
-    if (l.effort) text += fmt::format(", at most {} {}", *l.effort, slide ? "N" : "N m");
-    return text;
+    std::string said;
+    if (l.lower && l.upper) said += fmt::format(", from {} to {} {}", *l.lower, *l.upper, slide ? "m" : "rad");
+    if (l.rate) said += fmt::format(", at most {} {}", *l.rate, slide ? "m/s" : "rad/s");
+    if (l.effort) said += fmt::format(", at most {} {}", *l.effort, slide ? "N" : "N m");
+    return said;
   }
 
   void joints() {
