@@ -52,6 +52,8 @@ Command setup_completion(CLI::App& program);
 Command setup_conditions(CLI::App& program);
 Command setup_control(CLI::App& program);
 Command setup_design(CLI::App& program);
+Command setup_export(CLI::App& program);
+Command setup_import(CLI::App& program);
 Command setup_man(CLI::App& program);
 Command setup_new(CLI::App& program);
 Command setup_plot(CLI::App& program);

@@ -17,8 +17,6 @@
 #include <sstream>
 
 namespace balance::app {
-Command setup_export(CLI::App& program);
-Command setup_import(CLI::App& program);
 namespace {
 
 constexpr const char* footer =

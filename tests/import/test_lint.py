@@ -5,6 +5,7 @@ import math
 import os
 import unittest
 
+import numpy as np
 import yaml
 
 from _spec import ImportCase, case, run
@@ -177,6 +178,24 @@ class Mjcf(ImportCase):
         # the body's x is the world's y; the hinge at (1, 0.5, 1); the slide along the turned body x
         along = 0.25 - 0.5 + 0.1
         self.assert_near(com, [1 + along * math.cos(math.pi / 2 + 0.3), 0.5 + along * math.sin(math.pi / 2 + 0.3), 1], 1, "place")
+
+    def test_an_armature_is_offered_as_a_disc(self):
+        """Taken in, it adds its inertia times the acceleration to the effort of its own joint, and nothing else at rest."""
+        text = """<mujoco><worldbody><body name="a"><joint name="p" axis="0 1 0" armature="0.3"/>
+          <inertial pos="0.3 0 0" mass="2" diaginertia="0.01 0.02 0.02"/><body name="b" pos="0.5 0 0"><joint name="q" axis="0 1 0"/>
+          <inertial pos="0.2 0 0" mass="1" diaginertia="0.01 0.02 0.02"/></body></body></worldbody></mujoco>"""
+        done = run("import", self.write("r.xml", text))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        lines = done.stdout.splitlines()
+        begin = lines.index("# discs:")
+        with_disc = yaml.safe_load("\n".join(lines[:begin] + [line[2:] for line in lines[begin:begin + 2]]))
+        torques = []
+        for spec in (yaml.safe_load(done.stdout), with_disc):
+            with self.moved(spec, ["p", "q"], [0, 0], [1, -0.5]) as result:
+                torques.append(result["torque"][:])
+                acceleration = 2 * math.pi * np.sin(2 * math.pi * result["time"][:])
+        self.assert_near((torques[1] - torques[0])[:, 0], 0.3 * acceleration, 1, "the joint's own")
+        self.assert_near((torques[1] - torques[0])[:, 1], 0 * acceleration, 1, "the other")
 
     def test_an_included_file(self):
         self.write("arm.xml", '<mujocoinclude><body name="b"><joint name="h" axis="0 1 0"/><inertial pos="0.3 0 0" mass="2" '

@@ -92,14 +92,12 @@ class Linter {
       const RobotJoint* joint = moving_joint(b);
       if (point && joint != nullptr && standing_.count(b) == 0)
         tell(b, Level::note, "massless",
-             fmt::format("has no mass and moves with joint {}: fine where motions are prescribed, not for 'control'",
-                         in_quotes(joint->joint.name)));
+             fmt::format("has no mass: it moves with joint {} and what it carries", in_quotes(joint->joint.name)));
       return;
     }
     if (point) {
       if (standing_.count(b) == 0)
-        tell(b, Level::note, "point",
-             fmt::format("is a point mass of {:.6g} kg without inertia: fine where motions are prescribed", body.mass));
+        tell(b, Level::note, "point", fmt::format("is a point mass of {:.6g} kg, without inertia", body.mass));
       return;
     }
     if (possible(b, body)) sizes(b, body);

@@ -232,12 +232,13 @@ class MjcfReader {
   }
 
   void read_dynamics(const XmlElement& full, double unit, RobotJoint& one) {
-    one.armature = read_.number(full, "armature", 0);
     const double ref = read_.number(full, "ref", 0) * unit;
     if (ref != 0) one.note = fmt::format("the file's coordinate less its ref of {}", ref);
     if (const auto range = read_.numbers(full, "range", {2}); !range.empty())
       one.limits = {range[0] * unit - ref, range[1] * unit - ref, {}, {}};
     if (one.joint.type == JointType::fixed || one.joint.type == JointType::spherical) return;
+    one.armature = read_.number(full, "armature", 0);
+    if (!(one.armature >= 0)) read_.fault(full, "armature", "expected an armature ≥ 0");
     one.viscous = read_.number(full, "damping", 0);
     one.coulomb = read_.number(full, "frictionloss", 0);
     if (one.viscous < 0 || one.coulomb < 0) read_.fault(full, "", "damping and friction cannot be negative");

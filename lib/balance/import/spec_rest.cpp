@@ -97,13 +97,24 @@ class RestWriter {
         page_.line(0, "", "discs:");
       }
       first = false;
-      const std::string value = number(one.armature);
-      page_.line(0, "",
-                 fmt::format("  {}_rotor: {{body: {}, at: {}, follows: {}, inertia: {}}}", page_.names.joints[j],
-                             page_.names.bodies[static_cast<std::size_t>(one.joint.second)],
-                             page_.vector(one.joint.point_second), page_.names.joints[j],
-                             page_.planar() ? value : list({one.armature, one.armature, one.armature})));
+      disc_for(j, one);
     }
+  }
+
+  /// On the first body it turns by q against that body; on the ground nothing can be carried, and on the second it turns twice as fast.
+  void disc_for(std::size_t j, const RobotJoint& one) {
+    const Joint& joint = one.joint;
+    const bool on_second = joint.first == 0 || joint.type != JointType::revolute;
+    const bool doubled = on_second && joint.type == JointType::revolute;
+    const double axial = doubled ? one.armature / 4 : one.armature;
+    const auto carrier = static_cast<std::size_t>(on_second ? joint.second : joint.first);
+    const std::string inertia =
+        page_.planar() ? number(axial) : fmt::format("{{axial: {}, transverse: {}}}", number(axial), number(axial / 2));
+    page_.line(
+        0, "",
+        fmt::format("  {}_rotor: {{body: {}, at: {}, follows: {}, inertia: {}}}", page_.names.joints[j],
+                    page_.names.bodies[carrier], page_.vector(on_second ? joint.point_second : joint.point_first),
+                    page_.names.joints[j], inertia));
   }
 
   void friction() {
@@ -122,8 +133,6 @@ class RestWriter {
   }
 
   void ending() {
-    page_.line(0, "");
-    page_.line(0, "", "To simulate it, say from where to where, for example:");
     std::string from_values, to_values;
     for (std::size_t j = 0; j < page_.robot.joints.size(); ++j) {
       const RobotJoint& one = page_.robot.joints[j];
@@ -135,6 +144,9 @@ class RestWriter {
       from_values += fmt::format("{}{}: {:.6g}", comma, page_.names.joints[j], start + 0.0);
       to_values += fmt::format("{}{}: {:.6g}", comma, page_.names.joints[j], start + 0.1);
     }
+    if (from_values.empty()) return;
+    page_.line(0, "");
+    page_.line(0, "", "To simulate it, say from where to where, for example:");
     page_.line(0, "",
                fmt::format("motion: {{duration: 1, from: {{joints: {{{}}}}}, to: {{joints: {{{}}}}}}}", from_values,
                            to_values));

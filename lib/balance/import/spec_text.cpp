@@ -57,7 +57,8 @@ class Writer : private SpecPage {
     for (const auto& [what, count] : robot.ignored)
       ignored += fmt::format("{}{} {}", ignored.empty() ? "" : ", ", count, what);
     if (!ignored.empty()) line(0, "", "Left out: " + ignored);
-    if (!robot.name.empty()) line(0, "name: " + quoted(robot.name));
+    const std::string name = robot.name.empty() ? std::filesystem::path(robot.file).stem().string() : robot.name;
+    line(0, "name: " + quoted(name.empty() ? "unnamed" : name));
     line(0, fmt::format("space: {}", planar() ? "planar" : "spatial"));
     if (!robot.gravity.isZero(0)) line(0, "gravity: " + vector(robot.gravity));
   }
@@ -108,11 +109,11 @@ class Writer : private SpecPage {
   std::string limits(const RobotJoint& one) const {
     const Limits& l = one.limits;
     const bool slide = one.joint.type == JointType::prismatic;
-    std::string text;
-    if (l.lower && l.upper) text += fmt::format(", from {} to {} {}", *l.lower, *l.upper, slide ? "m" : "rad");
-    if (l.rate) text += fmt::format(", at most {} {}", *l.rate, slide ? "m/s" : "rad/s");
-    if (l.effort) text += fmt::format(", at most {} {}", *l.effort, slide ? "N" : "N m");
-    return text;
+    std::string said;
+    if (l.lower && l.upper) said += fmt::format(", from {} to {} {}", *l.lower, *l.upper, slide ? "m" : "rad");
+    if (l.rate) said += fmt::format(", at most {} {}", *l.rate, slide ? "m/s" : "rad/s");
+    if (l.effort) said += fmt::format(", at most {} {}", *l.effort, slide ? "N" : "N m");
+    return said;
   }
 
   void joints() {
