@@ -49,7 +49,7 @@ class NearbyRows : public NearbyConditions::Implementation {
       }
       MatrixX again;
       useful_ = true;
-      useful_ = solve_for_pivots(mechanism, again) && same(again, conditions.matrix);
+      useful_ = NearbyRows::solve_for_pivots(mechanism, again) && same(again, conditions.matrix);
       if (useful_) return;
     }
   }

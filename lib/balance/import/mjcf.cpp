@@ -176,11 +176,11 @@ class MjcfReader {
       return index;
     }
     for (std::size_t k = 0; k < joints.size(); ++k) {
-      const bool last = k + 1 == joints.size();
       RobotBody carried;
       carried.body.name = fmt::format("{}_before_{}", name, k + 2);
       carried.place = place_of(*joints[k]);
-      const int index = add_body(last ? std::move(body) : std::move(carried));
+      if (k + 1 == joints.size()) std::swap(carried, body);
+      const int index = add_body(std::move(carried));
       read_joint(*joints[k], name, k, parent, index, k == 0 ? pose : Pose{}, child_class);
       parent = index;
     }
