@@ -71,7 +71,7 @@ std::unique_ptr<InverseDynamics::Engine> make_engine(const Mechanism& mechanism,
 
 }  // namespace
 
-InverseDynamics::InverseDynamics(const Mechanism& mechanism, InverseOptions options)
+InverseDynamics::InverseDynamics(const Mechanism& mechanism, const InverseOptions& options)
     : engine_(make_engine(mechanism, options)) {}
 InverseDynamics::~InverseDynamics() = default;
 InverseDynamics::InverseDynamics(InverseDynamics&&) noexcept = default;

@@ -88,7 +88,7 @@ class InverseDynamics {
  public:
   /// @throws std::invalid_argument if the mechanism has faults (validate), its loops cannot be closed anywhere, or the options ask for
   ///         coordinates that do not exist or do not determine the motion
-  explicit InverseDynamics(const Mechanism& mechanism, InverseOptions options = {});
+  explicit InverseDynamics(const Mechanism& mechanism, const InverseOptions& options = {});
   ~InverseDynamics();
   InverseDynamics(InverseDynamics&&) noexcept;
   InverseDynamics& operator=(InverseDynamics&&) noexcept;
