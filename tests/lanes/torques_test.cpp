@@ -108,7 +108,7 @@ TEST_CASE("an instruction set that is not there is refused") {
   const auto sets = instruction_sets();
   for (const InstructionSet set : {InstructionSet::baseline, InstructionSet::avx2, InstructionSet::avx512}) {
     if (std::find(sets.begin(), sets.end(), set) != sets.end())
-      CHECK(lane_kernels(set).planar_torques != nullptr);
+      CHECK_NOTHROW(lane_kernels(set));
     else
       CHECK_THROWS_AS(lane_kernels(set), std::invalid_argument);
   }
