@@ -9,6 +9,7 @@ function(balance_part part)
     file(GLOB_RECURSE found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/balance/${room}/*.cpp)
     list(APPEND sources ${found})
   endforeach()
+  list(FILTER sources EXCLUDE REGEX "/lanes/kernels\\.cpp$") # by balance_compile_lanes
   set(target balance_${part})
   add_library(${target} STATIC ${sources})
   add_library(balance::${part} ALIAS ${target})
@@ -29,7 +30,7 @@ set_source_files_properties(
   lib/balance/conditions/farkas_cone.cpp
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
-balance_part(core ROOMS base model kinematics motion dynamics natural result inverse timing simulation study)
+balance_part(core ROOMS base model kinematics motion dynamics lanes natural result inverse timing simulation study)
 target_link_libraries(balance_core PUBLIC Eigen3::Eigen)
 target_compile_features(balance_core PUBLIC cxx_std_20)
 target_include_directories(
@@ -38,6 +39,7 @@ target_include_directories(
 # Three-vectors and 3×3 matrices written in pairs and read one by one (or the other way round) stall the processor's store
 # buffer: without this the recursions take a third longer.
 target_compile_definitions(balance_core PUBLIC EIGEN_UNALIGNED_VECTORIZE=0 PRIVATE ${balance_lane_definitions})
+balance_compile_lanes(balance_core lib/balance/lanes/kernels.cpp balance_lanes)
 
 # The engine over numbers with derivatives: these sources of templates once more, see base/number.hpp.
 add_library(balance_duals OBJECT

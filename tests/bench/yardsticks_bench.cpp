@@ -5,6 +5,7 @@
 #include "yardsticks.hpp"
 
 #include "balance/dynamics/observer.hpp"
+#include "balance/lanes/kernels.hpp"
 #include "balance/simulation/simulate.hpp"
 
 #include <benchmark/benchmark.h>
@@ -59,6 +60,23 @@ void open_chain(benchmark::State& bench, const Mechanism& mechanism) {
   for (auto _ : bench) {
     for (long k = 0; k < samples * Joints; k += Joints)
       tree_torques<S>(tree, &states.q[k], &states.dq[k], &states.ddq[k], gravity, state, wrenches, &states.torque[k]);
+    benchmark::DoNotOptimize(states.torque.data());
+  }
+  count(bench, samples);
+}
+
+/// The same in lanes.
+template <class S, int Joints>
+void open_chain_lanes(benchmark::State& bench, const Mechanism& mechanism, InstructionSet set) {
+  const Tree<S> tree = compile<S>(mechanism, {});
+  const typename S::Vector gravity = to_vector<S>(mechanism.gravity);
+  States<Joints> states;
+  const TorqueJob job = {samples, states.q.data(), states.dq.data(), states.ddq.data(), states.torque.data()};
+  for (auto _ : bench) {
+    if constexpr (is_planar<S>)
+      lane_kernels(set).planar_torques(tree, gravity, job);
+    else
+      lane_kernels(set).spatial_torques(tree, gravity, job);
     benchmark::DoNotOptimize(states.torque.data());
   }
   count(bench, samples);
@@ -125,6 +143,12 @@ struct Ratio {
 constexpr Ratio ratios[] = {
     {"planar RRR, torques at given states", "engine/planar_rrr", "yardstick/planar_rrr"},
     {"seven-joint arm, torques at given states", "engine/seven_joint_arm", "yardstick/seven_joint_arm"},
+    {"planar RRR, the same, baseline lanes", "lanes/planar_rrr/baseline", "yardstick/planar_rrr"},
+    {"planar RRR, the same, AVX2", "lanes/planar_rrr/avx2", "yardstick/planar_rrr"},
+    {"planar RRR, the same, AVX-512", "lanes/planar_rrr/avx512", "yardstick/planar_rrr"},
+    {"seven-joint arm, the same, baseline lanes", "lanes/seven_joint_arm/baseline", "yardstick/seven_joint_arm"},
+    {"seven-joint arm, the same, AVX2", "lanes/seven_joint_arm/avx2", "yardstick/seven_joint_arm"},
+    {"seven-joint arm, the same, AVX-512", "lanes/seven_joint_arm/avx512", "yardstick/seven_joint_arm"},
     {"3RRR, tool on the cycloid, all forces", "engine/three_rrr_forces", "yardstick/three_rrr"},
     {"3RRR, everything that the file holds", "engine/three_rrr_everything", "yardstick/three_rrr"},
 };
@@ -157,6 +181,12 @@ int main(int argc, char** argv) {
   time("yardstick/seven_joint_arm",
        [](benchmark::State& s) { open_chain_yardstick<7>(s, SevenJointYardstick(seven_joint_arm())); });
   time("engine/seven_joint_arm", [](benchmark::State& s) { open_chain<Spatial, 7>(s, seven_joint_arm()); });
+  for (const InstructionSet set : instruction_sets()) {
+    time(std::string("lanes/planar_rrr/") + name(set),
+         [set](benchmark::State& s) { open_chain_lanes<Planar, 3>(s, planar_rrr(), set); });
+    time(std::string("lanes/seven_joint_arm/") + name(set),
+         [set](benchmark::State& s) { open_chain_lanes<Spatial, 7>(s, seven_joint_arm(), set); });
+  }
   time("yardstick/three_rrr", three_rrr_yardstick);
   time("engine/three_rrr_forces", three_rrr_forces);
   time("engine/three_rrr_everything", three_rrr_everything);

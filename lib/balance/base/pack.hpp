@@ -17,11 +17,11 @@ namespace packs {
 // Spelt out: GCC 12 loses constructors from a vector whose size depends on a template's parameter.
 template <int W>
 struct Vectors;
-#define BALANCE_VECTORS(W)                                      \
-  template <>                                                   \
-  struct Vectors<W> {                                           \
-    using Numbers __attribute__((vector_size(8 * W))) = double; \
-    using Bits __attribute__((vector_size(8 * W))) = long long; \
+#define BALANCE_VECTORS(W)                                        \
+  template <>                                                     \
+  struct Vectors<W> {                                             \
+    using Numbers __attribute__((vector_size(8 * (W)))) = double; \
+    using Bits __attribute__((vector_size(8 * (W)))) = long long; \
   };
 BALANCE_VECTORS(2)
 BALANCE_VECTORS(4)

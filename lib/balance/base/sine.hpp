@@ -82,12 +82,13 @@ inline SineCosine<Pack<W>> sine_cosine(const Pack<W>& x) {
   using P = Pack<W>;
   auto reduced = sines::reduce_small<typename P::Numbers, typename P::Bits>(x.v);
   const Mask<W> small = abs(x) <= sines::largest_small;
-  if (!all(small)) [[unlikely]]
+  if (!all(small)) {
     for (int l = 0; l < W; ++l) {
       if (small[l]) continue;
       const auto lane = sines::reduce_large(x[l]);
       reduced.y[l] = lane.y, reduced.t[l] = lane.t, reduced.quadrant[l] = lane.quadrant;
     }
+  }
   const auto both = sines::of_reduced(reduced);
   return {P(both.sine), P(both.cosine)};
 }

@@ -17,10 +17,17 @@ struct Wrench {
 
 /// Force and moment that give one node its acceleration.
 template <class S>
+inline Wrench<S> inertia_wrench(const typename S::Inertia& inertia, const NodeState<S>& s) {
+  return {inertia_force<S>(inertia, s), times(inertia.second, s.angular_acceleration) +
+                                            gyroscopic(s.angular_velocity, inertia.second) +
+                                            cross(inertia.moment, s.acceleration)};
+}
+
+template <class S>
 inline void add_inertia_wrench(const typename S::Inertia& inertia, const NodeState<S>& s, Wrench<S>& wrench) {
-  wrench.force += inertia_force<S>(inertia, s);
-  wrench.moment += times(inertia.second, s.angular_acceleration) + gyroscopic(s.angular_velocity, inertia.second) +
-                   cross(inertia.moment, s.acceleration);
+  const Wrench<S> own = inertia_wrench(inertia, s);
+  wrench.force += own.force;
+  wrench.moment += own.moment;
 }
 
 /// Adds a node's wrench, seen from its parent, to the parent's.
@@ -67,22 +74,26 @@ void wrench_torques(const Tree<S>& tree, const State<S>& state, std::vector<Wren
 }
 
 /// Generalised forces of an open tree without external forces, in one go outwards and one back: the shortest way to the
-/// torques of a serial arm.
+/// torques of a serial arm. What the ground exerts is not asked for: wrenches[0] is left as it is.
 template <class S>
 void tree_torques(const Tree<S>& tree, const typename S::Scalar* y, const typename S::Scalar* dy,
                   const typename S::Scalar* ddy, const typename S::Vector& gravity, State<S>& state,
                   std::vector<Wrench<S>>& wrenches, typename S::Scalar* tau) {
   state[0].acceleration = -gravity;
-  wrenches[0] = {};
+  for (int c = 0; c < tree.columns; ++c) tau[c] = 0;
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
     const Node<S>& node = tree.nodes[n];
     const NodeState<S>& parent = state[node.parent];
     set_local_pose(node, y, state[n]);
     set_angular_velocity(node, dy, parent, state[n]);
     set_acceleration(node, dy, ddy, parent, state[n]);
-    wrenches[n] = {};
+    wrenches[n] = node.massless ? Wrench<S>() : inertia_wrench<S>(node.inertia, state[n]);
   }
-  inverse_dynamics(tree, state, wrenches, tau);
+  for (std::size_t n = tree.nodes.size(); n-- > 1;) {
+    const Node<S>& node = tree.nodes[n];
+    if (node.motion != NodeMotion::weld) tau[node.column] += along_motion(node, wrenches[n]);
+    if (node.parent > 0) pass_on(state[n], wrenches[n], wrenches[node.parent]);
+  }
 }
 
 }  // namespace balance

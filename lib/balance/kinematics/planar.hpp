@@ -33,58 +33,58 @@ struct PlanarOf {
 };
 
 template <class T>
-Vector2Of<T> cross(const T& w, const Vector2Of<T>& r) {
+inline Vector2Of<T> cross(const T& w, const Vector2Of<T>& r) {
   return {-w * r.y(), w * r.x()};
 }
 template <class T>
-T cross(const Vector2Of<T>& r, const Vector2Of<T>& f) {
+inline T cross(const Vector2Of<T>& r, const Vector2Of<T>& f) {
   return r.x() * f.y() - r.y() * f.x();
 }
 template <class T>
-T cross(const T&, const T&) {
+inline T cross(const T&, const T&) {
   return 0;
 }
 template <class T>
-T dot(const T& a, const T& b) {
+inline T dot(const T& a, const T& b) {
   return a * b;
 }
 /// World direction of the axis that a node's joint turns about.
 template <class T>
-T turn_axis(const PlanarRotation<T>&) {
+inline T turn_axis(const PlanarRotation<T>&) {
   return 1;
 }
 template <class T>
-Vector2Of<T> operator*(const PlanarRotation<T>& R, const Vector2Of<T>& v) {
+inline Vector2Of<T> operator*(const PlanarRotation<T>& R, const Vector2Of<T>& v) {
   return {R.c * v.x() - R.s * v.y(), R.s * v.x() + R.c * v.y()};
 }
 template <class T>
-T operator*(const PlanarRotation<T>&, const T& w) {
+inline T operator*(const PlanarRotation<T>&, const T& w) {
   return w;
 }
 template <class T>
-Vector2Of<T> unrotate(const PlanarRotation<T>& R, const Vector2Of<T>& v) {
+inline Vector2Of<T> unrotate(const PlanarRotation<T>& R, const Vector2Of<T>& v) {
   return {R.c * v.x() + R.s * v.y(), R.c * v.y() - R.s * v.x()};
 }
 template <class T>
-T unrotate(const PlanarRotation<T>&, const T& w) {
+inline T unrotate(const PlanarRotation<T>&, const T& w) {
   return w;
 }
 template <class T>
-PlanarRotation<T> operator*(const PlanarRotation<T>& a, const PlanarRotation<T>& b) {
+inline PlanarRotation<T> operator*(const PlanarRotation<T>& a, const PlanarRotation<T>& b) {
   return {a.c * b.c - a.s * b.s, a.s * b.c + a.c * b.s};
 }
 /// R followed by a turn about the joint axis.
 template <class T>
-PlanarRotation<T> turned(const PlanarRotation<T>& R, const T& c, const T& s) {
+inline PlanarRotation<T> turned(const PlanarRotation<T>& R, const T& c, const T& s) {
   return R * PlanarRotation<T>{c, s};
 }
 /// Axis k (0: x, 1: y) of the rotated frame.
 template <class T>
-Vector2Of<T> axis(const PlanarRotation<T>& R, int k) {
+inline Vector2Of<T> axis(const PlanarRotation<T>& R, int k) {
   return k == 0 ? Vector2Of<T>(R.c, R.s) : Vector2Of<T>(-R.s, R.c);
 }
 template <class T>
-T gyroscopic(const T&, const T&) {
+inline T gyroscopic(const T&, const T&) {
   return 0;
 }
 
@@ -94,42 +94,42 @@ struct PlanarTurning {
   T alpha, square;
 };
 template <class T>
-Vector2Of<T> times(const PlanarTurning<T>& K, const Vector2Of<T>& v) {
+inline Vector2Of<T> times(const PlanarTurning<T>& K, const Vector2Of<T>& v) {
   return {-K.alpha * v.y() - K.square * v.x(), K.alpha * v.x() - K.square * v.y()};
 }
 template <class T>
-PlanarTurning<T> turning(const T& w, const T& alpha) {
+inline PlanarTurning<T> turning(const T& w, const T& alpha) {
   return {alpha, w * w};
 }
 template <class T>
-T times(const T& m, const T& v) {
+inline T times(const T& m, const T& v) {
   return m * v;
 }
 
 // About and along the joint axis, written out because the compiler may not drop a product with zero.
 template <class T>
-void add_about_axis(T& w, const T& rate) {
+inline void add_about_axis(T& w, const T& rate) {
   w += rate;
 }
 /// ω × (rate about the axis).
 template <class T>
-T cross_with_axis(const T&, const T&) {
+inline T cross_with_axis(const T&, const T&) {
   return 0;
 }
 template <class T>
-T about_axis(const T& moment) {
+inline T about_axis(const T& moment) {
   return moment;
 }
 template <class T>
-T along_slide(const Vector2Of<T>& v) {
+inline T along_slide(const Vector2Of<T>& v) {
   return v.x();
 }
 template <class T>
-void add_along_slide(Vector2Of<T>& v, const T& rate) {
+inline void add_along_slide(Vector2Of<T>& v, const T& rate) {
   v.x() += rate;
 }
 template <class T>
-Vector2Of<T> slide_axis(const PlanarRotation<T>& R) {
+inline Vector2Of<T> slide_axis(const PlanarRotation<T>& R) {
   return {R.c, R.s};
 }
 

@@ -31,45 +31,45 @@ struct SpatialOf {
 };
 
 template <class T>
-Vector3Of<T> cross(const Vector3Of<T>& a, const Vector3Of<T>& b) {
+inline Vector3Of<T> cross(const Vector3Of<T>& a, const Vector3Of<T>& b) {
   return {a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(), a.x() * b.y() - a.y() * b.x()};
 }
 template <class T>
-T dot(const Vector3Of<T>& a, const Vector3Of<T>& b) {
+inline T dot(const Vector3Of<T>& a, const Vector3Of<T>& b) {
   return a.x() * b.x() + a.y() * b.y() + a.z() * b.z();
 }
 template <class T>
-T dot(const Vector2Of<T>& a, const Vector2Of<T>& b) {
+inline T dot(const Vector2Of<T>& a, const Vector2Of<T>& b) {
   return a.x() * b.x() + a.y() * b.y();
 }
 template <class T>
-Vector3Of<T> turn_axis(const SpatialRotation<T>& R) {
+inline Vector3Of<T> turn_axis(const SpatialRotation<T>& R) {
   return R.matrix.col(2);
 }
 /// M v, written out: for three rows the general product spends more on its loop than on its arithmetic.
 template <class T>
-Vector3Of<T> times(const Matrix3Of<T>& M, const Vector3Of<T>& v) {
+inline Vector3Of<T> times(const Matrix3Of<T>& M, const Vector3Of<T>& v) {
   const T x = v.x(), y = v.y(), z = v.z();
   return {M(0, 0) * x + M(0, 1) * y + M(0, 2) * z, M(1, 0) * x + M(1, 1) * y + M(1, 2) * z,
           M(2, 0) * x + M(2, 1) * y + M(2, 2) * z};
 }
 template <class T>
-Vector3Of<T> operator*(const SpatialRotation<T>& R, const Vector3Of<T>& v) {
+inline Vector3Of<T> operator*(const SpatialRotation<T>& R, const Vector3Of<T>& v) {
   return times(R.matrix, v);
 }
 template <class T>
-Vector3Of<T> unrotate(const SpatialRotation<T>& R, const Vector3Of<T>& v) {
+inline Vector3Of<T> unrotate(const SpatialRotation<T>& R, const Vector3Of<T>& v) {
   const Matrix3Of<T>& M = R.matrix;
   const T x = v.x(), y = v.y(), z = v.z();
   return {M(0, 0) * x + M(1, 0) * y + M(2, 0) * z, M(0, 1) * x + M(1, 1) * y + M(2, 1) * z,
           M(0, 2) * x + M(1, 2) * y + M(2, 2) * z};
 }
 template <class T>
-SpatialRotation<T> operator*(const SpatialRotation<T>& a, const SpatialRotation<T>& b) {
+inline SpatialRotation<T> operator*(const SpatialRotation<T>& a, const SpatialRotation<T>& b) {
   return {Matrix3Of<T>(a.matrix * b.matrix)};
 }
 template <class T>
-SpatialRotation<T> turned(const SpatialRotation<T>& R, const T& c, const T& s) {
+inline SpatialRotation<T> turned(const SpatialRotation<T>& R, const T& c, const T& s) {
   SpatialRotation<T> out;
   out.matrix.col(0) = c * R.matrix.col(0) + s * R.matrix.col(1);
   out.matrix.col(1) = c * R.matrix.col(1) - s * R.matrix.col(0);
@@ -77,17 +77,17 @@ SpatialRotation<T> turned(const SpatialRotation<T>& R, const T& c, const T& s) {
   return out;
 }
 template <class T>
-Vector3Of<T> axis(const SpatialRotation<T>& R, int k) {
+inline Vector3Of<T> axis(const SpatialRotation<T>& R, int k) {
   return R.matrix.col(k);
 }
 /// ω × Jω.
 template <class T>
-Vector3Of<T> gyroscopic(const Vector3Of<T>& w, const Matrix3Of<T>& J) {
+inline Vector3Of<T> gyroscopic(const Vector3Of<T>& w, const Matrix3Of<T>& J) {
   return cross(w, times(J, w));
 }
 
 template <class T>
-Matrix3Of<T> turning(const Vector3Of<T>& w, const Vector3Of<T>& alpha) {
+inline Matrix3Of<T> turning(const Vector3Of<T>& w, const Vector3Of<T>& alpha) {
   const T xx = w.x() * w.x(), yy = w.y() * w.y(), zz = w.z() * w.z();
   const T xy = w.x() * w.y(), xz = w.x() * w.z(), yz = w.y() * w.z();
   Matrix3Of<T> K;
@@ -96,27 +96,27 @@ Matrix3Of<T> turning(const Vector3Of<T>& w, const Vector3Of<T>& alpha) {
   return K;
 }
 template <class T>
-void add_about_axis(Vector3Of<T>& w, const T& rate) {
+inline void add_about_axis(Vector3Of<T>& w, const T& rate) {
   w.z() += rate;
 }
 template <class T>
-Vector3Of<T> cross_with_axis(const Vector3Of<T>& w, const T& rate) {
+inline Vector3Of<T> cross_with_axis(const Vector3Of<T>& w, const T& rate) {
   return {w.y() * rate, -w.x() * rate, T(0)};
 }
 template <class T>
-T about_axis(const Vector3Of<T>& moment) {
+inline T about_axis(const Vector3Of<T>& moment) {
   return moment.z();
 }
 template <class T>
-T along_slide(const Vector3Of<T>& v) {
+inline T along_slide(const Vector3Of<T>& v) {
   return v.z();
 }
 template <class T>
-void add_along_slide(Vector3Of<T>& v, const T& rate) {
+inline void add_along_slide(Vector3Of<T>& v, const T& rate) {
   v.z() += rate;
 }
 template <class T>
-Vector3Of<T> slide_axis(const SpatialRotation<T>& R) {
+inline Vector3Of<T> slide_axis(const SpatialRotation<T>& R) {
   return R.matrix.col(2);
 }
 

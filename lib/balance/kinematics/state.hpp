@@ -83,16 +83,18 @@ inline typename S::Vector own_acceleration(const NodeState<S>& state, const type
 template <class S>
 inline void set_acceleration(const Node<S>& node, const typename S::Scalar* dy, const typename S::Scalar* ddy,
                              const NodeState<S>& parent, NodeState<S>& state) {
-  state.acceleration = unrotate(state.R_PN, own_acceleration(parent, state.p_PN));
-  state.angular_acceleration = unrotate(state.R_PN, parent.angular_acceleration);
+  typename S::Vector a = unrotate(state.R_PN, own_acceleration(parent, state.p_PN));  // worked on in registers
+  typename S::Angular alpha = unrotate(state.R_PN, parent.angular_acceleration);
   if (node.motion == NodeMotion::turn) {
-    state.angular_acceleration += cross_with_axis(state.angular_velocity, node.ratio * dy[node.column]);
-    if (ddy) add_about_axis(state.angular_acceleration, node.ratio * ddy[node.column]);
+    alpha += cross_with_axis(state.angular_velocity, typename S::Scalar(node.ratio * dy[node.column]));
+    if (ddy) add_about_axis(alpha, typename S::Scalar(node.ratio * ddy[node.column]));
   } else if (node.motion == NodeMotion::slide) {
     const typename S::Vector slip = node.ratio * dy[node.column] * S::slide_direction();
-    state.acceleration += 2 * cross(state.angular_velocity, slip);
-    if (ddy) add_along_slide(state.acceleration, node.ratio * ddy[node.column]);
+    a += 2 * cross(state.angular_velocity, slip);
+    if (ddy) add_along_slide(a, typename S::Scalar(node.ratio * ddy[node.column]));
   }
+  state.acceleration = a;
+  state.angular_acceleration = alpha;
 }
 
 template <class S>
