@@ -48,7 +48,7 @@ void read_body_fields(const Cursor& at, Draft& draft, Body& body) {
                   {{"mass", Need::required,
                     [&](const Cursor& c) {
                       text.mass = c;
-                      body.mass = read_number(c, draft, dimension::mass, Sign::not_negative);
+                      body.mass = read_number(c, draft, dimension::mass, Sign::positive_or_zero);
                     }},
                    {"com", need, [&](const Cursor& c) { body.com = read_vector(c, draft, dimension::length); }},
                    {"inertia", need, [&](const Cursor& c) { text.inertia = c; }},
@@ -88,8 +88,7 @@ void check_lightness(const BodyText& text, const Body& body, bool carries, const
     text.mass->fail({.kind = "must be positive",
                      .expected = "a number > 0",
                      .found = "0",
-                     .hint = point ? "a body without mass must carry something, and this one carries nothing"
-                                   : "a body without mass has no inertia"});
+                     .hint = point ? "a body without mass must carry something, and this one carries nothing" : ""});
   if (text.inertia && point && body.mass > 0 && !carries && !says_as_given(text))
     check_inertia(*text.inertia, body.inertia, draft, Bearer::body);
 }

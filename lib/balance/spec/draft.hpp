@@ -53,7 +53,8 @@ struct Draft {
   bool planar() const { return study.mechanism.space == SpaceKind::planar; }
 };
 
-enum class Sign { any, not_negative, positive };
+/// `positive_or_zero`: positive, but for a zero that is judged elsewhere.
+enum class Sign { any, not_negative, positive, positive_or_zero };
 
 /// A number, an expression or a free number, in SI.
 double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign = Sign::any);

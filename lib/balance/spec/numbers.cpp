@@ -20,7 +20,7 @@ std::string found_number(const Cursor& at, double value) {
 }
 
 void check_sign(const Cursor& at, double value, Sign sign) {
-  if (sign == Sign::positive && !(value > 0))
+  if ((sign == Sign::positive && !(value > 0)) || (sign == Sign::positive_or_zero && !(value >= 0)))
     at.fail({.kind = "must be positive", .expected = "a number > 0", .found = found_number(at, value)});
   if (sign == Sign::not_negative && value < 0)
     at.fail({.kind = "must not be negative", .expected = "a number ≥ 0", .found = found_number(at, value)});
