@@ -125,6 +125,17 @@ TEST_CASE("where the way meets a singularity the answer says so, and the state b
   CHECK(door.at(numbers({0.34}), zero, zero));
 }
 
+TEST_CASE("a state beyond reach of the one before is told at once") {
+  InverseDynamics door(doors::config("four-bar.yaml").mechanism);
+  const VectorX zero = VectorX::Zero(1);
+  REQUIRE(door.assemble(numbers({1.0})));
+  const auto far = door.at(numbers({1e9}), zero, zero);
+  CHECK(far.outcome.status == MotionStatus::unreachable);
+  CHECK(far.outcome.reason == "A is too far from the state before to be followed there");
+  CHECK(door.assemble(numbers({1e9})));
+  CHECK(door.at(numbers({1e9}), zero, zero));
+}
+
 TEST_CASE("an object can be moved, and each has its own branch") {
   InverseDynamics first(doors::config("5r.yaml").mechanism);
   const VectorX still = VectorX::Zero(2);

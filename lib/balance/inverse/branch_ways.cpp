@@ -5,12 +5,14 @@
 #include "balance/motion/stepper.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace balance {
 
 namespace {
 
 constexpr double shortest_part = 1.0 / 4096;  // of the way to the next state
+constexpr double longest_way = 1000;          // that is followed, in radians or characteristic lengths
 
 /// A stepper's words without the time, which has no meaning between two states.
 std::string timeless(const MotionOutcome& outcome) {
@@ -103,6 +105,14 @@ MotionOutcome Branch<S>::go_round(const double* q) {
   if (!assembled_) return assemble(q, {});
   if (fresh_ && std::equal(q_.begin(), q_.end(), q)) return outcome;
   if (step(q)) return outcome;
+  for (int k = 0; k < freedoms_; ++k) {
+    const double unit = drive_.linear[static_cast<std::size_t>(k)].is_length ? tree_.length : 1;
+    if (std::abs(q[k] - q_[static_cast<std::size_t>(k)]) <= longest_way * unit) continue;
+    outcome.status = MotionStatus::unreachable;
+    outcome.reason = mechanism_.coordinates[independent_[static_cast<std::size_t>(k)]].name +
+                     " is too far from the state before to be followed there";
+    return outcome;
+  }
   const Mark before = mark();
   if (walk(q)) return outcome;
   fresh_ = false;
