@@ -149,6 +149,15 @@ int Schedule::size() const { return implementation_->itinerary.size; }
 
 const std::vector<double>& Schedule::jumps() const { return implementation_->jumps; }
 
+std::vector<double> Schedule::knots() const {
+  std::vector<double> times;
+  for (const Leg& leg : implementation_->itinerary.legs)
+    if (const auto* curve = std::get_if<SplineCurve>(&leg.curve))
+      for (const double knot : curve->spline.knots())
+        if (knot > 0 && knot < 1) times.push_back(leg.clock.start() + knot * leg.clock.duration());
+  return times;
+}
+
 std::vector<double> Schedule::leg_ends() const {
   std::vector<double> times;
   for (const Leg& leg : implementation_->itinerary.legs)

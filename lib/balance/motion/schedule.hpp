@@ -51,6 +51,8 @@ class Schedule {
   const std::vector<double>& jumps() const;
   /// Times strictly inside (0, duration) at which one leg ends and the next begins, increasing. Not of a law that was found.
   std::vector<double> leg_ends() const;
+  /// Times strictly inside at which a third derivative jumps, because a spline has a knot there. Only under a uniform law.
+  std::vector<double> knots() const;
 
  private:
   struct Implementation;

@@ -28,6 +28,9 @@ class CubicSpline {
   /// Length of the stretch between two knots that holds the parameter.
   double stretch(double parameter) const;
 
+  /// Where the third derivative may jump, and the ends.
+  const std::vector<double>& knots() const { return knots_; }
+
   /// Number k of components.
   int size() const { return static_cast<int>(values_.cols()); }
 

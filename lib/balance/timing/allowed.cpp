@@ -50,6 +50,7 @@ Allowed::Allowed(const PathModel& model, const std::vector<double>& bounds)
 }
 
 void Allowed::go(double place, std::size_t first_panel, std::size_t last_panel) {
+  ++looks_;
   place_ = place;
   panel_ = model_.value.panel_at(place, first_panel, last_panel);
   model_.value.at(panel_, place, values_.data());

@@ -29,7 +29,8 @@ class Allowed {
 
   /// Goes to a place, by the series of the panels [first, last), which go on beyond their ends.
   void go(double place, std::size_t first_panel, std::size_t last_panel);
-  double place() const { return place_; }
+  /// Whether so many places have been looked at that the search must have lost its way.
+  bool exhausted() const { return looks_ > most_looks; }
 
   /// Takes the a of every row that has a zero there for zero, until the next go(). @return whether there is one
   bool drop_inertia();
@@ -68,6 +69,8 @@ class Allowed {
 
   const PathModel& model_;
   const std::vector<double>& bounds_;
+  static constexpr long most_looks = 2'000'000;
+  long looks_ = 0;
   double place_ = 0;
   std::size_t panel_ = 0;
   VectorX values_;

@@ -13,7 +13,9 @@ constexpr double bend_tolerance = 1e-7;    // of the quintic's s'' between nodes
 constexpr double kink = 1e-6;              // steps below this part of the arc's longest one step over kinks of s''
 constexpr double shortest = 1e-7;          // and below this part cannot go on: round-off would show in s''
 constexpr double on_cap = 1e-13;           // of its x
-constexpr int most_steps = 100000;
+constexpr double slope_step = 1e-5;        // of a stretch: for the slope of the ceiling
+constexpr double near_target = 0.05;       // of a step: what it falls short of its target by is added to it
+constexpr int most_steps = 20000;
 
 struct PathState {
   double s = 0, v = 0;
@@ -32,13 +34,15 @@ constexpr std::array<double, 7> differences{71.0 / 57600,      0,          -71.0
 
 class Follower {
  public:
-  Follower(Allowed& allowed, const Smooth& stretch, Edge edge, double until, const Watcher& watcher, Arc& arc)
+  Follower(Allowed& allowed, const Smooth& stretch, Edge edge, double until, const Watcher& watcher, double under,
+           Arc& arc)
       : allowed_(allowed),
         stretch_(stretch),
         edge_(edge),
         sign_(edge == Edge::brake ? -1 : 1),
         until_(until),
         watcher_(watcher),
+        under_(under),
         arc_(arc) {}
 
   ArcEnd run() {
@@ -46,6 +50,7 @@ class Follower {
     if (edge_ != Edge::slide && excess(arc_.back()) > 1e-9) return ArcEnd::blocked;
     ArcNode first = arc_.back();
     if (!look(first)) return end_;
+    if (edge_ == Edge::speed_up && under_ == 0 && climbs_along_cap(first)) return ArcEnd::capped;
     if (arc_.size() > 1)
       arc_.push_back(first);  // the same place with s'' on this side of it
     else
@@ -55,19 +60,17 @@ class Follower {
     longest_ = h;
     for (int step = 0; step < most_steps; ++step) {
       ArcNode next;
+      end_ = ArcEnd::arrived;
+      if (h < shortest * longest_ || allowed_.exhausted()) return ArcEnd::blocked;
+      h = std::min(h, time_left());
       bool last = false;
-      if (!try_step(h, next)) {
+      bool right = try_step(h, next);
+      if (right && sign_ * (next.s - until_) > -near_target * std::abs(next.s - arc_.back().s))
+        last = right = land(h, next);
+      if (!right) {
         h /= 4;
         if (h < shortest * longest_) return end_ == ArcEnd::arrived ? ArcEnd::blocked : end_;
         continue;
-      }
-      if (sign_ * (next.s - until_) >= 0) {
-        if (!land(h, next)) {
-          h /= 4;
-          if (h < shortest * longest_) return ArcEnd::blocked;
-          continue;
-        }
-        last = true;
       }
       if (error_ > 1 && h > kink * longest_) {
         h *= std::clamp(0.9 * std::pow(error_, -0.2), 0.15, 0.9);
@@ -90,10 +93,20 @@ class Follower {
   }
 
  private:
+  /// To the target at the present s'': longer steps would ask for places beyond it.
+  double time_left() const {
+    const ArcNode& now = arc_.back();
+    const double way = std::abs(until_ - now.s), gain = sign_ * now.u;
+    const double square = now.v * now.v + 2 * gain * way;
+    return square > 0 ? 2 * way / (now.v + std::sqrt(square)) : now.v > 0 ? 2 * way / now.v : INFINITY;
+  }
+
   /// s'' and its row at a node. @return false: there is none
   bool look(ArcNode& node) {
     allowed_.go(node.s, stretch_.first_panel, stretch_.last_panel);
-    const double x = node.v * node.v;
+    const double x = node.v * node.v, beyond = 0.05 * (stretch_.end - stretch_.begin);
+    if (!(node.s > stretch_.begin - beyond && node.s < stretch_.end + beyond) || !std::isfinite(x))
+      return fails(ArcEnd::blocked);
     if (edge_ == Edge::slide) return look_along_cap(node);
     const Interval interval = allowed_.by_inertia(x);
     if (interval.empty()) return fails(ArcEnd::blocked);
@@ -105,6 +118,7 @@ class Follower {
   }
 
   bool look_along_cap(ArcNode& node) {
+    if (under_ > 0) return look_under_ceiling(node);
     const Ceiling cap = allowed_.cap();
     if (cap.row < 0 || !(cap.x > 0)) return fails(ArcEnd::blocked);
     node.v = std::sqrt(cap.x);
@@ -158,22 +172,24 @@ class Follower {
     return bends_alike(now, next);
   }
 
-  /// Adds how far the quintic's s'' is off in the middle. @return false if nothing is allowed there
+  /// Adds how far the quintic's s'' is off between nodes: a kink may hide from one place or two. @return false if nothing is
+  /// allowed there
   bool bends_alike(const ArcNode& now, const ArcNode& next) {
-    ArcNode middle = middle_of(now, next);
-    const double bend = middle.u;
-    const double size = std::max({std::abs(now.u), std::abs(next.u), width_});
-    if (!look(middle)) return false;
-    error_ = std::max(error_, std::abs(middle.u - bend) / (bend_tolerance * size));
+    for (const double part : {0.2, 0.4, 0.6, 0.85}) {
+      ArcNode inside = inside_of(now, next, part);
+      const double bend = inside.u, size = std::max({std::abs(now.u), std::abs(next.u), width_});
+      if (!look(inside)) return false;
+      error_ = std::max(error_, std::abs(inside.u - bend) / (bend_tolerance * size));
+    }
     return true;
   }
 
-  ArcNode middle_of(const ArcNode& a, const ArcNode& b) const {
-    if (sign_ > 0) return between(a, b, (a.t + b.t) / 2);
+  ArcNode inside_of(const ArcNode& a, const ArcNode& b, double part) const {
+    if (sign_ > 0) return between(a, b, a.t + part * (b.t - a.t));
     ArcNode first = b, second = a;  // in the order of time
     first.t = 0;
     second.t = b.t - a.t;
-    return between(first, second, second.t / 2);
+    return between(first, second, part * second.t);
   }
 
   /// Shortens a step that goes too far so that it ends where it should.
@@ -194,7 +210,39 @@ class Follower {
   /// How far beyond the cap a node is, as a part of it.
   double excess(const ArcNode& node) {
     allowed_.go(node.s, stretch_.first_panel, stretch_.last_panel);
-    return node.v * node.v / allowed_.cap().x - 1;
+    const double x = under_ > 0 ? ceiling_here() : allowed_.cap().x;
+    return node.v * node.v / x - 1;
+  }
+
+  double ceiling_here() {
+    guess_ = allowed_.ceiling(guess_).x;
+    return (1 - under_) * guess_;
+  }
+
+  /// Just under the ceiling where the rows with a leave a single s'' there, which may happen to follow it.
+  bool look_under_ceiling(ArcNode& node) {
+    const double step = slope_step * (stretch_.end - stretch_.begin), place = node.s;
+    const auto at = [&](double s) {
+      allowed_.go(s, stretch_.first_panel, stretch_.last_panel);
+      return ceiling_here();
+    };
+    const double before = at(place - step), after = at(place + step), x = at(place);
+    if (!std::isfinite(before + after + x) || !(x > 0)) return fails(ArcEnd::blocked);
+    node.v = std::sqrt(x);
+    node.u = (after - before) / (4 * step);
+    const Interval interval = allowed_.at(x);
+    if (interval.empty() || node.u < interval.low) return fails(ArcEnd::blocked);
+    if (node.u > interval.high) return fails(ArcEnd::left);
+    node.row = interval.high_row;
+    width_ = std::max(std::abs(node.u), x / (stretch_.end - stretch_.begin));
+    return true;
+  }
+
+  /// Whether a node on the cap can go on along it.
+  bool climbs_along_cap(const ArcNode& node) {
+    const Ceiling cap = allowed_.cap();
+    return cap.row >= 0 && std::abs(node.v * node.v - cap.x) <= 1e-10 * cap.x &&
+           node.u >= allowed_.along(cap.row, cap.x);
   }
 
   /// Shortens a step that goes beyond the cap so that it ends on it.
@@ -213,6 +261,8 @@ class Follower {
   Edge edge_;
   double sign_, until_;
   const Watcher& watcher_;
+  double under_;
+  double guess_ = 0;  ///< of the ceiling
   Arc& arc_;
   ArcEnd end_ = ArcEnd::arrived;
   double error_ = 0, width_ = 0, longest_ = 0;
@@ -241,8 +291,9 @@ ArcNode between_at(const ArcNode& a, const ArcNode& b, double s) {
   return found;
 }
 
-ArcEnd follow_edge(Allowed& allowed, const Smooth& stretch, Edge edge, double until, const Watcher& watcher, Arc& arc) {
-  return Follower(allowed, stretch, edge, until, watcher, arc).run();
+ArcEnd follow_edge(Allowed& allowed, const Smooth& stretch, Edge edge, double until, const Watcher& watcher, Arc& arc,
+                   double under) {
+  return Follower(allowed, stretch, edge, until, watcher, under, arc).run();
 }
 
 }  // namespace balance

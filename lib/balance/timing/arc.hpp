@@ -61,6 +61,8 @@ using Watcher = std::function<bool(const ArcNode& from, const ArcNode& to)>;
 /// Continues an arc by embedded Runge–Kutta steps in time (Dormand and Prince), so short that the quintics between nodes keep s''.
 /// @param arc at least one node, on the stretch; braking: nodes run backwards, t counts backwards from the arc's first node
 /// @param until within the stretch
-ArcEnd follow_edge(Allowed& allowed, const Smooth& stretch, Edge edge, double until, const Watcher& watcher, Arc& arc);
+/// @param under not 0: the ceiling, less this part of it, is taken for a cap, too
+ArcEnd follow_edge(Allowed& allowed, const Smooth& stretch, Edge edge, double until, const Watcher& watcher, Arc& arc,
+                   double under = 0);
 
 }  // namespace balance

@@ -12,7 +12,7 @@ constexpr int scanned = 400;         // places of a leg at which the ceiling is 
 constexpr double probe = 1e-6;       // of a leg: how far apart slopes of the ceiling are measured
 constexpr double got_away = 1e-9;    // of a leg: arcs shorter than this have not got away
 constexpr double least_drop = 1e-9;  // of the ceiling at a station, relative
-constexpr std::size_t most_arcs = 10000;
+constexpr std::size_t most_arcs = 500;
 
 /// Where a braking arc leaves the ceiling.
 struct Critical {
@@ -28,7 +28,9 @@ class Marcher {
 
   Controllable run(double end_rate) {
     Critical from{leg_.end, end_rate * end_rate, leg_.stretches.size() - 1, -1, {}};
-    while (found_.arcs.size() < most_arcs) {
+    for (std::size_t arcs = 0;; ++arcs) {
+      if (arcs == most_arcs || allowed_.exhausted())
+        found_.refusal = place_text(from.place) + " the search for the law lost its way";
       const Arc arc = brake_into(from);
       if (!found_.refusal.empty()) return std::move(found_);
       if (arc.size() > 1) keep(arc, from);
@@ -157,13 +159,16 @@ class Marcher {
     if (std::isnan(low)) return false;
     go(place - step, k);
     const double before = allowed_.ceiling(x).x;
-    return x - 2 * low * step < before;
+    // where both fall alike the ceiling itself can be followed
+    const double margin = 1e-6 * step * (x / length_ + 2 * std::abs(low));
+    return x - 2 * low * step < before - margin;
   }
 
   std::optional<Critical> inside(std::size_t k, double right) {
     const double width = length_ / scanned;
     double x = 0;
-    if (right == stretch(k).end && right != leg_.end) right -= std::min(1e-3 * width, (right - stretch(k).begin) / 2);
+    if (right == stretch(k).end && stretch(k).vanishes_at_end)
+      right -= std::min(1e-3 * width, (right - stretch(k).begin) / 2);
     if (falls(right, k, x) && x > 0) return Critical{right, x, k, -1, {}};
     for (double last = right; last > stretch(k).begin;) {
       const double next = std::max(last - width, stretch(k).begin + 1e-3 * width);

@@ -9,7 +9,9 @@ namespace {
 
 constexpr double stands_still = 1e-9;  // of a leg
 constexpr double one_time = 1e-9;      // of the time so far: nodes nearer to each other are one
-constexpr int most_turns = 20000;      // between speeding up, sliding and braking
+constexpr double least_under = 1e-9;   // of the ceiling's x: followed so far below it
+constexpr double most_under = 1e-6;
+constexpr int most_turns = 500;  // between speeding up, sliding and braking
 
 class LegTiming {
  public:
@@ -65,12 +67,14 @@ class LegTiming {
     std::size_t k = stretch_from(arc.back().s);
     if (vanished >= 0) step_out(arc, k, vanished);
     Edge edge = Edge::speed_up;
+    double under = 0;  // the ceiling, if it is followed
     for (int turn = 0; turn < most_turns; ++turn) {
       const Smooth& stretch = leg_.stretches[k];
       const double place = arc.back().s;
-      const BrakingArc* ahead = edge == Edge::slide ? next_within(stretch, place) : nullptr;
+      const BrakingArc* ahead = edge == Edge::slide && under == 0 ? next_within(stretch, place) : nullptr;
+      const std::size_t nodes = arc.size();
       const double until = ahead != nullptr ? ahead->begin() : stretch.near_end();
-      const ArcEnd end = follow_edge(allowed_, stretch, edge, until, watcher, arc);
+      const ArcEnd end = follow_edge(allowed_, stretch, edge, until, watcher, arc, under);
       if (met != nullptr) return met;
       if (end == ArcEnd::stuck) {
         refusal_ = place_text(place) + " the limits leave nothing to move off with";
@@ -84,15 +88,18 @@ class LegTiming {
       if (end == ArcEnd::arrived && ahead != nullptr) return ahead;
       if (end == ArcEnd::arrived) {
         if (++k == leg_.stretches.size()) return nullptr;
-        edge = Edge::speed_up;
         continue;
       }
       if (end == ArcEnd::capped) {
         edge = Edge::slide;
       } else if (end == ArcEnd::left) {
         edge = Edge::speed_up;
+        under = 0;
       } else if (end == ArcEnd::blocked && meets_next(arc, met)) {
         return met;
+      } else if (end == ArcEnd::blocked && edge == Edge::speed_up && under == 0) {
+        arc.resize(nodes);  // once more, up to just under the ceiling
+        under = under_ceiling(stretch, place);
       } else if (arc.back().s - place < stands_still * (leg_.end - leg_.begin)) {
         refusal_ = lost(arc.back().s);
         return nullptr;
@@ -100,6 +107,15 @@ class LegTiming {
     }
     refusal_ = lost(arc.back().s);
     return nullptr;
+  }
+
+  /// How near to the ceiling it is followed: as near as the next braking arc has come to it.
+  double under_ceiling(const Smooth& stretch, double place) const {
+    const BrakingArc* next = next_within(stretch, place);
+    if (next == nullptr) return least_under;
+    allowed_.go(next->begin(), stretch.first_panel, stretch.last_panel);
+    const double v = next->nodes.front().v;
+    return std::clamp(2 * (1 - v * v / allowed_.ceiling().x), least_under, most_under);
   }
 
   /// Out of a place of zero inertia along the row that vanishes there.

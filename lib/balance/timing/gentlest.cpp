@@ -8,6 +8,8 @@ namespace balance {
 namespace {
 
 constexpr double met_duration = 1e-10;  // of the duration
+constexpr double no_gain = 1e-4;        // of the duration, by four times the excess: the other limits rule
+constexpr double most_excess = 1e12;    // over what the motion is worth at its mean rate
 constexpr double no_weight = 1e-9;      // parts of a quantity that do not depend on the motion, of those that do
 
 class GentlestSearch {
@@ -70,11 +72,14 @@ class GentlestSearch {
       return slow;  // its pace may be slackened: nothing grows beyond what rest needs
     }
     GentlestLaw fast = at(at_rest_ + high);
-    for (int doubling = 0; !(fast.law.refusal.empty() && fast.law.duration() <= duration_); ++doubling) {
-      if (doubling == 60) return too_short(fast);
+    while (!(fast.law.refusal.empty() && fast.law.duration() <= duration_)) {
       low = high;
       high *= 4;
-      fast = at(at_rest_ + high);
+      GentlestLaw faster = at(at_rest_ + high);
+      const bool gains = faster.law.refusal.empty() &&
+                         (!fast.law.refusal.empty() || faster.law.duration() < (1 - no_gain) * fast.law.duration());
+      if (!gains && (fast.law.refusal.empty() || high > most_excess * scale)) return too_short(fast);
+      fast = std::move(faster);
     }
     for (int halving = 0; halving < 100 && high - low > 1e-14 * high; ++halving) {
       const double middle = std::sqrt(low * high);

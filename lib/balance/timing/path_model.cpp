@@ -174,6 +174,7 @@ PathModel model_path(const Mechanism& mechanism, const Trajectory& trajectory,
   if (model.outcome.status != MotionStatus::done) return model;
   model.leg_ends = source->leg_ends();
   model.stations = model.leg_ends;
+  merge(model.stations, source->knots());
   model.start_speed = source->start_speed();
   model.end_speed = source->end_speed();
   FitStatus status = add_friction_jumps(*source, model.stations);

@@ -24,7 +24,7 @@ struct PathModel {
   std::vector<LimitRow> rows;
   PiecewiseSeries value, first, second;  ///< the columns and their two derivatives with respect to s
   std::vector<double> leg_ends;          ///< where the motion rests, 0 and 1 included
-  std::vector<double> stations;   ///< leg ends, jumps of friction, and places where a row's a is zero, increasing
+  std::vector<double> stations;   ///< leg ends, knots, jumps of friction, places where a row's a is zero, increasing
   std::vector<double> vanishing;  ///< those of them where a row's a is zero
   double start_speed = 0, end_speed = 0;  ///< of the driven point at both ends for s' = 1
   VectorX largest;                        ///< per column: its largest magnitude on the path

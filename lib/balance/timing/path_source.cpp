@@ -60,6 +60,7 @@ class PathSampler : public PathSource {
       return;
     }
     leg_ends_ = plan_.schedule->leg_ends();
+    knots_ = plan_.schedule->knots();
     leg_ends_.insert(leg_ends_.begin(), 0);
     leg_ends_.push_back(1);
     start_speed_ = speed(0, Side::after);

@@ -27,6 +27,8 @@ class PathSource {
   int columns() const { return columns_; }
   /// Where one leg ends in rest and the next begins, 0 and 1 included.
   const std::vector<double>& leg_ends() const { return leg_ends_; }
+  /// Where splines have knots: accelerations bend there.
+  const std::vector<double>& knots() const { return knots_; }
   /// How fast the driven point goes at both ends for s' = 1 [m]; without one the norm of the driven coordinates' rates.
   double start_speed() const { return start_speed_; }
   double end_speed() const { return end_speed_; }
@@ -50,7 +52,7 @@ class PathSource {
   MotionOutcome outcome_;
   std::vector<LimitColumns> limits_;
   int columns_ = 0;
-  std::vector<double> leg_ends_;
+  std::vector<double> leg_ends_, knots_;
   double start_speed_ = 0, end_speed_ = 0;
 };
 

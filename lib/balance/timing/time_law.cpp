@@ -63,10 +63,6 @@ double worst_load(const PathModel& model, const std::vector<double>& bounds, con
       allowed.go(here.s, 0, panels);
       for (std::size_t r = 0; r < bounds.size(); ++r) {
         const double load = allowed.magnitude(static_cast<int>(r), here.v * here.v, here.u) / bounds[r];
-        if (getenv("DBG") && load > std::max(worst, 1 + 1e-7))
-          fprintf(stderr, "%s s %.12g t %.12g h %.3e part %g load-1 %.3e u %g (%g %g) v %g row %d\n",
-                  model.rows[r].name.c_str(), here.s, a.t, b.t - a.t, part, load - 1, here.u, a.u_after, b.u_before,
-                  here.v, a.row_after);  //DBG
         worst = std::max(worst, load);
       }
     }
