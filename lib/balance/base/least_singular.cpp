@@ -110,11 +110,15 @@ bool LeastSingular::is_below_all(double value) {
 std::optional<double> LeastSingular::of_factors(BlockTriangular& factors) {
   constexpr int most = 12;
   constexpr double settled = 1e-10, proof = 2e-9;
+  if (rest_ > 0) {
+    --rest_;
+    return {};
+  }
   if (static_cast<int>(guess_.size()) != n_) {
     guess_.resize(n_);
     for (int i = 0; i < n_; ++i) guess_[i] = 1 + 0.3 * std::sin(i + 1);  // in no likely singular direction
   }
-  double value = INFINITY;
+  double value = INFINITY, change = INFINITY;
   for (int step = 0; step < most; ++step) {
     factors.solve_transposed(guess_.data());
     double before = 0, after = 0;
@@ -124,11 +128,18 @@ std::optional<double> LeastSingular::of_factors(BlockTriangular& factors) {
     const double last = value, scale = 1 / std::sqrt(after);
     value = std::sqrt(before) * scale;  // ‖A x‖ / ‖x‖ of the vector that is the guess now
     for (int i = 0; i < n_; ++i) guess_[i] *= scale;
-    if (!(std::abs(value - last) <= settled * value)) continue;
-    if (is_below_all((1 - proof) * value)) return value;
-    break;
+    const double rate = std::abs(value - last) / change;
+    change = std::abs(value - last);
+    if (!(change <= settled * value)) {
+      if (step < 3 || std::pow(rate, most - step) * change <= settled * value) continue;
+      break;  // two values are near each other
+    }
+    if (!is_below_all((1 - proof) * value)) break;
+    pause_ = 0;
+    return value;
   }
   guess_.clear();
+  rest_ = pause_ = std::min(2 * pause_ + 1, 63);
   return {};
 }
 

@@ -22,7 +22,7 @@ class LeastSingular {
   double of_normal();
   /// The same in a fraction of the time, of matrices that change little from one call to the next: inverse iteration from the last
   /// one's vector finds an upper bound; the pivots of AᵀA, shifted by the square of a value 2e-9 smaller, prove that there is no
-  /// smaller one. Leaves normal() as it is. Allocates nothing.
+  /// smaller one. Leaves normal() as it is. Allocates nothing. Where it fails the next calls are not tried, twice as many each time.
   /// @param factors of A, with its rows and columns in any order
   /// @return nothing where that cannot be told: slow convergence, equal singular values, a value so small that squares hide it
   std::optional<double> of_factors(BlockTriangular& factors);
@@ -35,6 +35,7 @@ class LeastSingular {
   std::vector<double> matrix_, diagonal_, beside_, vector_, image_;
   std::vector<double> shifted_;
   std::vector<double> guess_;  ///< right singular vector of the smallest value, of length one
+  int rest_ = 0, pause_ = 0;   ///< calls of of_factors() that are not tried: left of the last pause, in that pause
 };
 
 /// The smallest singular value of a large sparse matrix: Lanczos' method on (AᵀA)⁻¹ from one and the same generic vector, with every
