@@ -125,6 +125,12 @@ std::vector<int> pick(const Mechanism& mechanism, const Loops<S>& loops) {
   return chosen;
 }
 
+template <class S>
+bool any_floats(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<int>& coordinates) {
+  return std::any_of(coordinates.begin(), coordinates.end(),
+                     [&](int c) { return tree.joint_floats[mechanism.coordinates[c].joint]; });
+}
+
 std::string list_names(const Mechanism& mechanism, const std::vector<int>& coordinates) {
   std::string text;
   for (const int c : coordinates) text += (text.empty() ? "" : ", ") + mechanism.coordinates[c].name;
@@ -172,8 +178,7 @@ IndependentChoice<S> choose_independent(const Mechanism& mechanism, const std::v
       return finish(std::move(loops), mechanism.actuators, "");
     coordinates = pick(mechanism, loops);
     // what is needed does not float: a spin that was held as idle may become a freedom then
-    const bool stands = std::none_of(coordinates.begin(), coordinates.end(),
-                                     [&](int c) { return loops.tree.joint_floats[mechanism.coordinates[c].joint]; });
+    const bool stands = !any_floats(mechanism, loops.tree, coordinates);
     if (stands && determine(mechanism, loops, coordinates)) {
       const std::string note = "independent coordinates: " + list_names(mechanism, coordinates);
       return finish(std::move(loops), coordinates, note);
