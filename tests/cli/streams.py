@@ -136,7 +136,7 @@ class Streams(Case):
     def test_a_long_run_under_control_shows_how_far_it_is_on_a_terminal_only(self):
         """A8."""
         spec = os.path.join(CONFIGS, "3rrr.yaml")
-        arguments = ("control", spec, "-t", "cycloid", "-c", "none", "--samples", "60000", "--steps", "100000000")
+        arguments = ("control", spec, "-t", "cycloid", "-c", "none", "--samples", "300000", "--steps", "1000000000")
         code, text = on_terminal(*arguments)
         self.assertEqual(code, 0)
         self.assertIn("cycloid: ", text)

@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -78,11 +79,12 @@ void check_fastest(const Case& c, double duration, double tolerance = digits) {
   check_limits(c, timed.trajectory, c.trajectory.limits);
 }
 
-void check_gentlest(const Case& c, double value) {
+/// @param digit one in the value's last digit, which is not sure
+void check_gentlest(const Case& c, double value, double digit) {
   const TimedTrajectory timed = time_law(c.mechanism, c.trajectory);
   INFO(timed.outcome.reason);
   REQUIRE(timed.outcome.status == MotionStatus::done);
-  CHECK(timed.found->peak == doctest::Approx(value).epsilon(1e-8));
+  CHECK(std::abs(timed.found->peak - value) <= digit);
   CHECK(timed.trajectory.duration == c.trajectory.duration);
   check_limits(c, timed.trajectory, {{c.trajectory.gentlest_of, value}});
 }
@@ -116,12 +118,12 @@ TEST_CASE("arms with weight under limits of torque") {
 }
 
 TEST_CASE("the gentlest motions of the 3RRR") {
-  check_gentlest(gentle("3rrr.yaml", "shaking_force", 0.1), 556.145680);
-  check_gentlest(gentle("3rrr.yaml", "torque", 0.1), 61.741579);
-  check_gentlest(gentle("3rrr.yaml", "shaking_moment", 0.1), 23.629943);
+  check_gentlest(gentle("3rrr.yaml", "shaking_force", 0.1), 556.145680, 1e-6);
+  check_gentlest(gentle("3rrr.yaml", "torque", 0.1), 61.741579, 1e-6);
+  check_gentlest(gentle("3rrr.yaml", "shaking_moment", 0.1), 23.629943, 1e-6);
 }
 
 TEST_CASE("the gentlest motions of the 5R, which carries weight") {
-  check_gentlest(gentle("5r.yaml", "torque", 0.5), 8.873157415);
-  check_gentlest(gentle("5r.yaml", "torque", 0.4), 9.844587722);
+  check_gentlest(gentle("5r.yaml", "torque", 0.5), 8.873157415, 1e-9);
+  check_gentlest(gentle("5r.yaml", "torque", 0.4), 9.844587722, 1e-9);
 }
