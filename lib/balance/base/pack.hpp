@@ -14,19 +14,26 @@ namespace balance {
 
 namespace packs {
 
+// Clang keeps Eigen from holding anything that asks for more alignment than Eigen gives.
+#ifdef __clang__
+#define BALANCE_ALIGNED , aligned(16)
+#else
+#define BALANCE_ALIGNED
+#endif
 // Spelt out: GCC 12 loses constructors from a vector whose size depends on a template's parameter.
 template <int W>
 struct Vectors;
-#define BALANCE_VECTORS(W)                                        \
-  template <>                                                     \
-  struct Vectors<W> {                                             \
-    using Numbers __attribute__((vector_size(8 * (W)))) = double; \
-    using Bits __attribute__((vector_size(8 * (W)))) = long long; \
+#define BALANCE_VECTORS(W)                                                        \
+  template <>                                                                     \
+  struct Vectors<W> {                                                             \
+    using Numbers __attribute__((vector_size(8 * (W)) BALANCE_ALIGNED)) = double; \
+    using Bits __attribute__((vector_size(8 * (W)) BALANCE_ALIGNED)) = long long; \
   };
 BALANCE_VECTORS(2)
 BALANCE_VECTORS(4)
 BALANCE_VECTORS(8)
 #undef BALANCE_VECTORS
+#undef BALANCE_ALIGNED
 
 // Correctly rounded, like std::sqrt; written for the processor where a loop would take the lanes apart.
 template <class Numbers>

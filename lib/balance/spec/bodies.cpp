@@ -127,7 +127,7 @@ void check_light_bodies(Draft& draft) {
     const Body& body = mechanism.bodies[index];
     if (draft.problems.spoilt("bodies." + body.name) || draft.problems.lost("joints.another")) continue;
     const bool carries = carries_something(mechanism, static_cast<int>(index));
-    draft.problems.guard([&] { check_lightness(text, body, carries, draft); });
+    draft.problems.guard([&, &where = text] { check_lightness(where, body, carries, draft); });
   }
 }
 

@@ -68,7 +68,8 @@ class Marcher {
 
   /// From a critical place back until nothing is allowed any more. Nodes run backwards.
   Arc brake_into(const Critical& from) {
-    for (double less = from.place == leg_.end ? 0 : 1e-11; less < 1e-3; less = std::max(10 * less, 1e-11)) {
+    for (const double less : {0.0, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4}) {
+      if (less == 0 && from.place != leg_.end) continue;
       Arc arc{{0, from.place, std::sqrt(from.x * (1 - less)), 0, -1}};
       if (from.start.along_row && less < 1e-10) {
         arc.back().v = std::sqrt(from.x);
