@@ -37,7 +37,7 @@ class LoopReader {
       for (const read::Member& member : read::members(top, "a mapping with 'closed_loop'"))
         problems_.guard([&] { read_key(member); });
       if (loops_.empty() && problems_.none()) top.missing({"closed_loop"});
-      problems_.guard([&] { close(); });
+      if (problems_.none()) problems_.guard([&] { close(); });
     } catch (const read::Problem& problem) {
       problems_.add(problem);
     }

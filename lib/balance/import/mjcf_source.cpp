@@ -51,6 +51,10 @@ class Includer {
     const std::filesystem::path path(*name);
     if (path.is_absolute()) fail(include, "expected a file beside this one, found an absolute path");
     const std::string file = (std::filesystem::path(include.document->file).parent_path() / path).string();
+    if (path.extension() != ".xml") fail(include, "expected a file that ends in .xml");
+    std::error_code none;
+    if (std::filesystem::exists(file, none) && !std::filesystem::is_regular_file(file, none))
+      fail(include, "expected a regular file");  // a pipe or a device never ends
     documents_.push_back(parse_xml(read_text_file(file, "included"), file));
     bytes_ += documents_.back()->text.size();
     if (bytes_ > XmlLimits{}.bytes)
