@@ -4,6 +4,7 @@
 #include "balance/base/nearest.hpp"
 #include "balance/base/rotation.hpp"
 #include "balance/import/spec_page.hpp"
+#include "balance/model/joint_names.hpp"
 
 #include <fmt/format.h>
 
@@ -14,20 +15,6 @@
 namespace balance::foreign {
 
 namespace {
-
-const char* type_name(JointType type) {
-  switch (type) {
-    case JointType::revolute: return "revolute";
-    case JointType::prismatic: return "prismatic";
-    case JointType::fixed: return "fixed";
-    case JointType::pin_slot: return "pin-slot";
-    case JointType::cylindrical: return "cylindrical";
-    case JointType::universal: return "universal";
-    case JointType::spherical: return "spherical";
-    case JointType::planar: return "planar";
-  }
-  return "";
-}
 
 class Writer : private SpecPage {
  public:
@@ -124,7 +111,7 @@ class Writer : private SpecPage {
       const Joint& joint = one.joint;
       if (!one.kept) continue;
       line(2, names.joints[j] + ":", from(one.place) + (one.note.empty() ? "" : ": " + one.note) + limits(one));
-      line(4, fmt::format("type: {}", type_name(joint.type)));
+      line(4, fmt::format("type: {}", name_of(joint.type)));
       line(4, fmt::format("connects: [{}, {}]", names.ends[j].first, names.ends[j].second));
       axes(joint);
       rotation(one);

@@ -1,25 +1,13 @@
 #include "balance/report/page_mechanism.hpp"
 
+#include "balance/model/joint_names.hpp"
+
 #include <array>
 
 namespace balance {
 namespace {
 
 Json place(const Vector3& p) { return vector_json(p, 3); }
-
-const char* name_of(JointType type) {
-  switch (type) {
-    case JointType::revolute: return "revolute";
-    case JointType::prismatic: return "prismatic";
-    case JointType::fixed: return "fixed";
-    case JointType::pin_slot: return "pin-slot";
-    case JointType::cylindrical: return "cylindrical";
-    case JointType::universal: return "universal";
-    case JointType::spherical: return "spherical";
-    case JointType::planar: return "planar";
-  }
-  return "";
-}
 
 Json inertia_json(const Matrix3& inertia, SpaceKind space) {
   if (space == SpaceKind::planar) return std::array{inertia(2, 2)};
