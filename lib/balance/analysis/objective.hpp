@@ -1,6 +1,7 @@
 #pragma once
 /// What `minimize` asks for, as one function that a search can call.
 
+#include "balance/design/problem.hpp"
 #include "balance/study/design_space.hpp"
 
 namespace balance {
