@@ -203,6 +203,9 @@ void LoopDynamics<S>::add_stuck_friction(const double* efforts, const double* dd
   template std::vector<bool> LoopDynamics<S>::stuck_columns() const;                                \
   template void LoopDynamics<S>::hold_columns();                                                    \
   template void LoopDynamics<S>::hold();                                                            \
+  template StickAnswer LoopDynamics<S>::ask_those_at_rest(double, const double*, const double*,     \
+                                                          const std::vector<int>&);                 \
+  template StickProblem LoopDynamics<S>::stick_problem(const double*, const std::vector<int>&);     \
   template FrictionChange LoopDynamics<S>::decide_friction(double, double*, const double*, double); \
   template double LoopDynamics<S>::friction_margin(double, const double*, const double*, double);   \
   template void LoopDynamics<S>::add_stuck_friction(const double*, const double*);

@@ -82,6 +82,8 @@ using OnPlane = Actuation<PlanarOf<Number>>;
 using InSpace = Actuation<SpatialOf<Number>>;
 template OnPlane::Matrix OnPlane::closure_matrix(const Equations<PlanarOf<Number>>&) const;
 template InSpace::Matrix InSpace::closure_matrix(const Equations<SpatialOf<Number>>&) const;
+template Number OnPlane::selected(const Selected&, const Equations<PlanarOf<Number>>&);
+template Number InSpace::selected(const Selected&, const Equations<SpatialOf<Number>>&);
 template OnPlane::Matrix OnPlane::selection(const Equations<PlanarOf<Number>>&) const;
 template InSpace::Matrix InSpace::selection(const Equations<SpatialOf<Number>>&) const;
 template MatrixX OnPlane::grip_matrix(const Equations<PlanarOf<Number>>&) const;
@@ -90,6 +92,8 @@ template VectorX OnPlane::strengths_without(std::size_t, const Equations<PlanarO
 template VectorX InSpace::strengths_without(std::size_t, const Equations<SpatialOf<Number>>&) const;
 template void OnPlane::prepare_grip();
 template void InSpace::prepare_grip();
+template std::optional<double> OnPlane::sparse_mobility(const Equations<PlanarOf<Number>>&) const;
+template std::optional<double> InSpace::sparse_mobility(const Equations<SpatialOf<Number>>&) const;
 template double OnPlane::mobility(const Equations<PlanarOf<Number>>&) const;
 template double InSpace::mobility(const Equations<SpatialOf<Number>>&) const;
 
