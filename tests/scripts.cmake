@@ -38,11 +38,13 @@ if(TARGET balance_app)
   if(BALANCE_PAGE AND NOT BALANCE_SANITIZE)
     find_program(CHROMIUM_PROGRAM NAMES chromium chromium-browser google-chrome)
     mark_as_advanced(CHROMIUM_PROGRAM)
-    add_test(NAME browser.report COMMAND ${NODE_PROGRAM} ${CMAKE_CURRENT_SOURCE_DIR}/browser/report.mjs
-                                         $<TARGET_FILE:balance_app> ${configs} ${PROJECT_BINARY_DIR}/pages)
-    set_tests_properties(
-      browser.report PROPERTIES ENVIRONMENT "PAGE_PACKAGES=${PROJECT_BINARY_DIR}/web;CHROMIUM=${CHROMIUM_PROGRAM}" TIMEOUT 300
-                                SKIP_RETURN_CODE 77)
+    foreach(readers IN ITEMS report access)
+      add_test(NAME browser.${readers} COMMAND ${NODE_PROGRAM} ${CMAKE_CURRENT_SOURCE_DIR}/browser/${readers}.mjs
+                                               $<TARGET_FILE:balance_app> ${configs} ${PROJECT_BINARY_DIR}/pages)
+      set_tests_properties(
+        browser.${readers} PROPERTIES ENVIRONMENT "PAGE_PACKAGES=${PROJECT_BINARY_DIR}/web;CHROMIUM=${CHROMIUM_PROGRAM}" TIMEOUT 300
+                                      SKIP_RETURN_CODE 77)
+    endforeach()
   endif()
 
   file(GLOB shell_scripts CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} cli/*.sh)

@@ -11,6 +11,9 @@ export function h(tag, attributes = {}, ...children) {
   return element;
 }
 
+/** Words for screen readers alone. */
+export const unseen = (text) => h("span", {class: "unseen"}, text);
+
 /** A button that stays pressed. */
 export function toggle(label, pressed, change, attributes = {}) {
   const button = h("button", {type: "button", class: "chip", "aria-pressed": String(pressed), ...attributes}, label);
@@ -22,8 +25,11 @@ export function toggle(label, pressed, change, attributes = {}) {
   return button;
 }
 
-/** One of several: buttons of which one is pressed. */
+const most = 8; // buttons side by side
+
+/** One of several: buttons of which one is pressed, a list where these would be too many. */
 export function choice(label, options, chosen, change) {
+  if (options.length > most) return list(label, options, chosen, change);
   const buttons = options.map(({value, text}) =>
     h("button", {type: "button", class: "segment", "data-value": value, "aria-pressed": String(value === chosen)}, text));
   const group = h("div", {class: "segments", role: "group", "aria-label": label}, buttons);
@@ -33,6 +39,13 @@ export function choice(label, options, chosen, change) {
       change(button.dataset.value);
     });
   return group;
+}
+
+function list(label, options, chosen, change) {
+  const select = h("select", {"aria-label": label},
+    options.map(({value, text}) => h("option", {value, selected: value === chosen}, text)));
+  select.addEventListener("change", () => change(select.value));
+  return select;
 }
 
 /** A value from the style sheet, so that canvases follow the theme. */

@@ -45,7 +45,7 @@ function motionSection(data, clock, Stage, onTrajectory) {
   }
   const player = new Player(data, clock, Stage);
   const board = new Board(clock, {title: data.title, controlled: Boolean(data.controller)});
-  const about = h("p", {class: "about"});
+  const about = h("p", {class: "about", role: "status"});
   const thinned = h("p", {class: "note thinned"});
   const choose = (name) => {
     const trajectory = runnable.find((t) => t.name === name);
@@ -71,7 +71,7 @@ function motionSection(data, clock, Stage, onTrajectory) {
 
 function source(data) {
   return h("section", {class: "card", id: "spec"}, h("h2", {}, "Spec"),
-    h("details", {class: "more"}, h("summary", {}, data.spec_file), h("pre", {tabindex: "0"}, data.spec)),
+    h("details", {class: "more"}, h("summary", {}, data.spec_file), h("pre", {tabindex: "0", role: "region", "aria-label": "Text of the spec"}, data.spec)),
     h("p", {class: "note"}, "Made by ", h("code", {}, data.command), `, balance ${data.version}.`));
 }
 
@@ -83,7 +83,8 @@ export function buildPage(Stage) {
   const motion = motionSection(data, clock, Stage, (trajectory) => metrics.show(trajectory));
   const sections = [motion.section, motion.board ? metrics.element : null, trajectoriesTable(data), designSection(data),
     conditionsSection(data), mechanismSection(data), source(data)];
-  document.body.append(header(data), h("main", {}, figures(data),
+  const skip = h("a", {class: "unseen skip screen-only", href: `#${motion.section.id}`}, "Skip to the motion");
+  document.body.append(skip, header(data), h("main", {}, figures(data),
     data.notes.map((text) => h("p", {class: "note"}, text)), contents(sections), sections.filter(Boolean)));
   motion.begin?.();
   const {board} = motion;

@@ -5,6 +5,7 @@
 #include "balance/result/body_poses.hpp"
 #include "balance/result/quantities.hpp"
 #include "balance/result/round_off.hpp"
+#include "balance/write/found_law.hpp"
 
 #include <algorithm>
 #include <array>
@@ -91,6 +92,7 @@ Json run_page_json(const Mechanism& mechanism, const Result& computed, const std
   for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));
   json["energy"] = result.energy;
   json["about"] = vector_json(result.about, result.axes);
+  if (computed.found_law) json["found_law"] = found_law_json(*computed.found_law);
   json["samples"] = computed.time.size();
   json["time"] = {{"f64", base64_doubles(result.time)}};
   json["poses"] = {{"f32", base64_floats(packed_poses(mechanism, result))}};

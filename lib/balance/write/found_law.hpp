@@ -1,5 +1,5 @@
 #pragma once
-/// A law of motion that was searched for, as text and JSON. Private to the writers.
+/// A law of motion that was searched for, as text and JSON. Private to the writers and the page.
 
 #include "balance/motion/found_law.hpp"
 #include "balance/write/json_parts.hpp"

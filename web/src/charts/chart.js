@@ -22,7 +22,7 @@ export class Chart {
     this.compares = variants.length > 1;
     this.roundOff = this.compares ? vanished * Math.max(...this.lines.map((l) => peak(l.values)), 0) : 0;
     this.shown = this.firstShown();
-    this.plotBox = h("div", {class: "plot"});
+    this.plotBox = h("div", {class: "plot", role: "img", "aria-label": this.description()});
     this.legend = h("div", {class: "legend", role: "group", "aria-label": `Lines of ${chart.title}`});
     this.readings = this.lines.map(() => h("span", {class: "value"}));
     this.element = h("figure", {class: "chart", "data-chart": chart.id, "aria-label": chart.title},
@@ -42,6 +42,14 @@ export class Chart {
     const least = [...sizes].sort((a, b) => b - a)[palette - 1];
     let left = palette;
     return sizes.map((size) => size >= least && left-- > 0);
+  }
+
+  /** What a picture of these lines says, in words. */
+  description() {
+    const {unit, title} = this.chart;
+    const most = this.lines.slice(0, palette).map((l) => `${l.label} up to ${withUnit(peak(l.values), unit)}`);
+    const rest = this.lines.length - most.length;
+    return `${title} over ${format(this.time.at(-1))} s: ${most.join(", ")}${rest > 0 ? ` and ${rest} more` : ""}`;
   }
 
   tool(text, title, action) {

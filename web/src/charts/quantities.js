@@ -5,6 +5,8 @@ const titles = {
   power: "Actuator power",
   shaking_force: "Shaking force",
   shaking_moment: "Shaking moment",
+  shaking_moment_com: "Shaking moment about the centre of mass",
+  total_torque: "Torque, root of the sum of squares",
   ground_force: "Force on the frame, with weight",
   ground_moment: "Moment on the frame, with weight",
   com_position: "Centre of mass, position",

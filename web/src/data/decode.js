@@ -22,14 +22,21 @@ function decodeSeries(series, rows) {
   return {...series, columns};
 }
 
-function decodeRun(run) {
-  if (!run || run.outcome.status !== "done") return run;
+function decodeSamples(run) {
   const time = numbers(run.time);
   const series = new Map(run.series.map((s) => [s.quantity, decodeSeries(s, time.length)]));
-  return {...run, time, poses: numbers(run.poses), series};
+  return {time, poses: numbers(run.poses), series};
 }
 
-/** The JSON block with its samples decoded. */
+/** Samples are decoded when they are first looked at: of many trajectories one is shown. */
+function decodeRun(run) {
+  if (!run || run.outcome.status !== "done") return run;
+  let decoded = null;
+  const lazily = (name) => [name, {enumerable: true, get: () => (decoded ??= decodeSamples(run))[name]}];
+  return Object.defineProperties({...run}, Object.fromEntries(["time", "poses", "series"].map(lazily)));
+}
+
+/** The JSON block; samples are arrays of numbers. */
 export function readData(document) {
   const data = JSON.parse(document.getElementById("balance-data").textContent);
   data.trajectories = data.trajectories.map((t) => ({...t, before: decodeRun(t.before), after: decodeRun(t.after)}));

@@ -13,7 +13,8 @@ function comfortable(duration) {
 export function transport(clock) {
   const play = h("button", {type: "button", class: "play", id: "play"});
   const scrub = h("input", {type: "range", id: "scrub", min: 0, step: 1, "aria-label": "Time"});
-  const reading = h("output", {class: "reading", for: "scrub"});
+  // The slider tells its time itself: an output would be read out all through the motion.
+  const reading = h("output", {class: "reading", for: "scrub", "aria-live": "off"});
   const speed = h("select", {id: "speed", "aria-label": "Speed"},
     speeds.map((s) => h("option", {value: s}, s === 1 ? "real time" : `1 : ${Math.round(1 / s)}`)));
   const loop = toggle("Loop", clock.loop, (on) => (clock.loop = on), {id: "loop"});

@@ -1,5 +1,5 @@
 // Conditions and the design that meets them.
-import {h} from "../dom.js";
+import {h, unseen} from "../dom.js";
 import {format, withUnit} from "../data/numbers.js";
 
 /** "crank1.mx" as m with what it belongs to: mx of crank1. */
@@ -22,7 +22,7 @@ const powers = (text) => text.replace(/\^([0-9])/g, (_, digit) => "⁰¹²³⁴�
 function equation(condition) {
   const terms = condition.terms.map((term, i) =>
     h("span", {class: "term"}, coefficient(term, i === 0), parameter(term.parameter)));
-  return h("span", {class: "equation", "aria-label": condition.text}, terms, h("span", {class: "term"}, " = 0"));
+  return h("span", {class: "equation", role: "math", "aria-label": condition.text}, terms, h("span", {class: "term"}, " = 0"));
 }
 
 function state(condition) {
@@ -40,7 +40,7 @@ export function conditionsSection(data) {
   const held = source.conditions.length - shown.length;
   const free = shown.some((c) => c.free.length);
   const after = Boolean(data.design);
-  const head = ["", "Condition", after ? "Before" : null, after ? "After" : "Now", free ? "Depends on" : null];
+  const head = [unseen("No."), "Condition", after ? "Before" : null, after ? "After" : "Now", free ? "Depends on" : null];
   const rows = shown.map((c, i) => h("tr", {}, h("td", {class: "count"}, String(i + 1)), h("td", {}, equation(c)),
     after ? h("td", {class: "number"}, before(c)) : null, h("td", {}, state(c)),
     free ? h("td", {class: "paths"}, c.free.length ? c.free.join(", ") : "nothing free") : null));
@@ -114,7 +114,7 @@ export function designSection(data) {
     design.proof && !design.reason.includes(design.proof.sentence) ? h("p", {class: "note"}, design.proof.sentence) : null,
     h("dl", {class: "facts"}, facts.map(([n, t]) => [h("dt", {}, n), h("dd", {}, t)]).flat()),
     h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Free numbers"),
-      h("thead", {}, h("tr", {}, ["Number", "Before", "Designed", "From", "", "To", ""].map((t, i) =>
+      h("thead", {}, h("tr", {}, ["Number", "Before", "Designed", "From", unseen("Between the bounds"), "To", unseen("At a bound")].map((t, i) =>
         h("th", {scope: "col", class: [1, 2, 3, 5].includes(i) ? "number" : ""}, t)))), h("tbody", {}, rows))));
 }
 

@@ -3,6 +3,7 @@ import {h} from "../dom.js";
 import {isDone} from "../data/decode.js";
 import {format, ratio, ratioText, unitText} from "../data/numbers.js";
 import {titleOf} from "../charts/quantities.js";
+import {lawTables} from "./law.js";
 
 const main = ["torque", "power", "shaking_force", "shaking_moment", "ground_force", "ground_moment", "kinetic_energy"];
 const tracking = ["tracking_error", "tool_error", "tool_angle_error", "sliding_variable", "torque_variation", "saturation"];
@@ -78,7 +79,7 @@ export function metricsSection(controlled) {
   const element = h("section", {class: "card", id: "metrics"}, title, body);
   const show = (trajectory) => {
     title.textContent = controlled ? `Figures under control, along ${trajectory.name}` : `Figures along ${trajectory.name}`;
-    body.replaceChildren(h("div", {class: "tables"}, trajectoryTables(trajectory).filter(Boolean)));
+    body.replaceChildren(h("div", {class: "tables"}, lawTables(trajectory), trajectoryTables(trajectory).filter(Boolean)));
   };
   return {element, show};
 }

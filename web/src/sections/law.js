@@ -1,0 +1,37 @@
+// The law that was found for the mechanism: which limit holds the motion back, and when that changes.
+import {h} from "../dom.js";
+import {isDone} from "../data/decode.js";
+import {format, withUnit} from "../data/numbers.js";
+import {titleOf} from "../charts/quantities.js";
+import {plural} from "./overview.js";
+
+const most = 40;
+const limit = (name) => {
+  if (!name) return "none: a law in between";
+  const [quantity, of] = name.replace("]", "").split("[");
+  return of ? `${titleOf(quantity)}, ${of}` : titleOf(quantity);
+};
+
+function heading(law, key) {
+  const what = law.of ? `gentlest: peak of ${titleOf(law.of).toLowerCase()} ${withUnit(law.peak, law.unit, 6)} in ${withUnit(law.duration, "s", 6)}`
+    : `fastest within the limits: ${withUnit(law.duration, "s", 6)}`;
+  return `Law found${key ? `, ${key}` : ""}: ${what}, ${plural(law.switches.length, "switch", "switches")}`;
+}
+
+function lawTable(law, key) {
+  const head = ["Limit reached", "From [s]", "To [s]", "Path from [%]", "To [%]"];
+  const cell = (x) => h("td", {class: "number"}, format(x, 6));
+  const rows = law.stretches.slice(0, most).map((s) => h("tr", {}, h("th", {scope: "row"}, limit(s.limit)),
+    [s.begin, s.end, 100 * s.from, 100 * s.to].map(cell)));
+  const more = law.stretches.length - rows.length;
+  return h("div", {class: "law"}, h("div", {class: "table-box"}, h("table", {}, h("caption", {}, heading(law, key)),
+    h("thead", {}, h("tr", {}, head.map((text, i) => h("th", {scope: "col", class: i ? "number" : ""}, text)))),
+    h("tbody", {}, rows))), more > 0 ? h("p", {class: "note"}, `and ${more} more`) : null);
+}
+
+/** A table for each run of the trajectory whose law was found; none for prescribed laws. */
+export function lawTables({before, after}) {
+  const both = isDone(before) && isDone(after);
+  return [["before", before], ["after", after]].filter(([, run]) => isDone(run) && run.found_law)
+    .map(([key, run]) => lawTable(run.found_law, both ? key : ""));
+}
