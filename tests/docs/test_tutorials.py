@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Every command of the tutorials prints what the page says, and the number that a tutorial ends in is one that was printed."""
+"""Every command of the tutorials and the how-tos prints what the page says, and the number that a tutorial ends in is one that was printed."""
 
 import re
 import tempfile
@@ -17,7 +17,7 @@ class Tutorials(unittest.TestCase):
         self.assertEqual(len(PAGES), 6)
 
     def test_every_command_prints_what_the_page_says(self):
-        for page in PAGES:
+        for page in [*PAGES, ROOT / "docs/how-to.md"]:
             with self.subTest(page=page.name), tempfile.TemporaryDirectory() as temporary:
                 text = page.read_text(encoding="utf-8")
                 differing, count, _ = run_page(text, *workplace(temporary))

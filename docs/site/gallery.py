@@ -1,0 +1,82 @@
+"""The gallery: a page for every mechanism of configs, with its picture and its page, both made by the program."""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FIGURES = {"torque": "Peak torque", "shaking_force": "Peak shaking force", "shaking_moment": "Peak shaking moment"}
+
+
+def ask(program, *words):
+    """What a command prints with --json; nothing if the mechanism cannot do it."""
+    done = subprocess.run([program, *words, "--json"], capture_output=True, text=True, check=False)
+    return json.loads(done.stdout) if done.returncode == 0 else None
+
+
+def story(text):
+    """(name, comment at its head as Markdown) of a spec."""
+    name = re.search(r"^name: *(.*?) *$", text, re.MULTILINE)
+    lines = []
+    for line in text.splitlines():
+        if not line.startswith("#"):
+            break
+        lines.append(line[1:].removeprefix(" "))
+    # Formulas are indented and must not become Markdown's quotes or emphasis.
+    escaped = [re.sub(r"([*_<>\[\]`])", r"\\\1", line.strip()) + ("  " if line.startswith("    ") else "") for line in lines]
+    return name.group(1).strip("\"'") if name else "", "\n".join(escaped)
+
+
+def facts(program, spec):
+    """Rows of a table: what it is, and the peaks of its first trajectory."""
+    what = ask(program, "check", str(spec))
+    rows = []
+    if what:
+        rows = [("Space", what["space"]), ("Moving bodies", what["bodies"]), ("Joints", what["joints"]), ("Loops", len(what["loops"])),
+                ("Degrees of freedom", what["degrees_of_freedom"])]
+    run = ask(program, "simulate", str(spec), "--quiet")
+    for metric in run["metrics"] if run else []:
+        if metric["quantity"] in FIGURES:
+            rows.append((f"{FIGURES[metric['quantity']]}, along `{run['trajectory']}`", f"{metric['peak']:.6g} {metric['unit']}"))
+    return "| | |\n| --- | --- |\n" + "".join(f"| {name} | {value} |\n" for name, value in rows)
+
+
+def page(program, spec, folder, drawn):
+    text = spec.read_text(encoding="utf-8")
+    name, comment = story(text)
+    parts = [f"# {name or spec.stem}\n"]
+    if drawn:
+        parts.append(f"![{name}]({spec.stem}.png)\n\n<a href=\"pages/{spec.stem}.html\">See it move</a>: its page, made by `balance report`.\n")
+    parts += [comment + "\n", facts(program, spec), f"The spec, `configs/{spec.name}`:\n\n````yaml\n{text.rstrip()}\n````\n"]
+    (folder / f"{spec.stem}.md").write_text("\n".join(parts), encoding="utf-8")
+    return name or spec.stem
+
+
+def draw(program, specs, folder, pages):
+    """Pictures into `folder`, pages of `balance report` into `pages`. The mechanisms that were drawn."""
+    packages = os.environ.get("PAGE_PACKAGES", str(ROOT / "build/release/web"))
+    chromium = os.environ.get("CHROMIUM") or shutil.which("chromium")
+    pages.mkdir(parents=True)
+    for spec in specs:
+        subprocess.run([program, "report", str(spec), "-o", str(pages / f"{spec.stem}.html"), "--quiet"], check=True)
+    environment = {**os.environ, "PAGE_PACKAGES": packages, "CHROMIUM": chromium or ""}
+    with tempfile.TemporaryDirectory() as home:
+        subprocess.run(["node", str(ROOT / "docs/site/pictures.mjs"), str(pages), str(folder)], check=True, env={**environment, "HOME": home})
+
+
+def write(program, specs, folder, built, draw_them):
+    """Markdown and pictures into `folder`; pages of `balance report` where the built site will find them."""
+    folder.mkdir(parents=True)
+    if draw_them:
+        draw(program, specs, folder, built / "pages")
+    names = {spec.stem: page(program, spec, folder, draw_them) for spec in specs}
+    cards = "".join(f'<figure><a href="{stem}.html">' + (f'<img src="../_images/{stem}.png" alt="">' if draw_them else "")
+                    + f"<figcaption>{name}</figcaption></a></figure>\n" for stem, name in names.items())
+    contents = "\n".join(names)
+    (folder / "index.md").write_text(
+        "# Gallery\n\nEvery mechanism in `configs`, drawn by the program.\n\n"
+        f'<div class="gallery">\n{cards}</div>\n\n```{{toctree}}\n:hidden:\n\n{contents}\n```\n', encoding="utf-8")

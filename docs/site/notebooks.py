@@ -1,0 +1,65 @@
+"""Notebooks are kept without outputs: here they are run, and become Markdown with what they printed and drew."""
+
+import base64
+import os
+import pathlib
+
+import nbclient
+import nbformat
+
+
+def execute(path, folder, environment):
+    """The notebook with its outputs, run in a folder. Raises what a cell raises."""
+    notebook = nbformat.read(path, as_version=4)
+    saved = dict(os.environ)
+    os.environ.update(environment)
+    try:
+        nbclient.NotebookClient(notebook, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(folder)}}).execute()
+    finally:
+        os.environ.clear()
+        os.environ.update(saved)
+    return notebook
+
+
+def outputs(cell, stem, folder, number):
+    for k, output in enumerate(cell.get("outputs", [])):
+        data = output.get("data", {})
+        if "image/png" in data:
+            name = f"{stem}-{number}-{k}.png"
+            (folder / name).write_bytes(base64.b64decode(data["image/png"]))
+            yield f"![Figure]({name})\n"
+        elif "image/svg+xml" in data:
+            name = f"{stem}-{number}-{k}.svg"
+            (folder / name).write_text(data["image/svg+xml"], encoding="utf-8")
+            yield f"![Figure]({name})\n"
+        elif text := output.get("text") or data.get("text/plain"):
+            yield f"```\n{text.rstrip()}\n```\n"
+
+
+def markdown(notebook, stem, folder):
+    parts = []
+    for number, cell in enumerate(notebook.cells):
+        if cell.cell_type == "markdown":
+            parts.append(cell.source + "\n")
+        elif cell.cell_type == "code":
+            parts += [f"```python\n{cell.source}\n```\n", *outputs(cell, stem, folder, number)]
+    return "\n".join(parts)
+
+
+def surroundings(program):
+    """So that a cell finds the program by its name, and this interpreter."""
+    folder = str(pathlib.Path(program).resolve().parent)
+    return {"PATH": f"{folder}:{os.environ['PATH']}"}
+
+
+def write(source, folder, program):
+    folder.mkdir(parents=True, exist_ok=True)
+    contents = []
+    for path in sorted(source.glob("*.ipynb")):
+        notebook = execute(path, source, surroundings(program))
+        (folder / f"{path.stem}.md").write_text(markdown(notebook, path.stem, folder), encoding="utf-8")
+        contents.append(path.stem)
+    readme = folder / "README.md"
+    if readme.exists() and contents:
+        text = readme.read_text(encoding="utf-8").replace(".ipynb)", ".md)")
+        readme.write_text(text + "\n```{toctree}\n:hidden:\n\n" + "\n".join(contents) + "\n```\n", encoding="utf-8")

@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+"""The site is built without a warning, none of its links is broken, and what checks the links can fail."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from _console import ROOT
+
+sys.path.insert(0, str(ROOT / "docs/site"))
+
+import links  # noqa: E402  (found by the line above)
+
+PACKAGES = pathlib.Path(os.environ["BALANCE"]).resolve().parent / "web"
+DRAWS = (PACKAGES / "node_modules/playwright-core").is_dir() and shutil.which("chromium") and shutil.which("node")
+
+
+class Site(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = pathlib.Path(temporary.name)
+
+    def test_it_is_built_and_every_link_leads_somewhere(self):
+        options = ["--only", "four-bar,delta", "--folder", str(self.folder), *([] if DRAWS else ["--without-pictures"])]
+        done = subprocess.run([str(ROOT / "scripts/site"), *options], capture_output=True, text=True, check=False,
+                              env={**os.environ, "PAGE_PACKAGES": str(PACKAGES)})
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn(" 0 broken links", done.stdout)
+        html = self.folder / "html"
+        for page in (ROOT / "docs").rglob("*.md"):
+            name = page.relative_to(ROOT / "docs").with_suffix(".html")
+            if str(name) not in ("README.html", "site/index.html"):
+                self.assertTrue((html / name).is_file(), name)
+        for name in ("four-bar", "delta"):
+            self.assertIn("Peak shaking force", (html / f"gallery/{name}.html").read_text(encoding="utf-8"))
+            if DRAWS:
+                self.assertGreater((html / f"_images/{name}.png").stat().st_size, 5000)
+                self.assertTrue((html / f"gallery/pages/{name}.html").is_file())
+
+    def test_a_link_that_leads_nowhere_is_found(self):
+        (self.folder / "styles").mkdir()
+        (self.folder / "styles/own.css").write_text("a { background: url(missing.png) } b { background: url(own.css) }", encoding="utf-8")
+        (self.folder / "other.html").write_text('<h1 id="there">There</h1>', encoding="utf-8")
+        (self.folder / "index.html").write_text(
+            '<a href="other.html#there">good</a> <a href="other.html#gone">place</a> <a href="none.html">file</a> '
+            '<a href="https://example.org">elsewhere</a> <script src="https://example.org/x.js"></script> <a href="../outside.html">out</a>',
+            encoding="utf-8")
+        self.assertEqual(sorted(links.broken(self.folder)), [
+            "index.html: ../outside.html", "index.html: https://example.org/x.js is fetched from elsewhere", "index.html: none.html",
+            "index.html: other.html#gone", "styles/own.css: missing.png"])
+
+
+if __name__ == "__main__":
+    unittest.main()
