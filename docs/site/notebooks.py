@@ -3,6 +3,8 @@
 import base64
 import os
 import pathlib
+import subprocess
+import sys
 
 import nbclient
 import nbformat
@@ -47,16 +49,28 @@ def markdown(notebook, stem, folder):
 
 
 def surroundings(program):
-    """So that a cell finds the program by its name, and this interpreter."""
-    folder = str(pathlib.Path(program).resolve().parent)
-    return {"PATH": f"{folder}:{os.environ['PATH']}"}
+    """So that a cell finds the program by its name, and the Python module of the same build."""
+    folder = pathlib.Path(program).resolve().parent
+    modules = [str(folder / "python"), os.environ.get("PYTHONPATH", "")]
+    return {"PATH": f"{folder}:{os.environ['PATH']}", "PYTHONPATH": ":".join(filter(None, modules)),
+            "PYDEVD_DISABLE_FILE_VALIDATION": "1"}  # a kernel is started without a word
+
+
+def can_run(path, program):
+    """Whether this build has what the notebook imports: the Python module may be left out of one."""
+    if "import balance_mechanisms" not in path.read_text(encoding="utf-8"):
+        return True
+    tried = subprocess.run([sys.executable, "-c", "import balance_mechanisms"], env={**os.environ, **surroundings(program)}, check=False,
+                           capture_output=True)
+    return tried.returncode == 0
 
 
 def write(source, folder, program):
     folder.mkdir(parents=True, exist_ok=True)
     contents = []
     for path in sorted(source.glob("*.ipynb")):
-        notebook = execute(path, source, surroundings(program))
+        ran = can_run(path, program)
+        notebook = execute(path, source, surroundings(program)) if ran else nbformat.read(path, as_version=4)
         (folder / f"{path.stem}.md").write_text(markdown(notebook, path.stem, folder), encoding="utf-8")
         contents.append(path.stem)
     readme = folder / "README.md"
