@@ -9,8 +9,9 @@ namespace {
 constexpr std::size_t label_width = 20;
 constexpr std::size_t line_width = 100;
 
+/// A long name widens its own line: a space is between it and the value all the same.
 std::string line(const std::string& label, const std::string& value) {
-  return fmt::format("{:<{}}{}\n", label, label_width, value);
+  return fmt::format("{:<{}} {}\n", label, label_width - 1, value);
 }
 
 /// Items between commas, on as many lines as they need.
