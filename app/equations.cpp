@@ -45,7 +45,8 @@ FileDescription describe(const EquationsOptions& options, const Study& study) {
   description.title = study.mechanism.name;
   description.version = version();
   description.spec_text = study.spec_text;
-  description.command_line = fmt::format("balance equations {} --at {}", shell_word(study.spec_file), shell_word(options.at));
+  description.command_line =
+      fmt::format("balance equations {} --at {}", shell_word(study.spec_file), shell_word(options.at));
   for (const std::string& set : options.spec.set) description.command_line += " --set " + shell_word(set);
   return description;
 }

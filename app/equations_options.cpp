@@ -71,7 +71,9 @@ std::vector<CoordinateValue> find_pose(const EquationsOptions& options, const St
 
 void add_equations_options(CLI::App& parser, EquationsOptions& o) {
   add_spec_options(parser, o.spec);
-  parser.add_option("--at", o.at, "a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2], in the spec's units), start, end or a trajectory")
+  parser
+      .add_option("--at", o.at,
+                  "a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2], in the spec's units), start, end or a trajectory")
       ->type_name("POSE")
       ->required();
   parser.add_option("--rates", o.rates, "rates of the independent coordinates there; those not named are 0")
@@ -104,8 +106,8 @@ std::set<EquationSection> choose_sections(const EquationsOptions& options) {
   for (const std::string& name : options.only) {
     const auto at = std::find(names.begin(), names.end(), name);
     if (at == names.end())
-      throw UsageError(fmt::format("--only needs {}, not {}{}", fmt::join(names, ", "), in_quotes(name),
-                                   nearest_hint(name, names)));
+      throw UsageError(
+          fmt::format("--only needs {}, not {}{}", fmt::join(names, ", "), in_quotes(name), nearest_hint(name, names)));
     sections.insert(static_cast<EquationSection>(at - names.begin()));
   }
   if (!sections.empty()) return sections;
@@ -122,8 +124,7 @@ EquationsQuery make_query(const EquationsOptions& options, const Study& study) {
   if (!std::isfinite(options.time)) throw UsageError("--time needs a finite number of seconds");
   EquationsQuery query;
   if (!options.rates.empty()) query.rates = read_rates(options.rates, "--rates", study);
-  if (!options.accelerations.empty())
-    query.accelerations = read_rates(options.accelerations, "--accelerations", study);
+  if (!options.accelerations.empty()) query.accelerations = read_rates(options.accelerations, "--accelerations", study);
   query.configuration = find_pose(options, study);
   query.time = options.time;
   query.independent = options.independent;

@@ -87,7 +87,8 @@ class Report {
 
   bool add_terms() {
     if (terms_.degrees_of_freedom() == 0) {
-      out_.outcome = {MotionStatus::mismatch, 0, "the mechanism has no degrees of freedom: there is no equation of motion", {}};
+      out_.outcome = {
+          MotionStatus::mismatch, 0, "the mechanism has no degrees of freedom: there is no equation of motion", {}};
       return false;
     }
     auto assembled = terms_.assemble(at_.q, query_.configuration);

@@ -20,7 +20,7 @@ enum class EquationSection { inertia, velocity, gravity, torques, redundant, nat
 const std::vector<std::string>& equation_section_names();
 
 struct EquationsQuery {
-  std::vector<CoordinateValue> configuration;  ///< of all coordinates, with the loops closed
+  std::vector<CoordinateValue> configuration;         ///< of all coordinates, with the loops closed
   std::vector<CoordinateValue> rates, accelerations;  ///< of independent coordinates; others are 0
   double time = 0;                                    ///< of loads that change with it [s]
   std::vector<std::string> independent;               ///< see InverseOptions
@@ -34,8 +34,8 @@ struct EquationsAt {
   std::vector<std::string> redundant;    ///< n names
   std::vector<std::string> closures;     ///< per closure row: its joint
   std::vector<std::string> actuators;
-  std::vector<bool> forces;              ///< per actuator: whether its effort is a force
-  VectorX configuration;                 ///< of all coordinates of the mechanism
+  std::vector<bool> forces;  ///< per actuator: whether its effort is a force
+  VectorX configuration;     ///< of all coordinates of the mechanism
   VectorX q, dq, ddq;
   std::optional<IndependentTerms> terms;
   std::optional<RedundantTerms> loops;

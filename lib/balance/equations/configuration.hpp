@@ -10,7 +10,8 @@
 namespace balance {
 
 struct Configured {
-  MotionOutcome outcome;  ///< done; not_assembled, unreachable; drive_singularity, mismatch: the pose does not tell enough
+  MotionOutcome
+      outcome;  ///< done; not_assembled, unreachable; drive_singularity, mismatch: the pose does not tell enough
   std::vector<CoordinateValue> coordinates;  ///< all of the mechanism, if done
 };
 

@@ -71,7 +71,8 @@ template <class S>
 void TermsEngine<S>::name_tree() {
   const Tree<S>& tree = branch_.tree();
   redundant.assign(static_cast<std::size_t>(columns_), "");
-  for (int c = 0; c < columns_; ++c) redundant_lengths.push_back(tree.column_kind_length[static_cast<std::size_t>(c)] != 0);
+  for (int c = 0; c < columns_; ++c)
+    redundant_lengths.push_back(tree.column_kind_length[static_cast<std::size_t>(c)] != 0);
   for (std::size_t c = mechanism.coordinates.size(); c-- > 0;) {
     const CoordinateSource& source = tree.sources[c];
     if (source.column >= 0 && source.ratio == 1 && source.offset == 0)
@@ -271,8 +272,8 @@ MotionOutcome TermsEngine<S>::split(const double* q, const double* dq, const dou
   // all at once, by the loops' multipliers
   const VectorX all = inertial_forces(dy, C_ddq + c, true) + friction + rest.springs + rest.loads;
   actuation_.solve(branch_.equations(), all.data());
-  out.effort = Eigen::Map<const VectorX>(actuation_.efforts().data(),
-                                         static_cast<Eigen::Index>(actuation_.efforts().size()));
+  out.effort =
+      Eigen::Map<const VectorX>(actuation_.efforts().data(), static_cast<Eigen::Index>(actuation_.efforts().size()));
   return finite_or(time, out.parts.allFinite() && out.effort.allFinite(), "torque");
 }
 

@@ -30,7 +30,7 @@ struct IndependentTerms {
   std::vector<MatrixX> velocity;  ///< per coordinate k: D′_krs, d×d, symmetric in r and s
   MatrixX viscous;                ///< d×d: B′, of viscous friction
   RestTerms rest;                 ///< z′ is their sum
-  MatrixX input;                  ///< d×actuators: generalised forces per unit effort; the identity where they are the coordinates
+  MatrixX input;  ///< d×actuators: generalised forces per unit effort; the identity where they are the coordinates
 };
 
 /// The same before the loops are eliminated, in the n coordinates of the tree: Cᵀ (M ÿ + w + z) = Cᵀ S u with A ẏ = 0 and ẏ = C q̇.

@@ -61,7 +61,8 @@ std::string row_text(const Row& row, const std::vector<std::string>& points, con
       text = "Re(" + form_text(row.right, points) + ")";
     else if (any)
       text = "(" + form_text(row.left, points) + ")·(" + form_text(row.right, points) + ")";
-    for (const ScalarTerm& term : row.scalars) append(text, term.coefficient, scalars[static_cast<std::size_t>(term.scalar)]);
+    for (const ScalarTerm& term : row.scalars)
+      append(text, term.coefficient, scalars[static_cast<std::size_t>(term.scalar)]);
   }
   return text + " = " + number(row.angle >= 0 ? 0 : row.constant);
 }
@@ -86,7 +87,8 @@ MatrixX mass_matrix(const Model& model) {
 }  // namespace
 
 Terms natural_terms(const Mechanism& mechanism, const VectorX& coordinates) {
-  if (mechanism.space != SpaceKind::planar) throw std::invalid_argument("natural coordinates are for planar mechanisms");
+  if (mechanism.space != SpaceKind::planar)
+    throw std::invalid_argument("natural coordinates are for planar mechanisms");
   if (coordinates.size() != static_cast<Eigen::Index>(mechanism.coordinates.size()))
     throw std::invalid_argument("coordinates: expected as many values as the mechanism has coordinates");
   const Model model =

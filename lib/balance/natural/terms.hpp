@@ -17,16 +17,17 @@ struct PointMatrix {
 };
 
 struct Terms {
-  std::vector<std::string> points;       ///< p points, the moving ones first
-  Eigen::Index moving = 0;               ///< how many move
-  std::vector<std::string> coordinates;  ///< u unknowns: x and y of the moving points, then angles and slides that are counted
-  MatrixX position;                      ///< p×2 [m]
-  MatrixX mass;                          ///< 2p×2p [kg]: M of P3 eq. 21–23, 35, symmetric
-  std::vector<std::string> rotors;       ///< discs that turn with the counted angles, beside the points' masses, as text
-  double unit = 1;                       ///< of length in the constraints [m]: points are divided by it
-  std::vector<std::string> constraints;  ///< as text: P3 eq. 30, at most quadratic
-  VectorX residual;                      ///< of the constraints there
-  MatrixX jacobian;                      ///< constraints × u: P3 eq. 31
+  std::vector<std::string> points;  ///< p points, the moving ones first
+  Eigen::Index moving = 0;          ///< how many move
+  std::vector<std::string>
+      coordinates;   ///< u unknowns: x and y of the moving points, then angles and slides that are counted
+  MatrixX position;  ///< p×2 [m]
+  MatrixX mass;      ///< 2p×2p [kg]: M of P3 eq. 21–23, 35, symmetric
+  std::vector<std::string> rotors;  ///< discs that turn with the counted angles, beside the points' masses, as text
+  double unit = 1;                  ///< of length in the constraints [m]: points are divided by it
+  std::vector<std::string> constraints;   ///< as text: P3 eq. 30, at most quadratic
+  VectorX residual;                       ///< of the constraints there
+  MatrixX jacobian;                       ///< constraints × u: P3 eq. 31
   std::vector<PointMatrix> coefficients;  ///< C_P of all points (P3 eq. 37–46)
   double total_mass = 0;                  ///< of all moving bodies [kg]
 };

@@ -37,7 +37,8 @@ void add_all(Hdf5File& file, const EquationsAlong& along, const std::vector<std:
   add("z", "z': weight, springs and loads, P0 eq. 62", {time, own}, along.rest);
   add("C", "rates of the tree's coordinates per independent rate, P0 eq. 16", {time, tree, own}, along.transformation);
   if (!along.closures.empty()) {
-    const Dimension closure = file.add_dimension(root, {"closure", "joint that is closed", "1", {}, {}}, along.closures);
+    const Dimension closure =
+        file.add_dimension(root, {"closure", "joint that is closed", "1", {}, {}}, along.closures);
     add("A", "closures' Jacobian, P0 eq. 7", {time, closure, tree}, along.constraints);
   }
   if (along.parts.size() == 0) return;

@@ -94,7 +94,7 @@ Json parameters_json(const EquationsAt& at) {
   std::vector<std::string> names, texts;
   for (const Parameter& p : c.parameters) names.push_back(p.name);
   for (int row = 0; row < c.rank; ++row) texts.push_back(base_parameter_text(c, row, at.parameter_names));
-  return {{"rank", c.rank},        {"gap", c.gap},    {"parameters", names},
+  return {{"rank", c.rank},        {"gap", c.gap},       {"parameters", names},
           {"combinations", texts}, {"pivots", c.pivots}, {"matrix", matrix_json(c.matrix)}};
 }
 

@@ -9,7 +9,7 @@ namespace balance {
 
 namespace {
 
-constexpr double round_off = 1e-13;  ///< of the largest entry: printed as 0
+constexpr double round_off = 1e-13;        ///< of the largest entry: printed as 0
 constexpr Eigen::Index most_columns = 10;  ///< that amsmath's matrices take without being asked
 
 std::string number_latex(double value, double size) {

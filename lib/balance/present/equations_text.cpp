@@ -138,29 +138,27 @@ std::string natural_text(const natural::Terms& n) {
 std::string regressor_text(const EquationsAt& at) {
   std::vector<std::string> names;
   for (const Parameter& p : at.regressor->parameters) names.push_back(p.name);
-  return "regressor Y, effort = Y pi + other, and the parameters pi\n" +
-         [&] {
-           MatrixX all(at.regressor->effort.cols(), at.regressor->effort.rows() + 1);
-           all << at.regressor->values, at.regressor->effort.transpose();
-           std::vector<std::string> columns{"pi"};
-           columns.insert(columns.end(), at.actuators.begin(), at.actuators.end());
-           std::string text;
-           Table table{{""}, {Align::left}, {}};
-           for (const std::string& c : columns) table.heading.push_back(c), table.align.push_back(Align::right);
-           for (Eigen::Index r = 0; r < all.rows(); ++r) {
-             std::vector<std::string> cells{"  " + names[static_cast<std::size_t>(r)]};
-             for (Eigen::Index c = 0; c < all.cols(); ++c) cells.push_back(cell(all(r, c), c == 0 ? 0 : largest(all.col(c))));
-             table.rows.push_back(std::move(cells));
-           }
-           return format_table(table);
-         }() +
-         "\n";
+  return "regressor Y, effort = Y pi + other, and the parameters pi\n" + [&] {
+    MatrixX all(at.regressor->effort.cols(), at.regressor->effort.rows() + 1);
+    all << at.regressor->values, at.regressor->effort.transpose();
+    std::vector<std::string> columns{"pi"};
+    columns.insert(columns.end(), at.actuators.begin(), at.actuators.end());
+    std::string text;
+    Table table{{""}, {Align::left}, {}};
+    for (const std::string& c : columns) table.heading.push_back(c), table.align.push_back(Align::right);
+    for (Eigen::Index r = 0; r < all.rows(); ++r) {
+      std::vector<std::string> cells{"  " + names[static_cast<std::size_t>(r)]};
+      for (Eigen::Index c = 0; c < all.cols(); ++c) cells.push_back(cell(all(r, c), c == 0 ? 0 : largest(all.col(c))));
+      table.rows.push_back(std::move(cells));
+    }
+    return format_table(table);
+  }() + "\n";
 }
 
 std::string parameters_text(const EquationsAt& at) {
   const Conditions& c = *at.parameters;
-  std::string text = fmt::format("base parameters: {} of {} inertial parameters' combinations occur", c.rank,
-                                 c.parameters.size());
+  std::string text =
+      fmt::format("base parameters: {} of {} inertial parameters' combinations occur", c.rank, c.parameters.size());
   if (c.rank > 0 && c.gap > 0) text += fmt::format(" (gap {:.1f} decades)", std::log10(c.gap));
   text += "\n";
   for (int row = 0; row < c.rank; ++row)

@@ -10,7 +10,7 @@
 namespace balance {
 
 struct EquationsView {
-  std::string title;  ///< the mechanism's name
+  std::string title;                     ///< the mechanism's name
   std::vector<std::string> coordinates;  ///< names of all of the mechanism's
   EquationsAt at;
   std::set<EquationSection> sections;  ///< that are shown

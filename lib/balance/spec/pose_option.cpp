@@ -22,7 +22,8 @@ std::string as_mapping(const std::string& text) {
     const std::string part = text.substr(at, comma - at);
     const std::size_t equals = part.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == part.size())
-      throw Problem({}, "", {.expected = "coordinates with their values such as A1=0.3,A2=0.5", .found = in_quotes(text)});
+      throw Problem({}, "",
+                    {.expected = "coordinates with their values such as A1=0.3,A2=0.5", .found = in_quotes(text)});
     yaml += (at == 0 ? "" : ", ") + part.substr(0, equals) + ": " + part.substr(equals + 1);
     at = comma + 1;
   }
