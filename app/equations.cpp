@@ -30,12 +30,14 @@ std::vector<std::string> actuator_names(const Mechanism& mechanism) {
   return names;
 }
 
-/// Runs what may be asked something that the spec or the options should not have asked.
+/// Runs what may be asked something that the options, or else the spec, should not have asked.
 template <class Ask>
-auto ask(const Study& study, const Ask& question) {
+auto ask(const EquationsOptions& options, const Study& study, const Ask& question) {
   try {
     return question();
   } catch (const std::invalid_argument& error) {
+    if (!options.rates.empty() || !options.accelerations.empty() || !options.independent.empty())
+      throw UsageError(error.what());
     throw SpecError({.place = {.file = study.spec_file}, .message = error.what()});
   }
 }
@@ -65,9 +67,10 @@ ExitCode run_along(const EquationsOptions& options, const Study& study, const Tr
   if (options.output.empty())
     throw UsageError(fmt::format("--at {} is a whole trajectory, which needs -o FILE; --at start and end are poses",
                                  trajectory.name));
-  const Result run = ask(study, [&] { return simulate(study.mechanism, trajectory); });
+  const Result run = ask(options, study, [&] { return simulate(study.mechanism, trajectory); });
   if (run.outcome.status != MotionStatus::done) throw MotionFailure(run.outcome);
-  write(options, study, ask(study, [&] { return equations_along(study.mechanism, run, options.independent); }));
+  write(options, study,
+        ask(options, study, [&] { return equations_along(study.mechanism, run, options.independent); }));
   print_beside({options.output}, written_line(options.output));
   return ExitCode::done;
 }
@@ -76,7 +79,7 @@ EquationsView view_at(const EquationsOptions& options, const Study& study) {
   const EquationsQuery query = make_query(options, study);
   std::vector<Symbol> symbols;
   if (query.sections.count(EquationSection::parameters) > 0) symbols = list_symbols(study, read_options(options.spec));
-  EquationsReport report = ask(study, [&] { return equations_at(study.mechanism, query, symbols); });
+  EquationsReport report = ask(options, study, [&] { return equations_at(study.mechanism, query, symbols); });
   if (report.outcome.status != MotionStatus::done) throw MotionFailure(report.outcome);
   return {study.mechanism.name, coordinate_names(study.mechanism), std::move(report.at), choose_sections(options)};
 }

@@ -52,6 +52,7 @@ class Report {
     at_.redundant = terms_.redundant();
     at_.closures = terms_.closures();
     at_.notes = terms_.notes();
+    at_.weight = total_mass(mechanism_) * mechanism_.gravity.norm() * characteristic_length(mechanism_);
   }
 
   /// Values of the independent coordinates among these.
@@ -119,8 +120,7 @@ class Report {
     beside.diagonal().setZero();
     bool decoupled = small(beside) && t.viscous.isZero(0);
     for (const MatrixX& form : t.velocity) decoupled = decoupled && small(form);
-    const double weight = total_mass(mechanism_) * mechanism_.gravity.norm() * characteristic_length(mechanism_);
-    decoupled = decoupled && t.rest.sum().cwiseAbs().maxCoeff() <= vanishing * std::max(weight, k.maxCoeff());
+    decoupled = decoupled && t.rest.sum().cwiseAbs().maxCoeff() <= vanishing * std::max(at_.weight, k.maxCoeff());
     if (decoupled) at_.factors = k;
   }
 

@@ -44,6 +44,8 @@ struct EquationsAt {
   std::optional<natural::Terms> natural;
   std::optional<Conditions> parameters;  ///< base_parameters
   ConditionNames parameter_names;
+  double weight =
+      0;  ///< of everything that moves times the mechanism's length [N m]: what round-off of forces is measured by
   std::optional<VectorX> factors;  ///< k of u_k = k q̈_k: if nothing but a diagonal M′ is left there (P1 eq. 27, 28)
   std::vector<std::string> notes;
 };

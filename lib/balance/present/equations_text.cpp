@@ -66,7 +66,7 @@ std::string velocity_text(const EquationsAt& at) {
 
 std::string rest_text(const EquationsAt& at) {
   const RestTerms& rest = at.terms->rest;
-  const double size = std::max({largest(rest.weight), largest(rest.springs), largest(rest.loads)});
+  const double size = std::max({at.weight, largest(rest.weight), largest(rest.springs), largest(rest.loads)});
   Table table{{"", "weight", "springs", "loads", "z'", ""},
               {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
               {}};
@@ -87,9 +87,9 @@ std::string split_text(const EquationsAt& at) {
   table.heading.insert(table.heading.end(), {"sum", ""});
   table.align.insert(table.align.end(), {Align::right, Align::left});
   const MatrixX& parts = at.split->parts;
+  const double size = std::max(at.weight, largest(parts));
   for (std::size_t a = 0; a < at.actuators.size(); ++a) {
     const auto row = parts.row(static_cast<Eigen::Index>(a));
-    const double size = largest(row);
     std::vector<std::string> cells{"  " + at.actuators[a]};
     for (const double value : row) cells.push_back(cell(value, size));
     cells.push_back(cell(at.split->effort[static_cast<Eigen::Index>(a)], size));
