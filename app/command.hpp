@@ -52,6 +52,7 @@ Command setup_completion(CLI::App& program);
 Command setup_conditions(CLI::App& program);
 Command setup_control(CLI::App& program);
 Command setup_design(CLI::App& program);
+Command setup_equations(CLI::App& program);
 Command setup_export(CLI::App& program);
 Command setup_import(CLI::App& program);
 Command setup_man(CLI::App& program);

@@ -104,6 +104,7 @@ ExitCode parse_and_run(int argc, char** argv) {
       in_group("Describe", setup_new(program)),
       in_group("Describe", setup_check(program)),
       in_group("Describe", setup_import(program)),
+      in_group("Describe", setup_equations(program)),
       in_group("Balance", setup_conditions(program)),
       in_group("Balance", setup_design(program)),
       in_group("Move", setup_simulate(program)),

@@ -30,7 +30,7 @@ set_source_files_properties(
   lib/balance/conditions/farkas_cone.cpp
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
-balance_part(core ROOMS base model kinematics motion dynamics lanes natural result inverse timing simulation study)
+balance_part(core ROOMS base model kinematics motion dynamics lanes natural result inverse equations timing simulation study)
 target_link_libraries(balance_core PUBLIC Eigen3::Eigen)
 target_compile_features(balance_core PUBLIC cxx_std_20)
 target_include_directories(

@@ -19,6 +19,7 @@ add_test(NAME layers COMMAND ${BALANCE_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/che
 add_test(NAME layers.self-test COMMAND ${BALANCE_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/check_layers --self-test)
 
 if(TARGET balance_app)
+  add_test(NAME equations.index COMMAND ${BALANCE_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/check_equations $<TARGET_FILE:balance_app>)
   if(NOT BALANCE_SANITIZE)
     add_test(NAME install COMMAND bash ${CMAKE_CURRENT_SOURCE_DIR}/install/run.sh ${PROJECT_BINARY_DIR} ${CMAKE_COMMAND})
     set_tests_properties(install PROPERTIES TIMEOUT 300 LABELS slow)

@@ -55,4 +55,14 @@ DesignSpace read_design_space_file(const std::string& path, const ReadOptions& o
 /// @throws SpecError whose file is `--minimize`
 std::vector<ObjectiveTerm> read_objective(const std::string& text, const Study& study);
 
+/// A pose, from the command line, in the spec's units.
+/// @param text `A1=0.3,A2=0.5` (joint coordinates), or YAML as in a trajectory, with braces or without: `tool: [0.1, 0.2], angle: 0`
+/// @throws SpecError whose file is `--at`
+PoseTarget read_pose(const std::string& text, const Study& study);
+
+/// Rates or accelerations of joint coordinates, in the spec's units of length and angle and in seconds.
+/// @param text `A1=1,A2=-2` @param option what messages call it
+/// @throws SpecError whose file is the option
+std::vector<CoordinateValue> read_rates(const std::string& text, const char* option, const Study& study);
+
 }  // namespace balance

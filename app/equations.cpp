@@ -1,0 +1,125 @@
+#include "console.hpp"
+#include "equations_options.hpp"
+#include "failure.hpp"
+#include "signals.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/base/version.hpp"
+#include "balance/present/equations_view.hpp"
+#include "balance/read/symbols.hpp"
+#include "balance/simulation/simulate.hpp"
+#include "balance/write/run_description.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <stdexcept>
+
+namespace balance::app {
+namespace {
+
+std::vector<std::string> coordinate_names(const Mechanism& mechanism) {
+  std::vector<std::string> names;
+  for (const Coordinate& coordinate : mechanism.coordinates) names.push_back(coordinate.name);
+  return names;
+}
+
+std::vector<std::string> actuator_names(const Mechanism& mechanism) {
+  std::vector<std::string> names;
+  for (const int a : mechanism.actuators) names.push_back(mechanism.coordinates[static_cast<std::size_t>(a)].name);
+  return names;
+}
+
+/// Runs what may be asked something that the options, or else the spec, should not have asked.
+template <class Ask>
+auto ask(const EquationsOptions& options, const Study& study, const Ask& question) {
+  try {
+    return question();
+  } catch (const std::invalid_argument& error) {
+    if (!options.rates.empty() || !options.accelerations.empty() || !options.independent.empty())
+      throw UsageError(error.what());
+    throw SpecError({.place = {.file = study.spec_file}, .message = error.what()});
+  }
+}
+
+FileDescription describe(const EquationsOptions& options, const Study& study) {
+  FileDescription description;
+  description.title = study.mechanism.name;
+  description.version = version();
+  description.spec_text = study.spec_text;
+  description.command_line =
+      fmt::format("balance equations {} --at {}", shell_word(study.spec_file), shell_word(options.at));
+  for (const std::string& set : options.spec.set) description.command_line += " --set " + shell_word(set);
+  return description;
+}
+
+void write(const EquationsOptions& options, const Study& study, const EquationsAlong& along) {
+  if (along.outcome.status != MotionStatus::done) throw MotionFailure(along.outcome);
+  WriteOptions write;
+  write.existing = options.force ? Existing::replace : Existing::keep;
+  write.compression = options.compress ? Compression::gzip : Compression::none;
+  write.cancelled = [] { return pending_signal() != 0; };
+  const DeferSignals deferred;
+  write_equations(options.output, along, actuator_names(study.mechanism), describe(options, study), write);
+}
+
+ExitCode run_along(const EquationsOptions& options, const Study& study, const Trajectory& trajectory) {
+  if (options.output.empty())
+    throw UsageError(fmt::format("--at {} is a whole trajectory, which needs -o FILE; --at start and end are poses",
+                                 trajectory.name));
+  const Result run = ask(options, study, [&] { return simulate(study.mechanism, trajectory); });
+  if (run.outcome.status != MotionStatus::done) throw MotionFailure(run.outcome);
+  write(options, study,
+        ask(options, study, [&] { return equations_along(study.mechanism, run, options.independent); }));
+  print_beside({options.output}, written_line(options.output));
+  return ExitCode::done;
+}
+
+EquationsView view_at(const EquationsOptions& options, const Study& study) {
+  const EquationsQuery query = make_query(options, study);
+  std::vector<Symbol> symbols;
+  if (query.sections.count(EquationSection::parameters) > 0) symbols = list_symbols(study, read_options(options.spec));
+  EquationsReport report = ask(options, study, [&] { return equations_at(study.mechanism, query, symbols); });
+  if (report.outcome.status != MotionStatus::done) throw MotionFailure(report.outcome);
+  return {study.mechanism.name, coordinate_names(study.mechanism), std::move(report.at), choose_sections(options)};
+}
+
+ExitCode run(const EquationsOptions& options) {
+  choose_sections(options);
+  const Study study = read_study(options.spec);
+  check_outputs(options, study);
+  for (const std::string& warning : study.warnings) tell("warning: " + warning);
+  if (const Trajectory* trajectory = trajectory_at(options, study)) return run_along(options, study, *trajectory);
+  const EquationsView view = view_at(options, study);
+  if (options.spec.json)
+    print(equations_json(view, study.warnings));
+  else if (options.latex)
+    print_text(equations_latex(view));
+  if (!options.output.empty()) write(options, study, as_one_sample(view.at));
+  if (!options.spec.json && !options.latex) print_text(equations_text(view));
+  return ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_equations(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("equations", "Print a mechanism's equation of motion");
+  const auto options = std::make_shared<EquationsOptions>();
+  add_equations_options(*parser, *options);
+  parser->footer(
+      "Prints the equation of motion where the mechanism has a pose, as matrices in its independent\n"
+      "coordinates: inertia M', velocity terms D'_krs and B', weight, springs and loads z'; what\n"
+      "every torque adds up from; and the base parameters: the combinations of inertial parameters\n"
+      "that the equation depends on.\n"
+      "--only redundant,natural,regressor prints the equations before the loops are eliminated, those\n"
+      "in natural coordinates (planar) and the regressor; --json prints all. Files hold the matrices\n"
+      "at a pose or, where --at names a trajectory, at all its samples.\n\n"
+      "Examples:\n"
+      "  balance equations planar-rrr.yaml --at start\n"
+      "  balance equations 5r.yaml --at \"tool: [0.1, 0.3]\" --rates A1=2,A2=-1 --only torques\n"
+      "  balance equations 3rrr.yaml --at end --only natural --latex\n"
+      "  balance equations 3rrr.yaml --at cycloid -o equations.h5");
+  return {parser, [options] { return run(*options); }};
+}
+
+}  // namespace balance::app

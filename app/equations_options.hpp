@@ -1,0 +1,40 @@
+#pragma once
+/// What the user asks of `balance equations`, and what it means for the study.
+
+#include "command.hpp"
+
+#include "balance/analysis/equations.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance::app {
+
+struct EquationsOptions {
+  SpecOptions spec;
+  std::string at;                    ///< a pose, `start`, `end` or a trajectory's name
+  std::string rates, accelerations;  ///< `A1=1,A2=0`; empty: none
+  std::string trajectory;            ///< whose start and end; empty: the first of the spec
+  double time = 0;                   ///< of loads that change [s]
+  std::vector<std::string> independent, only;
+  std::string output;
+  bool latex = false, force = false, compress = false;
+};
+
+void add_equations_options(CLI::App& parser, EquationsOptions& options);
+
+/// The sections that --only names; without it those that a page of text has room for, or all.
+/// @throws UsageError
+std::set<EquationSection> choose_sections(const EquationsOptions& options);
+
+/// The trajectory that --at names as a whole; null if it names a pose.
+const Trajectory* trajectory_at(const EquationsOptions& options, const Study& study);
+
+/// The pose that --at means, found on the mechanism, with the rates asked for.
+/// @throws UsageError, SpecError; MotionFailure if the mechanism cannot take the pose
+EquationsQuery make_query(const EquationsOptions& options, const Study& study);
+
+/// Refuses at once what would fail after the computation. @throws UsageError, SystemError
+void check_outputs(const EquationsOptions& options, const Study& study);
+
+}  // namespace balance::app

@@ -1,0 +1,266 @@
+#include "balance/analysis/equations.hpp"
+
+#include "balance/conditions/base_parameters.hpp"
+#include "balance/equations/run_states.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+constexpr double vanishing = 1e-9;  ///< of the largest term of its kind: what counts as zero
+
+class Report {
+ public:
+  Report(const Mechanism& mechanism, const EquationsQuery& query, const std::vector<Symbol>& symbols)
+      : mechanism_(mechanism),
+        query_(query),
+        symbols_(symbols),
+        options_{query.independent, Vector3::Zero(), 1},
+        terms_(mechanism, options_) {}
+
+  EquationsReport run() {
+    name();
+    place();
+    if (!add_terms()) return std::move(out_);
+    if (wants(EquationSection::torques)) add_split();
+    if (wants(EquationSection::redundant) && !take(terms_.redundant_terms(at_.q, query_.time), at_.loops))
+      return std::move(out_);
+    if (wants(EquationSection::regressor)) add_regressor();
+    if (wants(EquationSection::natural)) add_natural();
+    if (wants(EquationSection::parameters)) add_parameters();
+    out_.outcome.status = MotionStatus::done;
+    return std::move(out_);
+  }
+
+ private:
+  bool wants(EquationSection section) const { return query_.sections.count(section) > 0; }
+
+  const Coordinate& coordinate(int c) const { return mechanism_.coordinates[static_cast<std::size_t>(c)]; }
+
+  void name() {
+    for (const int c : terms_.independent()) {
+      at_.independent.push_back(coordinate(c).name);
+      at_.lengths.push_back(coordinate(c).kind == CoordinateKind::length);
+    }
+    for (const int c : mechanism_.actuators) {
+      at_.actuators.push_back(coordinate(c).name);
+      at_.forces.push_back(coordinate(c).kind == CoordinateKind::length);
+    }
+    at_.redundant = terms_.redundant();
+    at_.closures = terms_.closures();
+    at_.notes = terms_.notes();
+    at_.weight = total_mass(mechanism_) * mechanism_.gravity.norm() * characteristic_length(mechanism_);
+  }
+
+  /// Values of the independent coordinates among these.
+  VectorX of_independent(const std::vector<CoordinateValue>& values, bool all) const {
+    VectorX q = VectorX::Zero(terms_.degrees_of_freedom());
+    for (const CoordinateValue& value : values) {
+      const auto& own = terms_.independent();
+      const auto at = std::find(own.begin(), own.end(), value.coordinate);
+      if (at != own.end())
+        q[at - own.begin()] = value.value;
+      else if (!all)
+        throw std::invalid_argument("rates are those of the independent coordinates; " +
+                                    coordinate(value.coordinate).name + " is none of them");
+    }
+    return q;
+  }
+
+  void place() {
+    at_.q = of_independent(query_.configuration, true);
+    at_.dq = of_independent(query_.rates, false);
+    at_.ddq = of_independent(query_.accelerations, false);
+  }
+
+  template <class T>
+  bool take(Answer<T>&& answer, std::optional<T>& slot) {
+    if (!answer) {
+      out_.outcome = answer.outcome;
+      return false;
+    }
+    slot = std::move(answer.value);
+    return true;
+  }
+
+  bool add_terms() {
+    if (terms_.degrees_of_freedom() == 0) {
+      out_.outcome = {
+          MotionStatus::mismatch, 0, "the mechanism has no degrees of freedom: there is no equation of motion", {}};
+      return false;
+    }
+    auto assembled = terms_.assemble(at_.q, query_.configuration);
+    if (!assembled) {
+      out_.outcome = assembled.outcome;
+      return false;
+    }
+    at_.configuration = assembled.value;
+    if (!take(terms_.independent_terms(at_.q, query_.time), at_.terms)) return false;
+    find_factors();
+    return true;
+  }
+
+  /// P1 eq. 27: u_k = k q̈_k.
+  void find_factors() {
+    const IndependentTerms& t = *at_.terms;
+    const Eigen::Index d = t.mass.rows();
+    if (t.input.rows() != t.input.cols() || !t.input.isApprox(MatrixX::Identity(d, d), vanishing)) return;
+    const VectorX k = t.mass.diagonal();
+    const VectorX size = k.cwiseAbs().cwiseSqrt();
+    const auto small = [&](const MatrixX& matrix) {
+      for (Eigen::Index r = 0; r < d; ++r)
+        for (Eigen::Index s = 0; s < d; ++s)
+          if (std::abs(matrix(r, s)) > vanishing * size[r] * size[s]) return false;
+      return true;
+    };
+    MatrixX beside = t.mass;
+    beside.diagonal().setZero();
+    bool decoupled = small(beside) && t.viscous.isZero(0);
+    for (const MatrixX& form : t.velocity) decoupled = decoupled && small(form);
+    decoupled = decoupled && t.rest.sum().cwiseAbs().maxCoeff() <= vanishing * std::max(at_.weight, k.maxCoeff());
+    if (decoupled) at_.factors = k;
+  }
+
+  void add_split() {
+    auto split = terms_.split(at_.q, at_.dq, at_.ddq, query_.time);
+    if (split)
+      at_.split = std::move(split.value);
+    else
+      at_.notes.push_back("no torques: " + split.outcome.reason);
+  }
+
+  void add_regressor() {
+    InverseDynamics door(mechanism_, options_);
+    std::vector<NamedValue> near;
+    for (const CoordinateValue& value : query_.configuration)
+      near.push_back({coordinate(value.coordinate).name, value.value});
+    door.assemble(at_.q, near);
+    auto found = door.regressor(at_.q, at_.dq, at_.ddq, query_.time);
+    if (found)
+      at_.regressor = std::move(found.value);
+    else
+      at_.notes.push_back("no regressor: " + found.outcome.reason);
+  }
+
+  void add_natural() {
+    if (mechanism_.space == SpaceKind::spatial)
+      at_.notes.push_back("no natural coordinates: they are for planar mechanisms");
+    else
+      at_.natural = natural::natural_terms(mechanism_, at_.configuration);
+  }
+
+  void add_parameters() {
+    Mechanism here = mechanism_;
+    here.assembly = query_.configuration;
+    Conditions found = base_parameters(here);
+    if (found.status != ConditionsStatus::done) {
+      at_.notes.push_back("no base parameters: " + found.reason);
+      return;
+    }
+    if (!symbols_.empty())
+      at_.parameter_names = name_coefficients(here, found, symbols_, [&](const Mechanism& other) {
+        Mechanism moved = other;
+        moved.assembly = query_.configuration;
+        return base_parameters(moved);
+      });
+    at_.parameters = std::move(found);
+  }
+
+  const Mechanism& mechanism_;
+  const EquationsQuery& query_;
+  const std::vector<Symbol>& symbols_;
+  InverseOptions options_;
+  EquationTerms terms_;
+  EquationsReport out_;
+  EquationsAt& at_ = out_.at;
+};
+
+/// A matrix as a row of numbers, row by row.
+template <class Row>
+void put(const MatrixX& matrix, Eigen::Index first, Row&& row) {
+  const Samples by_rows = matrix;
+  row.segment(first, by_rows.size()) = Eigen::Map<const Eigen::RowVectorXd>(by_rows.data(), by_rows.size());
+}
+
+/// Room for N samples; the coordinates have their names.
+void size_arrays(Eigen::Index N, Eigen::Index actuators, EquationsAlong& out) {
+  const auto d = static_cast<Eigen::Index>(out.independent.size()), n = static_cast<Eigen::Index>(out.redundant.size());
+  out.mass.resize(N, d * d), out.viscous.resize(N, d * d), out.velocity.resize(N, d * d * d), out.rest.resize(N, d);
+  out.transformation.resize(N, n * d);
+  out.constraints.resize(N, static_cast<Eigen::Index>(out.closures.size()) * n);
+  out.parts.resize(N, actuators * static_cast<Eigen::Index>(effort_part_names.size()));
+}
+
+void write_row(const IndependentTerms& terms, const RedundantTerms& loops, Eigen::Index k, EquationsAlong& out) {
+  put(terms.mass, 0, out.mass.row(k));
+  put(terms.viscous, 0, out.viscous.row(k));
+  const Eigen::Index d = terms.mass.rows();
+  for (Eigen::Index i = 0; i < d; ++i) put(terms.velocity[static_cast<std::size_t>(i)], i * d * d, out.velocity.row(k));
+  out.rest.row(k) = terms.rest.sum();
+  put(loops.transformation, 0, out.transformation.row(k));
+  put(loops.constraints, 0, out.constraints.row(k));
+}
+
+}  // namespace
+
+const std::vector<std::string>& equation_section_names() {
+  static const std::vector<std::string> names{"inertia",   "velocity", "gravity",   "torques",
+                                              "redundant", "natural",  "regressor", "parameters"};
+  return names;
+}
+
+EquationsReport equations_at(const Mechanism& mechanism, const EquationsQuery& query,
+                             const std::vector<Symbol>& symbols) {
+  return Report(mechanism, query, symbols).run();
+}
+
+EquationsAlong as_one_sample(const EquationsAt& at) {
+  EquationsAlong out;
+  out.outcome.status = MotionStatus::done;
+  out.independent = at.independent;
+  out.redundant = at.redundant;
+  out.closures = at.closures;
+  out.time = VectorX::Zero(1);
+  size_arrays(1, static_cast<Eigen::Index>(at.actuators.size()), out);
+  write_row(*at.terms, *at.loops, 0, out);
+  out.position = at.q.transpose();
+  if (at.split)
+    put(at.split->parts, 0, out.parts.row(0));
+  else
+    out.parts.resize(0, 0);
+  return out;
+}
+
+EquationsAlong equations_along(const Mechanism& mechanism, const Result& result,
+                               const std::vector<std::string>& independent) {
+  EquationsAlong out;
+  InverseOptions options{independent, Vector3::Zero(), 1};
+  const double duration = result.time[result.time.size() - 1] - result.time[0];
+  if (duration > 0) options.time_scale = duration;
+  EquationTerms terms(mechanism, options);
+  const StateTable states = independent_states(terms, result);
+  for (const int c : terms.independent())
+    out.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(c)].name);
+  out.redundant = terms.redundant();
+  out.closures = terms.closures();
+  const Eigen::Index N = states.q.rows();
+  out.time = result.time;
+  out.position = states.q;
+  size_arrays(N, result.torque.cols(), out);
+  out.outcome = assemble_as(terms, result);
+  for (Eigen::Index k = 0; k < N && out.outcome.status == MotionStatus::done; ++k) {
+    const auto own = terms.independent_terms(states.q.row(k), result.time[k]);
+    const auto loops = terms.redundant_terms(states.q.row(k), result.time[k]);
+    const auto split = terms.split(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);
+    out.outcome = !own ? own.outcome : !loops ? loops.outcome : split.outcome;
+    if (out.outcome.status != MotionStatus::done) break;
+    write_row(own.value, loops.value, k, out);
+    put(split.value.parts, 0, out.parts.row(k));
+  }
+  return out;
+}
+
+}  // namespace balance

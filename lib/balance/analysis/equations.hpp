@@ -1,0 +1,85 @@
+#pragma once
+/// The papers' equations of a mechanism as numbers: at one configuration, or along a run.
+
+#include "balance/conditions/naming.hpp"
+#include "balance/equations/equation_terms.hpp"
+#include "balance/natural/terms.hpp"
+#include "balance/study/study.hpp"
+
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// What can be asked for.
+enum class EquationSection { inertia, velocity, gravity, torques, redundant, natural, regressor, parameters };
+
+/// "inertia", "velocity", …, in the enum's order.
+const std::vector<std::string>& equation_section_names();
+
+struct EquationsQuery {
+  std::vector<CoordinateValue> configuration;         ///< of all coordinates, with the loops closed
+  std::vector<CoordinateValue> rates, accelerations;  ///< of independent coordinates; others are 0
+  double time = 0;                                    ///< of loads that change with it [s]
+  std::vector<std::string> independent;               ///< see InverseOptions
+  std::set<EquationSection> sections;
+};
+
+/// One configuration; what was not asked for, or has no answer there, is empty.
+struct EquationsAt {
+  std::vector<std::string> independent;  ///< d names
+  std::vector<bool> lengths;             ///< per independent coordinate: whether it is a length
+  std::vector<std::string> redundant;    ///< n names
+  std::vector<std::string> closures;     ///< per closure row: its joint
+  std::vector<std::string> actuators;
+  std::vector<bool> forces;  ///< per actuator: whether its effort is a force
+  VectorX configuration;     ///< of all coordinates of the mechanism
+  VectorX q, dq, ddq;
+  std::optional<IndependentTerms> terms;
+  std::optional<RedundantTerms> loops;
+  std::optional<EffortSplit> split;
+  std::optional<EffortRegressor> regressor;
+  std::optional<natural::Terms> natural;
+  std::optional<Conditions> parameters;  ///< base_parameters
+  ConditionNames parameter_names;
+  double weight =
+      0;  ///< of everything that moves times the mechanism's length [N m]: what round-off of forces is measured by
+  std::optional<VectorX> factors;  ///< k of u_k = k q̈_k: if nothing but a diagonal M′ is left there (P1 eq. 27, 28)
+  std::vector<std::string> notes;
+};
+
+struct EquationsReport {
+  MotionOutcome outcome;  ///< done, or why there are no equations there
+  EquationsAt at;
+};
+
+/// @param symbols that base parameters are written in; empty: numbers only
+/// @throws std::invalid_argument for coordinates that do not exist or do not determine the motion
+EquationsReport equations_at(const Mechanism& mechanism, const EquationsQuery& query,
+                             const std::vector<Symbol>& symbols);
+
+/// The matrices at every sample of a run; row k belongs to result.time[k], entries row by row.
+struct EquationsAlong {
+  MotionOutcome outcome;
+  std::vector<std::string> independent, redundant, closures;
+  VectorX time;            ///< N [s]
+  Samples position;        ///< N×d: the independent coordinates
+  Samples mass;            ///< N×(d d)
+  Samples velocity;        ///< N×(d d d)
+  Samples viscous;         ///< N×(d d)
+  Samples rest;            ///< N×d
+  Samples transformation;  ///< N×(n d)
+  Samples constraints;     ///< N×(closure rows n)
+  Samples parts;           ///< N×(actuators parts); empty if the actuators do not fit
+};
+
+/// @param at with terms and loops
+EquationsAlong as_one_sample(const EquationsAt& at);
+
+/// @param result a run of this mechanism that is done
+EquationsAlong equations_along(const Mechanism& mechanism, const Result& result,
+                               const std::vector<std::string>& independent);
+
+}  // namespace balance

@@ -1,0 +1,211 @@
+#include "balance/present/equations_view.hpp"
+#include "balance/write/table.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+namespace balance {
+
+namespace {
+
+constexpr double round_off = 1e-13;  ///< of the largest entry of its kind: shown as 0
+
+std::string cell(double value, double size) {
+  return std::abs(value) <= round_off * size ? "0" : fmt::format("{:.6g}", value);
+}
+
+double largest(const MatrixX& matrix) { return matrix.size() == 0 ? 0 : matrix.cwiseAbs().maxCoeff(); }
+
+std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
+                        const std::vector<std::string>& columns) {
+  Table table{{""}, {Align::left}, {}};
+  for (const std::string& column : columns) {
+    table.heading.push_back(column);
+    table.align.push_back(Align::right);
+  }
+  const double size = largest(matrix);
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    std::vector<std::string> cells{"  " + rows[static_cast<std::size_t>(r)]};
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(cell(matrix(r, c), size));
+    table.rows.push_back(std::move(cells));
+  }
+  return format_table(table);
+}
+
+std::string numbers_line(const char* label, const std::vector<std::string>& names, const VectorX& values) {
+  std::vector<std::string> parts;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    parts.push_back(fmt::format("{} = {:.9g}", names[k], values[static_cast<Eigen::Index>(k)]));
+  return fmt::format("{}{}\n", label, fmt::join(parts, ", "));
+}
+
+/// "D'[A1] = 0.3 A1'^2 - 2 0.1 A1' A2'": the terms that are there.
+std::string velocity_text(const EquationsAt& at) {
+  double size = 0;
+  for (const MatrixX& form : at.terms->velocity) size = std::max(size, largest(form));
+  size = std::max(size, 1e-3 * largest(at.terms->mass));
+  std::string text;
+  for (std::size_t k = 0; k < at.terms->velocity.size(); ++k) {
+    const MatrixX& form = at.terms->velocity[k];
+    std::string sum;
+    for (Eigen::Index r = 0; r < form.rows(); ++r)
+      for (Eigen::Index s = r; s < form.cols(); ++s) {
+        if (std::abs(form(r, s)) <= round_off * size) continue;
+        const auto& first = at.independent[static_cast<std::size_t>(r)];
+        const auto& second = at.independent[static_cast<std::size_t>(s)];
+        sum += sum.empty() ? (form(r, s) < 0 ? "-" : "") : form(r, s) < 0 ? " - " : " + ";
+        sum += fmt::format("{}{:.6g} {}", r == s ? "" : "2 ", std::abs(form(r, s)),
+                           r == s ? first + "'^2" : first + "' " + second + "'");
+      }
+    text += fmt::format("  {}: {}\n", at.independent[k], sum.empty() ? "0" : sum);
+  }
+  return text;
+}
+
+std::string rest_text(const EquationsAt& at) {
+  const RestTerms& rest = at.terms->rest;
+  const double size = std::max({at.weight, largest(rest.weight), largest(rest.springs), largest(rest.loads)});
+  Table table{{"", "weight", "springs", "loads", "z'", ""},
+              {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
+              {}};
+  for (std::size_t k = 0; k < at.independent.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    table.rows.push_back({"  " + at.independent[k], cell(rest.weight[i], size), cell(rest.springs[i], size),
+                          cell(rest.loads[i], size), cell(rest.sum()[i], size), force_unit(at.lengths[k])});
+  }
+  return format_table(table);
+}
+
+std::string split_text(const EquationsAt& at) {
+  Table table{{""}, {Align::left}, {}};
+  for (const char* name : effort_part_names) {
+    table.heading.emplace_back(name);
+    table.align.push_back(Align::right);
+  }
+  table.heading.insert(table.heading.end(), {"sum", ""});
+  table.align.insert(table.align.end(), {Align::right, Align::left});
+  const MatrixX& parts = at.split->parts;
+  const double size = std::max(at.weight, largest(parts));
+  for (std::size_t a = 0; a < at.actuators.size(); ++a) {
+    const auto row = parts.row(static_cast<Eigen::Index>(a));
+    std::vector<std::string> cells{"  " + at.actuators[a]};
+    for (const double value : row) cells.push_back(cell(value, size));
+    cells.push_back(cell(at.split->effort[static_cast<Eigen::Index>(a)], size));
+    cells.push_back(force_unit(at.forces[a]));
+    table.rows.push_back(std::move(cells));
+  }
+  return format_table(table);
+}
+
+std::string redundant_text(const EquationsAt& at) {
+  const RedundantTerms& loops = *at.loops;
+  std::string text = "M in the tree's coordinates (P0 eq. 19)\n" + matrix_text(loops.mass, at.redundant, at.redundant);
+  text += "\nC: tree coordinates' rates per independent rate, A C = 0 (P0 eq. 16)\n" +
+          matrix_text(loops.transformation, at.redundant, at.independent);
+  if (loops.constraints.rows() > 0)
+    text += "\nA: closures (P0 eq. 7, 15)\n" + matrix_text(loops.constraints, at.closures, at.redundant);
+  text += "\nz: weight, springs and loads\n" + matrix_text(loops.rest.sum(), at.redundant, {"z"});
+  return text + "\n";
+}
+
+std::string natural_text(const natural::Terms& n) {
+  std::string text = fmt::format("natural coordinates (P3): {} points, {} of them move\n", n.points.size(), n.moving);
+  Table table{{"point", "x [m]", "y [m]", "C_P [kg]", ""},
+              {Align::left, Align::right, Align::right, Align::right, Align::left},
+              {}};
+  for (std::size_t p = 0; p < n.points.size(); ++p) {
+    const auto& c = n.coefficients[p].coefficient;
+    const double size = n.total_mass;
+    table.rows.push_back({"  " + n.points[p], fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 0)),
+                          fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 1)),
+                          fmt::format("[{} {}; {} {}]", cell(c.real(), size), cell(-c.imag(), size),
+                                      cell(c.imag(), size), cell(c.real(), size)),
+                          n.coefficients[p].fixed ? "fixed" : ""});
+  }
+  text += format_table(table);
+  std::vector<std::string> entries;
+  for (const std::string& point : n.points)
+    for (const char* axis : {".x", ".y"}) entries.push_back(point + axis);
+  text += "\nM [kg] (P3 eq. 35)\n" + matrix_text(n.mass, entries, entries);
+  for (const std::string& rotor : n.rotors) text += "  disc: " + rotor + "\n";
+  text += fmt::format("\nconstraints, points divided by {:.9g} m (P3 eq. 30)\n", n.unit);
+  for (const std::string& row : n.constraints) text += "  " + row + "\n";
+  return text + "\n";
+}
+
+std::string regressor_text(const EquationsAt& at) {
+  std::vector<std::string> names;
+  for (const Parameter& p : at.regressor->parameters) names.push_back(p.name);
+  return "regressor Y, effort = Y pi + other, and the parameters pi\n" + [&] {
+    MatrixX all(at.regressor->effort.cols(), at.regressor->effort.rows() + 1);
+    all << at.regressor->values, at.regressor->effort.transpose();
+    std::vector<std::string> columns{"pi"};
+    columns.insert(columns.end(), at.actuators.begin(), at.actuators.end());
+    std::string text;
+    Table table{{""}, {Align::left}, {}};
+    for (const std::string& c : columns) table.heading.push_back(c), table.align.push_back(Align::right);
+    for (Eigen::Index r = 0; r < all.rows(); ++r) {
+      std::vector<std::string> cells{"  " + names[static_cast<std::size_t>(r)]};
+      for (Eigen::Index c = 0; c < all.cols(); ++c) cells.push_back(cell(all(r, c), c == 0 ? 0 : largest(all.col(c))));
+      table.rows.push_back(std::move(cells));
+    }
+    return format_table(table);
+  }() + "\n";
+}
+
+std::string parameters_text(const EquationsAt& at) {
+  const Conditions& c = *at.parameters;
+  std::string text =
+      fmt::format("base parameters: {} of {} inertial parameters' combinations occur", c.rank, c.parameters.size());
+  if (c.rank > 0 && c.gap > 0) text += fmt::format(" (gap {:.1f} decades)", std::log10(c.gap));
+  text += "\n";
+  for (int row = 0; row < c.rank; ++row)
+    text += fmt::format("  {:>3}  {}\n", row + 1, base_parameter_text(c, row, at.parameter_names));
+  return text + "\n";
+}
+
+}  // namespace
+
+std::string inertia_unit(bool first_length, bool second_length) {
+  return first_length && second_length ? "kg" : first_length || second_length ? "kg m" : "kg m^2";
+}
+
+std::string force_unit(bool length) { return length ? "N" : "N m"; }
+
+std::string base_parameter_text(const Conditions& parameters, int row, const ConditionNames& names) {
+  std::string text = condition_text(parameters, row, names);
+  return text.substr(0, text.rfind(" = "));
+}
+
+std::string equations_text(const EquationsView& view) {
+  using enum EquationSection;
+  const EquationsAt& at = view.at;
+  std::string text = view.title + "\n" + numbers_line("at  ", view.coordinates, at.configuration) +
+                     "independent coordinates  " + fmt::format("{}; SI units\n\n", fmt::join(at.independent, ", "));
+  if (view.shows(inertia))
+    text += "M' (P0 eq. 62; P1 eq. 14: D_ij)\n" + matrix_text(at.terms->mass, at.independent, at.independent) + "\n";
+  if (view.shows(velocity)) {
+    text += "velocity terms: D'_krs (P0 eq. 63; P1 eq. 15: D_ijk)\n" + velocity_text(at);
+    if (!at.terms->viscous.isZero(0))
+      text += "B' (P0 eq. 63), of viscous friction\n" + matrix_text(at.terms->viscous, at.independent, at.independent);
+    text += "\n";
+  }
+  if (view.shows(gravity)) text += "z' (P0 eq. 62; P1 eq. 16: D_i)\n" + rest_text(at) + "\n";
+  if (at.factors && view.shows(inertia))
+    text += numbers_line("decoupled there: u = k q'' (P1 eq. 27) with k  ", at.independent, *at.factors) + "\n";
+  if (at.split && view.shows(torques)) {
+    text += "torques and what they add up from\n" + numbers_line("  rates  ", at.independent, at.dq) +
+            numbers_line("  accelerations  ", at.independent, at.ddq) + split_text(at) + "\n";
+  }
+  if (at.loops && view.shows(redundant)) text += redundant_text(at);
+  if (at.natural) text += natural_text(*at.natural);
+  if (at.regressor) text += regressor_text(at);
+  if (at.parameters) text += parameters_text(at);
+  for (const std::string& note : at.notes) text += "note: " + note + "\n";
+  while (text.size() > 1 && text.ends_with("\n\n")) text.pop_back();
+  return text;
+}
+
+}  // namespace balance
