@@ -5,9 +5,9 @@
 #include "balance/analysis/occurrence.hpp"
 #include "balance/analysis/start_pose.hpp"
 #include "balance/base/error.hpp"
+#include "balance/conditions/symbols.hpp"
 #include "balance/motion/names.hpp"
 #include "balance/present/names.hpp"
-#include "balance/read/symbols.hpp"
 
 #include <limits>
 #include <stdexcept>
@@ -32,7 +32,7 @@ ConditionsView derive_view(const GoalOptions& goal, const SpecOptions& spec, con
   if (named) {
     const Derive nearby = make_derive_nearby(derive, modular, condition_options, start_coordinates(study),
                                              study.mechanism, view.conditions);
-    view.names = name_coefficients(study.mechanism, view.conditions, list_symbols(study, read_options(spec)), nearby);
+    view.names = name_coefficients(study.mechanism, view.conditions, list_symbols(space), nearby);
   }
   view.numbers = study.free_numbers;
   view.occurring = list_occurring(space, view.conditions, derive);
@@ -63,7 +63,7 @@ namespace {
 std::vector<Symbol> symbols_of_design(const Study& study, const std::string& balanced, const Mechanism& mechanism,
                                       std::vector<std::string>& notes) {
   try {
-    return list_symbols(read_spec(balanced, study.spec_file));
+    return list_symbols(read_design_space(balanced, study.spec_file));
   } catch (const SpecError& error) {
     notes.push_back("the designed spec needs a change before it can be read: " + error.brief());
     return own_symbols(mechanism);

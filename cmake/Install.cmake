@@ -51,6 +51,6 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONFLICTS balance)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS gnuplot-nox) # balance plot
 string(CONCAT CPACK_DEBIAN_PACKAGE_SUGGESTS
-       "libeigen3-dev, libyaml-cpp-dev, libfmt-dev, nlohmann-json3-dev, libmuparser-dev, libhdf5-dev, libssl-dev, zlib1g-dev, "
+       "libeigen3-dev, libyaml-cpp-dev, libfmt-dev, nlohmann-json3-dev, libhdf5-dev, libssl-dev, zlib1g-dev, "
        "libnlopt-dev, coinor-libclp-dev, libpugixml-dev")
 include(CPack)

@@ -30,7 +30,7 @@ set_source_files_properties(
   lib/balance/conditions/farkas_cone.cpp
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
-balance_part(core ROOMS base model kinematics motion dynamics lanes natural result inverse equations timing simulation study)
+balance_part(core ROOMS base expression model kinematics motion dynamics lanes natural result inverse equations timing simulation study)
 target_link_libraries(balance_core PUBLIC Eigen3::Eigen)
 target_compile_features(balance_core PUBLIC cxx_std_20)
 target_include_directories(
@@ -56,7 +56,7 @@ balance_part(gradients ROOMS gradients STANDS_ON core)
 target_sources(balance_gradients PRIVATE $<TARGET_OBJECTS:balance_duals>)
 
 balance_part(reading ROOMS hdf5 spec STANDS_ON core
-             LINK yaml-cpp muparser::muparser hdf5::hdf5 hdf5::hdf5_hl fmt::fmt ZLIB::ZLIB)
+             LINK yaml-cpp hdf5::hdf5 hdf5::hdf5_hl fmt::fmt ZLIB::ZLIB)
 balance_optimise_little(balance_reading)
 balance_part(writing ROOMS write STANDS_ON reading LINK fmt::fmt nlohmann_json::nlohmann_json OpenSSL::Crypto)
 if(NOT BALANCE_SIMULATE_ONLY)

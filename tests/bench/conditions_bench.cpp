@@ -4,7 +4,7 @@
 #include "balance/analysis/start_pose.hpp"
 #include "balance/conditions/naming.hpp"
 #include "balance/conditions/nearby.hpp"
-#include "balance/read/symbols.hpp"
+#include "balance/conditions/symbols.hpp"
 #include "balance/spec/read_spec.hpp"
 
 #include <benchmark/benchmark.h>
@@ -23,7 +23,7 @@ void named(benchmark::State& bench, const char* config, GoalKind kind, bool near
   const std::function<Conditions(const Mechanism&)> derive = [&](const Mechanism& any) {
     return derive_conditions(prepare(any), goals);
   };
-  const std::vector<Symbol> symbols = list_symbols(study);
+  const std::vector<Symbol> symbols = list_symbols(read_design_space_file(std::string(BALANCE_CONFIGS) + "/" + config));
   for (auto _ : bench) {
     const Conditions conditions = derive(study.mechanism);
     const auto again = nearby ? nearby_or(derive, prepare, study.mechanism, conditions, {}) : derive;

@@ -1,6 +1,6 @@
 #include "targets.hpp"
 
-#include "balance/read/symbols.hpp"
+#include "balance/conditions/symbols.hpp"
 #include "balance/spec/read_spec.hpp"
 #include "balance/write/balanced_spec.hpp"
 
@@ -55,7 +55,7 @@ void spec(std::string_view bytes) {
   complains_well([&] {
     const DesignSpace space = read_design_space(text, file_name, options);
     use(space);
-    if (text.size() < 4000) list_symbols(space.start, options);
+    if (text.size() < 4000) list_symbols(space);
   });
 }
 

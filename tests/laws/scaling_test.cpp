@@ -10,9 +10,12 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace laws;
@@ -49,16 +52,34 @@ double unit_of(const std::string& path, const Units& by) {
   return has(".ratio") || has(".axis") || has(".rpy") ? 1 : by.length;
 }
 
+/// What a spec's expressions say of every number, in another size: its inputs are divided by their units and what they make is scaled.
+std::shared_ptr<const balance::Recording> scaled(const balance::Recording& from, const VectorX& units,
+                                                 const Units& by) {
+  const auto to = std::make_shared<balance::Recording>();
+  std::vector<balance::Expression> inputs;
+  for (const double value : from.inputs) {
+    const auto number = std::find(from.free.begin(), from.free.end(), static_cast<int>(inputs.size()));
+    const double unit = number == from.free.end() ? 1 : units[number - from.free.begin()];
+    to->inputs.push_back(value * unit);
+    inputs.push_back(balance::Expression::input(to->graph, value * unit) / unit);
+  }
+  to->free = from.free;
+  const balance::RecordedValues<balance::Expression> values(from, inputs);
+  const auto mechanism = values.mechanism();
+  to->mechanism = laws::scaled({mechanism, {}}, by).mechanism;
+  for (const auto& t : values.trajectories()) to->trajectories.push_back(laws::scaled({mechanism, t}, by).trajectory);
+  return to;
+}
+
 balance::DesignSpace scaled(const balance::DesignSpace& space, const Units& by) {
-  balance::DesignSpace out{scaled(space.start, by), {}};
-  VectorX units(static_cast<long>(space.start.free_numbers.size()));
+  balance::Study start = scaled(space.start, by);
+  VectorX units(static_cast<long>(start.free_numbers.size()));
   for (long k = 0; k < units.size(); ++k) {
-    balance::FreeNumber& number = out.start.free_numbers[k];
+    balance::FreeNumber& number = start.free_numbers[k];
     units[k] = unit_of(number.path, by);
     number.lower *= units[k], number.upper *= units[k], number.start *= units[k];
   }
-  out.at = [space, units, by](const VectorX& x) { return scaled(space.at(x.cwiseQuotient(units)), by); };
-  return out;
+  return {std::move(start), scaled(*space.recording, units, by)};
 }
 
 }  // namespace

@@ -39,46 +39,50 @@ void displace_ground(Joint& joint, const Matrix3& R, const Vector3& d) {
   }
 }
 
-void scale(PoseTarget& pose, const Mechanism& m, double length) {
+template <class T>
+void scale(PoseTargetOf<T>& pose, const MechanismOf<T>& m, double length) {
   if (pose.tool) *pose.tool *= length;
   if (pose.com) *pose.com *= length;
-  for (CoordinateValue& joint : pose.joints)
+  for (auto& joint : pose.joints)
     if (m.coordinates[joint.coordinate].kind == CoordinateKind::length) joint.value *= length;
 }
 
-void scale(Path& path, const Mechanism& m, double length) {
-  if (auto* circle = std::get_if<CirclePath>(&path)) circle->centre *= length;
-  if (auto* arc = std::get_if<ArcPath>(&path)) arc->via *= length;
-  if (auto* way = std::get_if<WaypointPath>(&path))
-    for (PoseTarget& point : way->points) scale(point, m, length);
+template <class T>
+void scale(PathOf<T>& path, const MechanismOf<T>& m, double length) {
+  if (auto* circle = std::get_if<CirclePathOf<T>>(&path)) circle->centre *= length;
+  if (auto* arc = std::get_if<ArcPathOf<T>>(&path)) arc->via *= length;
+  if (auto* way = std::get_if<WaypointPathOf<T>>(&path))
+    for (auto& point : way->points) scale(point, m, length);
 }
 
-void scale_masses(Mechanism& m, const Units& by) {
+template <class T>
+void scale_masses(MechanismOf<T>& m, const Units& by) {
   const double L = by.length, inertia = by.mass * L * L;
-  for (Body& body : m.bodies) {
+  for (auto& body : m.bodies) {
     body.mass *= by.mass, body.com *= L, body.inertia *= inertia;
-    for (NamedPoint& point : body.points) point.position *= L;
+    for (auto& point : body.points) point.position *= L;
   }
-  for (Attachment& extra : m.attachments) extra.mass *= by.mass, extra.position *= L, extra.inertia *= inertia;
-  for (Disc& disc : m.discs) {
+  for (auto& extra : m.attachments) extra.mass *= by.mass, extra.position *= L, extra.inertia *= inertia;
+  for (auto& disc : m.discs) {
     disc.mass *= by.mass, disc.position *= L, disc.inertia *= inertia;
     if (m.coordinates[disc.follows].kind == CoordinateKind::length) disc.ratio /= L;
   }
 }
 
-void scale_forces(Mechanism& m, const Units& by) {
+template <class T>
+void scale_forces(MechanismOf<T>& m, const Units& by) {
   const double L = by.length;
-  for (Load& load : m.loads) {
+  for (auto& load : m.loads) {
     load.point *= L;
-    for (double& time : load.time) time *= by.time;
-    for (Vector3& force : load.force) force *= by.force();
-    for (Vector3& moment : load.moment) moment *= by.moment();
+    for (T& time : load.time) time *= by.time;
+    for (auto& force : load.force) force *= by.force();
+    for (auto& moment : load.moment) moment *= by.moment();
   }
-  for (Spring& spring : m.springs) {
+  for (auto& spring : m.springs) {
     spring.point_first *= L, spring.point_second *= L, spring.free_length *= L;
     spring.stiffness *= by.force() / L;
   }
-  for (Friction& friction : m.friction) {
+  for (auto& friction : m.friction) {
     const bool length = m.coordinates[friction.coordinate].kind == CoordinateKind::length;
     friction.coulomb *= length ? by.force() : by.moment();
     if (friction.at_rest) *friction.at_rest *= length ? by.force() : by.moment();
@@ -86,17 +90,33 @@ void scale_forces(Mechanism& m, const Units& by) {
   }
 }
 
-void scale_geometry(Mechanism& m, double L) {
-  for (Joint& joint : m.joints) joint.point_first *= L, joint.point_second *= L;
-  for (Coupling& coupling : m.couplings) {
+template <class T>
+void scale_geometry(MechanismOf<T>& m, double L) {
+  for (auto& joint : m.joints) joint.point_first *= L, joint.point_second *= L;
+  for (auto& coupling : m.couplings) {
     const bool leads = m.coordinates[coupling.leader].kind == CoordinateKind::length;
     const bool follows = m.coordinates[coupling.follower].kind == CoordinateKind::length;
     coupling.ratio *= (follows ? L : 1) / (leads ? L : 1);
     if (follows) coupling.offset *= L;
   }
   if (m.tool) m.tool->position *= L;
-  for (CoordinateValue& rough : m.assembly)
+  for (auto& rough : m.assembly)
     if (m.coordinates[rough.coordinate].kind == CoordinateKind::length) rough.value *= L;
+}
+
+template <class T>
+ExperimentOf<T> in_units(const ExperimentOf<T>& from, const Units& by) {
+  ExperimentOf<T> out = from;
+  out.mechanism.gravity *= by.length / (by.time * by.time);
+  scale_masses(out.mechanism, by);
+  scale_forces(out.mechanism, by);
+  scale_geometry(out.mechanism, by.length);
+  scale(out.trajectory.from, out.mechanism, by.length);
+  scale(out.trajectory.to, out.mechanism, by.length);
+  scale(out.trajectory.path, out.mechanism, by.length);
+  out.trajectory.about *= by.length;
+  out.trajectory.duration *= by.time;
+  return out;
 }
 
 }  // namespace
@@ -144,18 +164,8 @@ bool can_be_displaced(const Experiment& from) {
          std::none_of(from.mechanism.joints.begin(), from.mechanism.joints.end(), ball_on_ground);
 }
 
-Experiment scaled(const Experiment& from, const Units& by) {
-  Experiment out = from;
-  out.mechanism.gravity *= by.length / (by.time * by.time);
-  scale_masses(out.mechanism, by);
-  scale_forces(out.mechanism, by);
-  scale_geometry(out.mechanism, by.length);
-  scale(out.trajectory.from, out.mechanism, by.length);
-  scale(out.trajectory.to, out.mechanism, by.length);
-  scale(out.trajectory.path, out.mechanism, by.length);
-  out.trajectory.about *= by.length;
-  out.trajectory.duration *= by.time;
-  return out;
-}
+Experiment scaled(const Experiment& from, const Units& by) { return in_units(from, by); }
+
+ExperimentOf<Expression> scaled(const ExperimentOf<Expression>& from, const Units& by) { return in_units(from, by); }
 
 }  // namespace laws

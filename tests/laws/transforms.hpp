@@ -1,15 +1,18 @@
 #pragma once
 /// A mechanism with its trajectory put elsewhere, or made larger, heavier, slower.
 
+#include "balance/expression/expression.hpp"
 #include "balance/model/mechanism.hpp"
 #include "balance/motion/trajectory.hpp"
 
 namespace laws {
 
-struct Experiment {
-  balance::Mechanism mechanism;
-  balance::Trajectory trajectory;
+template <class T>
+struct ExperimentOf {
+  balance::MechanismOf<T> mechanism;
+  balance::TrajectoryOf<T> trajectory;
 };
+using Experiment = ExperimentOf<double>;
 
 /// The ground with everything on it, gravity, loads and targets displaced by x ↦ R x + d.
 /// @param R planar mechanisms: about z
@@ -26,5 +29,6 @@ struct Units {
 
 /// The same experiment with every length, mass and duration multiplied.
 Experiment scaled(const Experiment& from, const Units& by);
+ExperimentOf<balance::Expression> scaled(const ExperimentOf<balance::Expression>& from, const Units& by);
 
 }  // namespace laws

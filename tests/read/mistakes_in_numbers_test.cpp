@@ -35,8 +35,8 @@ TEST_CASE("the first mistake in a document is reported with its place") {
 TEST_CASE("expressions, free numbers, parameters and units that make no sense are named") {
   const specs::Mistake in_planar[] = {
       {"com: [k, 0], inertia: 0.02", "com: [\"k +\", 0], inertia: 0.02",
-       "s.yaml:9:26: bodies.upper.com[0]: expected a number or an expression, found 'k +': unexpected end of "
-       "expression at position 4"},
+       "s.yaml:9:26: bodies.upper.com[0]: expected a number or an expression, found 'k +': a value is missing at "
+       "its end"},
       {"com: [k, 0], inertia: 0.02", "com: [\"sinn(k)\", 0], inertia: 0.02",
        "s.yaml:9:26: bodies.upper.com[0]: expected a number or an expression, found 'sinn(k)': there is no function "
        "'sinn'; nearest is 'sin'"},

@@ -1,4 +1,5 @@
-#include "balance/read/symbols.hpp"
+#include "balance/conditions/symbols.hpp"
+#include "balance/spec/read_spec.hpp"
 
 #include <doctest/doctest.h>
 
@@ -30,7 +31,7 @@ const std::string parameters = "{l1: 0.5, l2: 0.4, m1: 2, beta: \"-(m1 + 0.02) /
 /// "l1 = 0.5 m: link1.B.x; …", one line per symbol.
 std::string listed(const std::string& text, const ReadOptions& options = {}) {
   std::string lines;
-  for (const Symbol& s : list_symbols(read_spec(text, "arm.yaml", options), options)) {
+  for (const Symbol& s : list_symbols(read_design_space(text, "arm.yaml", options))) {
     lines += s.label + " = " + std::to_string(s.value).substr(0, 7) + " " + s.unit + ":";
     for (const Symbol::Use& use : s.uses)
       lines += " " + use.number.label + (use.exponent == 1 ? "" : "^" + std::to_string(use.exponent));
@@ -75,8 +76,8 @@ TEST_CASE("a parameter called g does not lend its name to gravity") {
   CHECK(lines.find("gravity = 9.81000 m/s^2: g\n") != std::string::npos);
 }
 
-TEST_CASE("a study without its text still has the names of places") {
-  Study study = read_spec(spec(parameters), "arm.yaml");
-  study.spec_text.clear();
-  CHECK(list_symbols(study).size() == own_symbols(study.mechanism).size());
+TEST_CASE("a study without its expressions still has the names of places") {
+  DesignSpace space;
+  space.start = read_spec(spec(parameters), "arm.yaml");
+  CHECK(list_symbols(space).size() == own_symbols(space.start.mechanism).size());
 }

@@ -1,6 +1,6 @@
 #include "balance/analysis/design_study.hpp"
 
-#include "balance/analysis/finite_study.hpp"
+#include "balance/analysis/finite_trial.hpp"
 #include "balance/analysis/objective.hpp"
 #include "balance/analysis/start_pose.hpp"
 #include "balance/conditions/modular.hpp"
@@ -24,32 +24,6 @@ struct Weight {
   double mass = 0, inertia = 0, added_mass = 0, added_inertia = 0;
 };
 
-/// Of the mechanism before: what every command means by the spec as it stands.
-VectorX start_values(const DesignSpace& space) {
-  const auto& numbers = space.start.free_numbers;
-  VectorX x(static_cast<Eigen::Index>(numbers.size()));
-  for (std::size_t i = 0; i < numbers.size(); ++i) x[static_cast<Eigen::Index>(i)] = numbers[i].start;
-  return x;
-}
-
-/// The study where only the numbers `kept` are free and the others stay at x.
-DesignSpace with_held_numbers(const DesignSpace& space, const VectorX& x, const std::vector<int>& kept) {
-  DesignSpace part;
-  part.start = space.at(x);
-  part.start.free_numbers.clear();
-  for (const int i : kept) {
-    FreeNumber number = space.start.free_numbers[static_cast<std::size_t>(i)];
-    number.start = x[i];
-    part.start.free_numbers.push_back(std::move(number));
-  }
-  part.at = [at = space.at, x, kept](const VectorX& values) {
-    VectorX all = x;
-    all(kept) = values;
-    return at(all);
-  };
-  return part;
-}
-
 /// Motions that a design must be able to make: those that do not depend on masses and can be followed to begin with. Where the
 /// mechanism cannot be assembled to begin with, all that do not depend on masses.
 class Duties {
@@ -67,10 +41,10 @@ class Duties {
 
   const std::vector<CoordinateValue>& coordinates() const { return coordinates_; }
 
-  std::string obstacle(const Study& study) const {
-    for (const Trajectory& trajectory : study.trajectories) {
+  std::string obstacle(const Trial& trial) const {
+    for (const Trajectory& trajectory : trial.trajectories) {
       if (std::find(motions_.begin(), motions_.end(), trajectory.name) == motions_.end()) continue;
-      const std::string why = why_not(study.mechanism, shortened(trajectory));
+      const std::string why = why_not(trial.mechanism, shortened(trajectory));
       if (!why.empty()) return fmt::format("'{}' cannot be followed: {}", trajectory.name, why);
     }
     return "";
@@ -102,9 +76,9 @@ DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& 
     problem.variables.push_back({number.path, number.lower, number.upper, number.start});
   const auto duties = std::make_shared<const Duties>(space.start);
   problem.mechanism_at = [&space, duties](const VectorX& x) {
-    return assembled_at(finite_study(space.at, x).mechanism, duties->coordinates());
+    return assembled_at(finite_trial(space, x).mechanism, duties->coordinates());
   };
-  problem.obstacle = [&space, duties](const VectorX& x) { return duties->obstacle(finite_study(space.at, x)); };
+  problem.obstacle = [&space, duties](const VectorX& x) { return duties->obstacle(finite_trial(space, x)); };
   problem.goals = options.goals.empty() ? space.start.design.goals : options.goals;
   if (problem.variables.empty()) throw std::invalid_argument("a design needs free numbers, and the spec has none");
   const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
@@ -117,9 +91,9 @@ DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& 
   problem.options.without = options.without;
   problem.options.loose_springs = find_loose_springs(problem);
   if (terms.empty()) return problem;
-  problem.objective = build_objective(space, terms, start_values(space), problem.options.loose_springs);
+  problem.objective = build_objective(space, terms, space.start_values(), problem.options.loose_springs);
   problem.objective_at = [&space, terms](const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose) {
-    return build_objective(with_held_numbers(space, x, kept), terms, x(kept), loose);
+    return build_objective(space.held(x, kept), terms, x(kept), loose);
   };
   return problem;
 }
@@ -176,7 +150,7 @@ std::string law_note(const Mechanism& mechanism, GoalKind kind) {
 DesignReport design_study(const DesignSpace& space, const DesignStudyOptions& options) {
   DesignReport report;
   report.numbers = space.start.free_numbers;
-  report.before = start_values(space);
+  report.before = space.start_values();
   const DesignProblem problem = state_problem(space, options);
   report.outcome = solve(problem);
   if (report.outcome.status == DesignStatus::unsolved) return report;

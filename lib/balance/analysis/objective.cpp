@@ -1,6 +1,6 @@
 #include "balance/analysis/objective.hpp"
 
-#include "balance/analysis/finite_study.hpp"
+#include "balance/analysis/finite_trial.hpp"
 #include "balance/base/error.hpp"
 #include "balance/cost/trajectory_cost.hpp"
 #include "balance/design/features.hpp"
@@ -23,8 +23,8 @@ struct Part {
   ObjectiveTerm term;
 };
 
-const Trajectory& trajectory_of(const Study& study, const ObjectiveTerm& term) {
-  for (const Trajectory& trajectory : study.trajectories)
+const Trajectory& trajectory_of(const Trial& trial, const ObjectiveTerm& term) {
+  for (const Trajectory& trajectory : trial.trajectories)
     if (trajectory.name == term.trajectory) return trajectory;
   throw std::invalid_argument("there is no trajectory '" + term.trajectory + "' to minimize along");
 }
@@ -41,7 +41,7 @@ VectorX somewhere_else(const std::vector<FreeNumber>& numbers) {
 }
 
 /// The free numbers change neither the places of joints, discs and springs nor the motion along the trajectory.
-bool same_motion(const Study& a, const Study& b, const ObjectiveTerm& term, const LooseSprings& loose) {
+bool same_motion(const Trial& a, const Trial& b, const ObjectiveTerm& term, const LooseSprings& loose) {
   const VectorX one = designing::geometry(a.mechanism, loose), other = designing::geometry(b.mechanism, loose);
   if (one.size() != other.size() || (one - other).norm() > 1e-12 * one.norm()) return false;
   const Result first = simulate(a.mechanism, trajectory_of(a, term));
@@ -55,10 +55,10 @@ bool same_motion(const Study& a, const Study& b, const ObjectiveTerm& term, cons
 }
 
 /// Whatever the free numbers are.
-bool stays_the_same(const DesignSpace& space, const Study& start, const ObjectiveTerm& term,
+bool stays_the_same(const DesignSpace& space, const Trial& start, const ObjectiveTerm& term,
                     const LooseSprings& loose) {
   try {
-    return same_motion(start, finite_study(space.at, somewhere_else(space.start.free_numbers)), term, loose);
+    return same_motion(start, finite_trial(space, somewhere_else(space.start.free_numbers)), term, loose);
   } catch (const SpecError&) {
     return false;  // with these numbers an expression of the spec has no value
   } catch (const std::invalid_argument&) {
@@ -83,7 +83,7 @@ CostFunction size_function(ObjectiveTerm::Size size, const Mechanism& mechanism,
 }
 
 /// Along a motion that stays the same; empty if it does not, or if the quantity is not linear in the parameters.
-CostFunction along_fixed_motion(const DesignSpace& space, const Study& start, const ObjectiveTerm& term,
+CostFunction along_fixed_motion(const DesignSpace& space, const Trial& start, const ObjectiveTerm& term,
                                 const LooseSprings& loose) {
   const Trajectory& trajectory = trajectory_of(start, term);
   if (depends_on_masses(trajectory) || !stays_the_same(space, start, term, loose)) return {};
@@ -91,8 +91,8 @@ CostFunction along_fixed_motion(const DesignSpace& space, const Study& start, co
   return cost.figure(term.figure, term.quantity).value_or(CostFunction{});
 }
 
-double by_simulation(const Study& study, const ObjectiveTerm& term) {
-  const Result result = simulate(study.mechanism, trajectory_of(study, term));
+double by_simulation(const Trial& trial, const ObjectiveTerm& term) {
+  const Result result = simulate(trial.mechanism, trajectory_of(trial, term));
   if (result.outcome.status != MotionStatus::done) return NAN;
   for (const Metric& metric : result.metrics) {
     if (metric.quantity != term.quantity) continue;
@@ -126,24 +126,24 @@ std::function<double(const VectorX&, VectorX*)> sum_of_parameters(std::vector<Pa
 
 std::function<double(const VectorX&)> sum_of_variables(const DesignSpace& space, std::vector<Part> parts,
                                                        const LooseSprings& loose) {
-  return [at = space.at, parts = std::move(parts), loose](const VectorX& x) {
-    const Study study = finite_study(at, x);
-    const VectorX parameters = parameter_values(study.mechanism, loose);
+  return [space, parts = std::move(parts), loose](const VectorX& x) {
+    const Trial trial = finite_trial(space, x);
+    const VectorX parameters = parameter_values(trial.mechanism, loose);
     double sum = 0;
     for (const Part& part : parts)
       sum += part.weight *
-             (part.of_parameters ? part.of_parameters(parameters, nullptr) : by_simulation(study, part.term));
+             (part.of_parameters ? part.of_parameters(parameters, nullptr) : by_simulation(trial, part.term));
     return sum;
   };
 }
 
 /// The first trajectory of the terms that cannot be followed, and why.
 std::function<std::string(const VectorX&)> trouble_with(const DesignSpace& space, std::vector<ObjectiveTerm> terms) {
-  return [at = space.at, terms = std::move(terms)](const VectorX& x) -> std::string {
-    const Study study = finite_study(at, x);
+  return [space, terms = std::move(terms)](const VectorX& x) -> std::string {
+    const Trial trial = finite_trial(space, x);
     for (const ObjectiveTerm& term : terms) {
       if (term.size != ObjectiveTerm::Size::none) continue;
-      const Result result = simulate(study.mechanism, trajectory_of(study, term));
+      const Result result = simulate(trial.mechanism, trajectory_of(trial, term));
       if (result.outcome.status != MotionStatus::done)
         return fmt::format("'{}' cannot be followed: {}", term.trajectory, result.outcome.reason);
     }
@@ -152,9 +152,9 @@ std::function<std::string(const VectorX&)> trouble_with(const DesignSpace& space
 }
 
 /// Whether the mechanism has the term's quantity at all, where it can be told.
-void require_quantity(const Study& study, const ObjectiveTerm& term) {
+void require_quantity(const Trial& trial, const ObjectiveTerm& term) {
   try {
-    by_simulation(study, term);
+    by_simulation(trial, term);
   } catch (const SpecError&) {
     // there is no motion with these numbers; with others there may be
   }
@@ -164,7 +164,7 @@ void require_quantity(const Study& study, const ObjectiveTerm& term) {
 
 Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const VectorX& start,
                           const LooseSprings& loose) {
-  const Study before = space.at(start);
+  const Trial before = space.trial(start);
   std::vector<Part> parts;
   Objective objective;
   objective.convex = objective.size = true;

@@ -59,7 +59,7 @@ class DependenceProbe {
   DependenceProbe(const DesignSpace& space, const std::function<Conditions(const Mechanism&)>& derive,
                   const LooseSprings& loose, const Conditions& at_start)
       : space_(space), derive_(derive), loose_(loose), x_(generic_point(space.start.free_numbers)) {
-    here_ = space.at(x_).mechanism;
+    here_ = space.trial(x_).mechanism;
     values_ = term_values(here_, loose_);
     conditions_ = same_geometry(here_, space.start.mechanism) ? at_start : derive_(here_);
     // Where nothing can be derived, the conditions at the start have to do.
@@ -71,7 +71,7 @@ class DependenceProbe {
     VectorX x = x_;
     const FreeNumber& free = space_.start.free_numbers[static_cast<std::size_t>(number)];
     x[number] += 0.1 * (free.upper - free.lower);
-    const Mechanism there = space_.at(x).mechanism;
+    const Mechanism there = space_.trial(x).mechanism;
     const VectorX values = term_values(there, loose_);
     if (same_geometry(here_, there))
       return affected(conditions_.matrix * (values - values_),

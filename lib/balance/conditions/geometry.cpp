@@ -1,4 +1,4 @@
-#include "balance/conditions/geometry.hpp"
+#include "balance/conditions/geometric_place.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,26 +14,6 @@ namespace {
 using Kind = GeometricPlace::Kind;
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-/// The number's own place, writable if the mechanism is.
-template <class AMechanism>
-auto& number_at(AMechanism& m, const GeometricPlace& p) {
-  switch (p.kind) {
-    case Kind::joint_first: return m.joints[at(p.index)].point_first[p.axis];
-    case Kind::joint_second: return m.joints[at(p.index)].point_second[p.axis];
-    case Kind::body_point: return m.bodies[at(p.index)].points[at(p.item)].position[p.axis];
-    case Kind::tool: return m.tool.value().position[p.axis];
-    case Kind::disc: return m.discs[at(p.index)].position[p.axis];
-    case Kind::disc_ratio: return m.discs[at(p.index)].ratio;
-    case Kind::coupling_ratio: return m.couplings[at(p.index)].ratio;
-    case Kind::spring_first: return m.springs[at(p.index)].point_first[p.axis];
-    case Kind::spring_second: return m.springs[at(p.index)].point_second[p.axis];
-    case Kind::load: return m.loads[at(p.index)].point[p.axis];
-    case Kind::free_length: return m.springs[at(p.index)].free_length;
-    case Kind::gravity: break;
-  }
-  return m.gravity[p.axis];
-}
 
 /// Collects numbers; those of one named point under one entry per axis.
 class NumberList {

@@ -2,9 +2,10 @@
 
 #include "balance/base/nearest.hpp"
 #include "balance/base/rotation.hpp"
+#include "balance/expression/parse.hpp"
 #include "balance/import/element_reader.hpp"
 #include "balance/import/yaml_values.hpp"
-#include "balance/spec/calculator.hpp"
+#include "balance/spec/parameters.hpp"
 
 #include <fmt/format.h>
 
@@ -21,7 +22,7 @@ using read::Cursor;
 using read::Field;
 using read::Need;
 
-/// `deg2rad(` and `rad2deg(`, which the calculator does not know, as factors.
+/// `deg2rad(` and `rad2deg(`, which expressions do not know, as factors.
 std::string without_degrees(std::string text) {
   for (const auto& [word, factor] :
        {std::pair<std::string, std::string>{"deg2rad(", "((pi/180)*("}, {"rad2deg(", "((180/pi)*("}})
@@ -82,19 +83,20 @@ class MbseReader {
     try {
       used_ += text.size();
       if (used_ > read::longest_expressions)
-        throw read::ExpressionError(
-            fmt::format("all expressions have more than {} characters", read::longest_expressions));
-      // a calculator keeps names for good; here they come and go
-      read::Calculator calculator;
-      for (const std::string& name : read::names_in(text).values)
-        if (const auto found = values_.find(name); found != values_.end()) calculator.define(name, found->second);
-      const double value = calculator.evaluate(text);
+        throw ExpressionError(fmt::format("all expressions have more than {} characters", read::longest_expressions));
+      const double value = parse_expression(text, [&](const std::string& name) { return value_of(name); }).value();
       if (std::isfinite(value)) return value;
-      throw read::ExpressionError("it is not finite");
-    } catch (const read::ExpressionError& error) {
+      throw ExpressionError("it is not finite");
+    } catch (const ExpressionError& error) {
       at.fail({.expected = "a number or an expression",
                .found = fmt::format("{}: {}", in_quotes(at.node().text), error.what())});
     }
+  }
+
+  Expression value_of(const std::string& name) const {
+    const auto found = values_.find(name);
+    if (found == values_.end()) throw ExpressionError("there is no parameter " + in_quotes(name));
+    return found->second;
   }
 
   void read_parameters(const Cursor& section) {

@@ -25,12 +25,15 @@ struct LawNode {
   double tau = 0, s = 0, ds = 0, dds_before = 0, dds_after = 0;
 };
 
-struct Law {
+template <class T>
+struct LawOf {
   LawKind kind = LawKind::cycloidal;
-  double ramp_up = 0.25;            ///< trapezoidal velocity: part of the duration spent accelerating, in (0, 1)
-  double ramp_down = 0.25;          ///< … and braking; ramp_up + ramp_down ≤ 1
+  T ramp_up = 0.25;                 ///< trapezoidal velocity: part of the duration spent accelerating, in (0, 1)
+  T ramp_down = 0.25;               ///< … and braking; ramp_up + ramp_down ≤ 1
   std::vector<LawNode> nodes = {};  ///< fastest, gentlest: from τ = 0 to 1, joined by quintics; empty: not found yet
 };
+
+using Law = LawOf<double>;
 
 /// s, s' and s'' at a time.
 struct LawMoment {

@@ -1,20 +1,30 @@
 #include "balance/read/requirement.hpp"
 
 #include "balance/base/nearest.hpp"
+#include "balance/expression/parse.hpp"
 #include "balance/read/requirement_text.hpp"
-#include "balance/spec/calculator.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace balance {
 namespace {
 
-using read::Calculator;
-using read::ExpressionError;
+/// Of the variables that stand for figures.
+using Values = std::map<std::string, double>;
+
+double calculate(const std::string& expression, const Values& values) {
+  const auto value = [&](const std::string& name) -> Expression {
+    const auto found = values.find(name);
+    if (found == values.end()) throw ExpressionError("there is nothing called " + in_quotes(name));
+    return found->second;
+  };
+  return parse_expression(expression, value).value();
+}
 
 template <class See>
 void for_each_figure(const Requirement& requirement, See&& see) {
@@ -27,10 +37,10 @@ void for_each_figure(const Requirement& requirement, See&& see) {
 /// Whether the arithmetic can be done at all, tried with ones.
 void check_arithmetic(const Comparison& comparison) {
   for (const Arithmetic* side : {&comparison.left, &comparison.right}) {
-    Calculator calculator;
-    for (const FigureReference& figure : side->figures) calculator.define(figure.variable, 1);
+    Values ones;
+    for (const FigureReference& figure : side->figures) ones[figure.variable] = 1;
     try {
-      calculator.evaluate(side->expression);
+      calculate(side->expression, ones);
     } catch (const ExpressionError& error) {
       throw RequirementError(comparison.column, in_quotes(side->text) + ": " + error.what());
     }
@@ -49,7 +59,7 @@ void add_once(std::vector<std::string>& all, const std::string& one) {
 }
 
 double evaluate(const Arithmetic& side, const std::vector<MetricTable>& tables, std::size_t run, Verdict& verdict) {
-  Calculator calculator;
+  Values values;
   bool complete = true;
   for (const FigureReference& figure : side.figures) {
     const MetricTable& table = figure.run.empty() ? tables.at(run) : find_table(figure.run, tables);
@@ -60,9 +70,9 @@ double evaluate(const Arithmetic& side, const std::vector<MetricTable>& tables, 
     }
     // min(…), max(…) and the like could hide it.
     complete = complete && !std::isnan(value);
-    calculator.define(figure.variable, value);
+    values[figure.variable] = value;
   }
-  return complete ? calculator.evaluate(side.expression) : std::numeric_limits<double>::quiet_NaN();
+  return complete ? calculate(side.expression, values) : std::numeric_limits<double>::quiet_NaN();
 }
 
 bool join(const Requirement& requirement, const std::vector<Judged>& judged) {
@@ -99,8 +109,8 @@ std::vector<std::string> Requirement::named_runs() const {
 }
 
 Requirement read_requirement(const std::string& text, const RunNames& runs) {
-  if (text.size() > read::longest_expression)
-    throw RequirementError(1, fmt::format("it is longer than {} characters", read::longest_expression));
+  if (text.size() > longest_expression)
+    throw RequirementError(1, fmt::format("it is longer than {} characters", longest_expression));
   Requirement requirement = read::parse_requirement(read::split_requirement(text, runs), text, runs);
   for (const Comparison& comparison : requirement.comparisons) check_arithmetic(comparison);
   return requirement;

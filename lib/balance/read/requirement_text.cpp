@@ -1,7 +1,7 @@
 #include "balance/read/requirement_text.hpp"
 
 #include "balance/base/nearest.hpp"
-#include "balance/spec/calculator.hpp"
+#include "balance/expression/parse.hpp"
 
 #include <fmt/format.h>
 

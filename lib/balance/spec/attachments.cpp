@@ -31,7 +31,7 @@ std::vector<Field> carried_fields(Carried& carried, Draft& draft) {
           {"inertia", Need::optional, [&](const Cursor& c) { carried.inertia = c; }}};
 }
 
-void read_attachment(const Cursor& at, Draft& draft, Attachment& attachment) {
+void read_attachment(const Cursor& at, Draft& draft, AttachmentOf<Expression>& attachment) {
   Carried carried;
   read_fields(at, "a mass {body, at, mass}", carried_fields(carried, draft));
   attachment.body = carried.body.value_or(ground);
@@ -54,11 +54,11 @@ struct DiscText {
 };
 
 /// The direction of the followed joint's axis in the carrier's axes; it must stand still in the carrier.
-Vector3 followed_axis(const Cursor& at, const Draft& draft, const DiscText& text, const Disc& disc) {
+Vector3E followed_axis(const Cursor& at, const Draft& draft, const DiscText& text, const DiscOf<Expression>& disc) {
   if (!text.carried.body || !text.follows) throw Consequence();
-  const Mechanism& mechanism = draft.study.mechanism;
+  const auto& mechanism = draft.mechanism();
   const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(disc.follows)];
-  const Joint& joint = mechanism.joints[static_cast<std::size_t>(coordinate.joint)];
+  const auto& joint = mechanism.joints[static_cast<std::size_t>(coordinate.joint)];
   if (draft.problems.spoilt("joints." + joint.name)) throw Consequence();
   const bool on_first = disc.body == joint.first;
   const bool on_second = disc.body == joint.second;
@@ -72,37 +72,36 @@ Vector3 followed_axis(const Cursor& at, const Draft& draft, const DiscText& text
                                      "does not stand still there",
                                      in_quotes(mechanism.bodies[static_cast<std::size_t>(disc.body)].name),
                                      in_quotes(coordinate.name))});
-  const Vector3 axis = universal && coordinate.index == 1 ? joint.axis2 : joint.axis;
-  return on_first ? axis : Vector3(joint.rotation.transpose() * axis);
+  const Vector3E axis = universal && coordinate.index == 1 ? joint.axis2 : joint.axis;
+  return on_first ? axis : Vector3E(joint.rotation.transpose() * axis);
 }
 
 /// A number (planar); {axial, transverse}, three or six numbers (spatial).
-Matrix3 read_disc_inertia(const Cursor& at, Draft& draft, const Vector3& axis) {
+Matrix3E read_disc_inertia(const Cursor& at, Draft& draft, const Vector3E& axis) {
   if (draft.planar() || at.is_list()) return read_inertia_value(at, draft);
-  double axial = 0, transverse = 0;
+  Expression axial = 0, transverse = 0;
   const bool read = read_fields(
       at, "an inertia {axial, transverse}, [Ixx, Iyy, Izz] or six numbers",
       {{"axial", Need::required, [&](const Cursor& c) { axial = read_number(c, draft, dimension::inertia); }},
        {"transverse", Need::required,
         [&](const Cursor& c) { transverse = read_number(c, draft, dimension::inertia); }}});
-  if (!read) return Matrix3::Zero();
-  return transverse * Matrix3::Identity() + (axial - transverse) * axis * axis.transpose();
+  if (!read) return Matrix3E::Zero();
+  const Matrix3E along = axis * axis.transpose(), identity = Matrix3E::Identity();
+  return transverse * identity + (axial - transverse) * along;
 }
 
 /// Zero is fine where a free number may change it.
-bool is_stuck_at_zero(const Cursor& at, double value, const Draft& draft) {
-  return draft.judging() && value == 0 && at.is_scalar();
-}
+bool is_stuck_at_zero(const Cursor& at, const Expression& value) { return value.value() == 0 && at.is_scalar(); }
 
-double read_disc_ratio(const Cursor& at, Draft& draft, const Disc& disc) {
+Expression read_disc_ratio(const Cursor& at, Draft& draft, const DiscOf<Expression>& disc) {
   const auto followed = dimension_of(draft.mechanism().coordinates[static_cast<std::size_t>(disc.follows)].kind);
-  const double ratio = read_number(at, draft, dimension::angle / followed);
-  if (is_stuck_at_zero(at, ratio, draft))
+  const Expression ratio = read_number(at, draft, dimension::angle / followed);
+  if (is_stuck_at_zero(at, ratio))
     at.fail({.expected = "a ratio other than 0 (a disc that does not turn is a counterweight)", .found = "0"});
   return ratio;
 }
 
-void put_disc_together(const Cursor& at, const DiscText& text, Draft& draft, Disc& disc) {
+void put_disc_together(const Cursor& at, const DiscText& text, Draft& draft, DiscOf<Expression>& disc) {
   const Carried& carried = text.carried;
   const auto guard = [&](auto&& read) { return draft.problems.guard(read); };
   disc.body = carried.body.value_or(ground);
@@ -130,7 +129,7 @@ void put_disc_together(const Cursor& at, const DiscText& text, Draft& draft, Dis
     });
 }
 
-void read_disc(const Cursor& at, Draft& draft, Disc& disc) {
+void read_disc(const Cursor& at, Draft& draft, DiscOf<Expression>& disc) {
   DiscText text;
   auto fields = carried_fields(text.carried, draft);
   fields[2].need = Need::optional;
@@ -146,7 +145,7 @@ void read_disc(const Cursor& at, Draft& draft, Disc& disc) {
 
 void read_attachments(const Cursor& section, Draft& draft, AttachmentKind kind) {
   for (const Member& member : named_members(section, "a mapping of masses {body, at, mass}")) {
-    Attachment attachment;
+    AttachmentOf<Expression> attachment;
     attachment.name = member.name;
     attachment.kind = kind;
     draft.problems.guard([&] { read_attachment(member.value, draft, attachment); });
@@ -156,7 +155,7 @@ void read_attachments(const Cursor& section, Draft& draft, AttachmentKind kind) 
 
 void read_discs(const Cursor& section, Draft& draft) {
   for (const Member& member : named_members(section, "a mapping of discs {body, at, follows, ratio, mass, inertia}")) {
-    Disc disc;
+    DiscOf<Expression> disc;
     disc.name = member.name;
     draft.problems.guard([&] { read_disc(member.value, draft, disc); });
     draft.mechanism().discs.push_back(std::move(disc));

@@ -1,4 +1,5 @@
 #include "balance/base/nearest.hpp"
+#include "balance/spec/directions.hpp"
 #include "balance/spec/inertia.hpp"
 #include "balance/spec/sections.hpp"
 
@@ -11,7 +12,7 @@ namespace balance::read {
 
 namespace {
 
-void read_points(const Cursor& section, Draft& draft, Body& body) {
+void read_points(const Cursor& section, Draft& draft, BodyOf<Expression>& body) {
   for (const Member& member : named_members(section, "a mapping of points"))
     draft.problems.guard([&] {
       body.points.push_back({member.name, read_vector(member.value, draft, dimension::length)});
@@ -19,13 +20,13 @@ void read_points(const Cursor& section, Draft& draft, Body& body) {
 }
 
 /// A point that cannot be read still has a name, so that references to it are not reported too.
-void name_points(const Cursor& body_at, Body& body) {
+void name_points(const Cursor& body_at, BodyOf<Expression>& body) {
   const Node& node = body_at.node();
   for (std::size_t i = 0; node.kind == Node::Kind::map && i < node.items.size(); ++i) {
     if (node.keys[i].text != "points" || node.items[i].kind != Node::Kind::map) continue;
     for (const Node& key : node.items[i].keys)
-      if (std::none_of(body.points.begin(), body.points.end(), [&](const NamedPoint& p) { return p.name == key.text; }))
-        body.points.push_back({key.text, Vector3::Zero()});
+      if (std::none_of(body.points.begin(), body.points.end(), [&](const auto& p) { return p.name == key.text; }))
+        body.points.push_back({key.text, Vector3E::Zero()});
   }
 }
 
@@ -40,7 +41,7 @@ bool says_massless(const Cursor& body_at) {
   return false;
 }
 
-void read_body_fields(const Cursor& at, Draft& draft, Body& body) {
+void read_body_fields(const Cursor& at, Draft& draft, BodyOf<Expression>& body) {
   BodyText text;
   const Need need = says_massless(at) ? Need::optional : Need::required;
   const bool read =
@@ -59,12 +60,12 @@ void read_body_fields(const Cursor& at, Draft& draft, Body& body) {
       const bool moved = draft.problems.spoilt(at.path() + ".mass") || draft.problems.spoilt(at.path() + ".com");
       body.inertia = read_inertia(*text.inertia, draft, moved ? std::nullopt : std::optional(body.mass), body.com);
     });
-  if (read && draft.judging()) draft.body_texts.emplace(draft.mechanism().bodies.size(), std::move(text));
+  if (read) draft.body_texts.emplace(draft.mechanism().bodies.size(), std::move(text));
   if (!read) name_points(at, body);
 }
 
 /// Something besides the joint that it hangs on needs the body.
-bool carries_something(const Mechanism& mechanism, int body) {
+bool carries_something(const MechanismOf<Expression>& mechanism, int body) {
   const auto on = [body](const auto& part) { return part.body == body; };
   const auto ends = [body](const auto& part) { return part.first == body || part.second == body; };
   return std::count_if(mechanism.joints.begin(), mechanism.joints.end(), ends) > 1 ||
@@ -82,21 +83,22 @@ bool says_as_given(const BodyText& text) {
 }
 
 /// Neither a body of nothing nor a point is what anybody meant at the end of a chain.
-void check_lightness(const BodyText& text, const Body& body, bool carries, const Draft& draft) {
-  const bool point = body.inertia.isZero(0);
-  if (text.mass && body.mass == 0 && !(carries && point) && !says_as_given(text))
+void check_lightness(const BodyText& text, const BodyOf<Expression>& body, bool carries, const Draft& draft) {
+  const double mass = body.mass.value();
+  const bool point = values_of(body.inertia).isZero(0);
+  if (text.mass && mass == 0 && !(carries && point) && !says_as_given(text))
     text.mass->fail({.kind = "must be positive",
                      .expected = "a number > 0",
                      .found = "0",
                      .hint = point ? "a body without mass must carry something, and this one carries nothing" : ""});
-  if (text.inertia && point && body.mass > 0 && !carries && !says_as_given(text))
+  if (text.inertia && point && mass > 0 && !carries && !says_as_given(text))
     check_inertia(*text.inertia, body.inertia, draft, Bearer::body);
 }
 
 }  // namespace
 
 void read_ground(const Cursor& section, Draft& draft) {
-  Body& body = draft.mechanism().bodies[ground];
+  BodyOf<Expression>& body = draft.mechanism().bodies[ground];
   if (!read_fields(section, "the ground",
                    {{"points", Need::optional, [&](const Cursor& c) { read_points(c, draft, body); }}}))
     name_points(section, body);
@@ -107,7 +109,7 @@ void read_bodies(const Cursor& section, Draft& draft) {
     const auto all = named_members(section, "a mapping of bodies");
     if (all.empty()) section.expected("at least one body");
     for (const Member& member : all) {
-      Body body;
+      BodyOf<Expression> body;
       body.name = member.name;
       draft.problems.guard([&] {
         if (member.name == "ground")
@@ -122,9 +124,9 @@ void read_bodies(const Cursor& section, Draft& draft) {
 }
 
 void check_light_bodies(Draft& draft) {
-  const Mechanism& mechanism = draft.mechanism();
+  const auto& mechanism = draft.mechanism();
   for (const auto& [index, text] : draft.body_texts) {
-    const Body& body = mechanism.bodies[index];
+    const auto& body = mechanism.bodies[index];
     if (draft.problems.spoilt("bodies." + body.name) || draft.problems.lost("joints.another")) continue;
     const bool carries = carries_something(mechanism, static_cast<int>(index));
     draft.problems.guard([&, &where = text] { check_lightness(where, body, carries, draft); });

@@ -27,7 +27,7 @@ constexpr Dimension per_second = dimension::none / dimension::time;
 
 double read_fixed(const Cursor& at, Draft& draft, Dimension dimension, Sign sign) {
   if (at.is_map()) at.expected("a number or an expression");
-  return read_number(at, draft, dimension, sign);
+  return read_number(at, draft, dimension, sign).value();
 }
 
 /// In 1/s whatever the spec's unit of time.
@@ -136,10 +136,10 @@ void read_efforts(const std::optional<Cursor>& torque, const std::optional<Curso
   for (const int c : actuators)
     columns.push_back({draft.mechanism().coordinates[static_cast<std::size_t>(c)].name, effort_of(kind_of(c, draft))});
   const TimeTable rows = table ? read_inline_table(*table, draft, columns) : read_table_file(*file, draft, columns);
-  efforts.time = rows.time;
+  for (const Expression& time : rows.time) efforts.time.push_back(time.value());
   for (const auto& row : rows.values) {
     VectorX effort = VectorX::Zero(static_cast<Eigen::Index>(actuators.size()));
-    for (std::size_t i = 0; i < row.size(); ++i) effort[rows.columns[i]] = row[i];
+    for (std::size_t i = 0; i < row.size(); ++i) effort[rows.columns[i]] = row[i].value();
     efforts.effort.push_back(effort);
   }
 }

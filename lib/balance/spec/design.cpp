@@ -30,7 +30,7 @@ void read_search(const Cursor& at, Draft& draft, SearchOptions& search) {
                 [&](const Cursor& c) { search.evaluations = static_cast<int>(read_whole(c, draft, 1, 100'000'000)); }},
                {"seconds", Need::optional, [&](const Cursor& c) {
                   if (!c.is_scalar()) c.expected("a number of seconds");
-                  search.seconds = draft.parameters.evaluate(c);
+                  search.seconds = draft.parameters.evaluate(c).value();
                   if (!(search.seconds > 0))
                     c.fail({.kind = "must be positive",
                             .expected = "a number of seconds > 0",

@@ -7,9 +7,11 @@
 #include "balance/spec/parameters.hpp"
 #include "balance/spec/time_table.hpp"
 #include "balance/spec/units.hpp"
+#include "balance/study/recording.hpp"
 #include "balance/study/study.hpp"
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -17,13 +19,16 @@
 
 namespace balance::read {
 
+using Vector3E = Vector3Of<Expression>;
+using Matrix3E = Matrix3Of<Expression>;
+
 /// Where a body's mass and inertia are said.
 struct BodyText {
   std::optional<Cursor> mass, inertia;
 };
 
-/// A spec is read once at the start values, and everything is judged. Then it may be read again with other values of the free
-/// numbers, at which a mass may be zero or two points may meet: that is for others to judge.
+/// A spec is read at the start values, and everything is judged there. With other values of the free numbers a mass may be zero,
+/// or two points may meet: that is for others to judge.
 struct Draft {
   explicit Draft(const std::string& file_name) : problems(file_name) { study.spec_file = file_name; }
 
@@ -32,48 +37,44 @@ struct Draft {
   Units units;
   Parameters parameters;
   std::vector<FoundFreeNumber> free_numbers;   ///< but for parameters
-  std::set<std::string> free_paths;            ///< of free_numbers: what several trajectories share is one number
   bool mechanism_is_right = false;             ///< nothing is wrong with what stands above `motion` in sections.hpp
   std::vector<Place> body_places;              ///< of the bodies' names, as mechanism.bodies
   std::map<std::size_t, BodyText> body_texts;  ///< of bodies that could be read, by their index
-  std::map<std::string, TimeTable> tables;     ///< of files, by the key path that names the file
-
-  const FreeValues* given = nullptr;                               ///< other values of the free numbers
-  const std::map<std::string, TimeTable>* known_tables = nullptr;  ///< from when the spec was read first
+  std::map<std::string, Expression>
+      inputs;  ///< of free_numbers by key path: what several trajectories share is one number
+  std::shared_ptr<Recording> recording = std::make_shared<Recording>();
 
   mutable NameIndex bodies, coordinates;  ///< of the mechanism's lists
 
-  Mechanism& mechanism() { return study.mechanism; }
-  const std::set<std::string>* open = nullptr;  ///< sections to be read again; null: all
-
-  /// Whether a section is read; else what it says is already in the study.
-  bool is_read(const std::string& section) const { return open == nullptr || open->count(section) > 0; }
-  /// Whether numbers must make sense.
-  bool judging() const { return given == nullptr; }
-  bool planar() const { return study.mechanism.space == SpaceKind::planar; }
+  MechanismOf<Expression>& mechanism() { return recording->mechanism; }
+  const MechanismOf<Expression>& mechanism() const { return recording->mechanism; }
+  std::vector<TrajectoryOf<Expression>>& trajectories() { return recording->trajectories; }
+  bool planar() const { return mechanism().space == SpaceKind::planar; }
+  /// A new input of the recording.
+  Expression add_input(double value);
 };
 
 /// `positive_or_zero`: positive, but for a zero that is judged elsewhere.
 enum class Sign { any, not_negative, positive, positive_or_zero };
 
 /// A number, an expression or a free number, in SI.
-double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign = Sign::any);
+Expression read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign = Sign::any);
 /// How long a motion takes.
-double read_duration(const Cursor& at, Draft& draft);
-/// Fails unless a motion may take that long [s] or nothing is judged.
-void check_duration(const Cursor& at, double duration, const Draft& draft);
+Expression read_duration(const Cursor& at, Draft& draft);
+/// Fails unless a motion may take that long [s].
+void check_duration(const Cursor& at, double duration);
 /// A list of such numbers of one dimension. @param what for the message: "three numbers"
-std::vector<double> read_numbers(const Cursor& at, Draft& draft, Dimension dimension, const std::string& what);
+std::vector<Expression> read_numbers(const Cursor& at, Draft& draft, Dimension dimension, const std::string& what);
 /// Two numbers in the plane (z = 0), three in space.
-Vector3 read_vector(const Cursor& at, Draft& draft, Dimension dimension);
-/// A vector that is not zero, normalised.
-Vector3 read_direction(const Cursor& at, Draft& draft);
+Vector3E read_vector(const Cursor& at, Draft& draft, Dimension dimension);
+/// A vector that is not zero, normalised; evaluated at numbers that make it zero: x.
+Vector3E read_direction(const Cursor& at, Draft& draft);
 /// A whole number. Never free.
 long read_whole(const Cursor& at, Draft& draft, long least, long most);
 /// [roll, pitch, yaw]: Rz(yaw) Ry(pitch) Rx(roll).
-Matrix3 read_rpy(const Cursor& at, Draft& draft);
-/// [w, x, y, z], normalised.
-Matrix3 read_quaternion(const Cursor& at, Draft& draft);
+Matrix3E read_rpy(const Cursor& at, Draft& draft);
+/// [w, x, y, z], normalised; evaluated at numbers that make it zero: no rotation.
+Matrix3E read_quaternion(const Cursor& at, Draft& draft);
 
 /// A body's name. @return its index
 int read_body(const Cursor& at, const Draft& draft);
@@ -81,18 +82,18 @@ int read_body(const Cursor& at, const Draft& draft);
 struct PointReference {
   int body = 0;
   std::string name;
-  Vector3 position = Vector3::Zero();
+  Vector3E position = Vector3E::Zero();
 };
 /// `body.point`.
 PointReference read_reference(const Cursor& at, const Draft& draft);
 /// A place on a known body: the name of one of its points (`H` or `body.H`) or its coordinates.
 /// @param body nothing if it could not be read
-Vector3 read_place(const Cursor& at, Draft& draft, std::optional<int> body);
+Vector3E read_place(const Cursor& at, Draft& draft, std::optional<int> body);
 /// A coordinate's name. @return its index
 int read_coordinate(const Cursor& at, const Draft& draft);
 /// The same for a name that has no node of its own (a key, a column).
 int find_coordinate(const Cursor& at, const std::string& name, const Draft& draft);
 /// `{J1: 0.3, J2: …}`: values of coordinates, each in its own unit.
-std::vector<CoordinateValue> read_coordinate_values(const Cursor& at, Draft& draft);
+std::vector<CoordinateValueOf<Expression>> read_coordinate_values(const Cursor& at, Draft& draft);
 
 }  // namespace balance::read

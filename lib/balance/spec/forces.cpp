@@ -13,9 +13,9 @@ namespace balance::read {
 namespace {
 
 /// A number in the plane (about z), three in space.
-Vector3 read_moment(const Cursor& at, Draft& draft) {
+Vector3E read_moment(const Cursor& at, Draft& draft) {
   if (!draft.planar()) return read_vector(at, draft, dimension::moment);
-  return {0, 0, read_number(at, draft, dimension::moment)};
+  return {Expression(0), Expression(0), read_number(at, draft, dimension::moment)};
 }
 
 /// Columns of a load's table and where their values go: 0–2 force, 3–5 moment.
@@ -37,10 +37,10 @@ LoadColumns load_columns(bool planar) {
   return all;
 }
 
-void take_table(const TimeTable& table, const LoadColumns& columns, Load& load) {
+void take_table(const TimeTable& table, const LoadColumns& columns, LoadOf<Expression>& load) {
   load.time = table.time;
   for (const auto& row : table.values) {
-    Vector3 part[2] = {Vector3::Zero(), Vector3::Zero()};
+    Vector3E part[2] = {Vector3E::Zero(), Vector3E::Zero()};
     for (std::size_t i = 0; i < row.size(); ++i) {
       const int slot = columns.slots[static_cast<std::size_t>(table.columns[i])];
       part[slot / 3][slot % 3] = row[i];
@@ -51,7 +51,7 @@ void take_table(const TimeTable& table, const LoadColumns& columns, Load& load) 
 }
 
 /// `[[t, fx, fy], …]`, with the moment as further entries if the first row has them.
-void read_rows(const Cursor& at, Draft& draft, Load& load) {
+void read_rows(const Cursor& at, Draft& draft, LoadOf<Expression>& load) {
   LoadColumns columns = load_columns(draft.planar());
   const auto rows = at.items("a list of rows [time, force …, moment …]");
   const std::size_t forces = draft.planar() ? 2 : 3;
@@ -60,7 +60,7 @@ void read_rows(const Cursor& at, Draft& draft, Load& load) {
 }
 
 /// `{time: […], force: [[…], …], moment: […]}`.
-void read_lists(const Cursor& at, Draft& draft, Load& load) {
+void read_lists(const Cursor& at, Draft& draft, LoadOf<Expression>& load) {
   std::optional<Cursor> force, moment;
   std::optional<Cursor> time;
   const bool read = read_fields(at, "a table {time, force, moment}",
@@ -69,17 +69,17 @@ void read_lists(const Cursor& at, Draft& draft, Load& load) {
                                     time = c;
                                     load.time = read_numbers(c, draft, dimension::time, "a list of times");
                                     if (load.time.empty()) c.expected("at least one time");
-                                    check_times(c, load.time, draft);
+                                    check_times(c, load.time);
                                   }},
                                  {"force", Need::optional, [&](const Cursor& c) { force = c; }},
                                  {"moment", Need::optional, [&](const Cursor& c) { moment = c; }}});
   if (read && !force && !moment)
     at.fail({.kind = "missing key", .expected = "'force' or 'moment'", .found = "neither"});
-  load.force.assign(load.time.size(), Vector3::Zero());
+  load.force.assign(load.time.size(), Vector3E::Zero());
   load.moment = load.force;
   const std::string what = fmt::format("{} entries, one for each time", load.time.size());
-  const auto read_entries = [&](const Cursor& entries, std::vector<Vector3>& values, const auto& read_one) {
-    std::vector<Vector3> all;
+  const auto read_entries = [&](const Cursor& entries, std::vector<Vector3E>& values, const auto& read_one) {
+    std::vector<Vector3E> all;
     // How many there must be, only the times can tell.
     read_each(read ? entries.items(what, load.time.size()) : entries.items("a list of entries, one for each time"),
               [&](const Cursor& item) { all.push_back(read_one(item)); });
@@ -115,21 +115,21 @@ void check_ways(const Cursor& at, const LoadText& text) {
     at.fail(std::move(complaint));
 }
 
-void read_push(const LoadText& text, Draft& draft, Load& load) {
+void read_push(const LoadText& text, Draft& draft, LoadOf<Expression>& load) {
   if (text.table && text.table->is_map()) return read_lists(*text.table, draft, load);
   if (text.table) return read_rows(*text.table, draft, load);
   if (text.file) {
     const LoadColumns columns = load_columns(draft.planar());
     return take_table(read_table_file(*text.file, draft, columns.columns), columns, load);
   }
-  Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
+  Vector3E force = Vector3E::Zero(), moment = Vector3E::Zero();
   if (text.force) draft.problems.guard([&] { force = read_vector(*text.force, draft, dimension::force); });
   if (text.moment) draft.problems.guard([&] { moment = read_moment(*text.moment, draft); });
   load.force.push_back(force);
   load.moment.push_back(moment);
 }
 
-void read_load(const Cursor& at, Draft& draft, Load& load) {
+void read_load(const Cursor& at, Draft& draft, LoadOf<Expression>& load) {
   LoadText text;
   const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
   const auto read_carrier = [&](const Cursor& c) {
@@ -154,7 +154,7 @@ void read_load(const Cursor& at, Draft& draft, Load& load) {
   read_push(text, draft, load);
 }
 
-void read_spring(const Cursor& at, Draft& draft, Spring& spring) {
+void read_spring(const Cursor& at, Draft& draft, SpringOf<Expression>& spring) {
   read_fields(
       at, "a spring {between, stiffness}",
       {{"between", Need::required,
@@ -181,7 +181,7 @@ void read_spring(const Cursor& at, Draft& draft, Spring& spring) {
 }
 
 void read_one_friction(const Member& member, Draft& draft) {
-  Friction friction;
+  FrictionOf<Expression> friction;
   friction.coordinate = find_coordinate(member.key, member.name, draft);
   const bool turns =
       draft.mechanism().coordinates[static_cast<std::size_t>(friction.coordinate)].kind == CoordinateKind::angle;
@@ -200,7 +200,7 @@ void read_one_friction(const Member& member, Draft& draft) {
             }}}))
     return;
   if (member.value.node().items.empty()) member.value.expected("'viscous', 'coulomb' or 'static'");
-  if (friction.static_limit() < friction.coulomb) held->expected("at least as much as 'coulomb'");
+  if (friction.static_limit().value() < friction.coulomb.value()) held->expected("at least as much as 'coulomb'");
   draft.mechanism().friction.push_back(friction);
 }
 
@@ -208,7 +208,7 @@ void read_one_friction(const Member& member, Draft& draft) {
 
 void read_loads(const Cursor& section, Draft& draft) {
   for (const Member& member : named_members(section, "a mapping of loads {body, at, force}")) {
-    Load load;
+    LoadOf<Expression> load;
     load.name = member.name;
     draft.problems.guard([&] { read_load(member.value, draft, load); });
     draft.mechanism().loads.push_back(std::move(load));
@@ -217,7 +217,7 @@ void read_loads(const Cursor& section, Draft& draft) {
 
 void read_springs(const Cursor& section, Draft& draft) {
   for (const Member& member : named_members(section, "a mapping of springs {between, stiffness}")) {
-    Spring spring;
+    SpringOf<Expression> spring;
     spring.name = member.name;
     draft.problems.guard([&] { read_spring(member.value, draft, spring); });
     draft.mechanism().springs.push_back(std::move(spring));

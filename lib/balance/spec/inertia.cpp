@@ -1,7 +1,7 @@
 #include "balance/spec/inertia.hpp"
 
 #include "balance/base/factorizations.hpp"
-#include "balance/base/rotation.hpp"
+#include "balance/spec/directions.hpp"
 
 #include <fmt/format.h>
 
@@ -14,10 +14,22 @@ namespace {
 /// Principal moments printed with six digits still pass.
 constexpr double rounding = 1e-6;
 
+/// Steiner's theorem from the origin to the centre of mass.
+Matrix3E moved_to_com(const Matrix3E& about_origin, const Expression& mass, const Vector3E& com, bool planar) {
+  const auto moment = [&](int i, int j) { return mass * com[i] * com[j]; };
+  Matrix3E inertia = about_origin;
+  for (int i = planar ? 2 : 0; i < 3; ++i)
+    inertia(i, i) -= moment((i + 1) % 3, (i + 1) % 3) + moment((i + 2) % 3, (i + 2) % 3);
+  for (int i = 0; i < 3 && !planar; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (i != j) inertia(i, j) += moment(j, i);
+  return inertia;
+}
+
 }  // namespace
 
-Matrix3 read_inertia_value(const Cursor& at, Draft& draft) {
-  Matrix3 inertia = Matrix3::Zero();
+Matrix3E read_inertia_value(const Cursor& at, Draft& draft) {
+  Matrix3E inertia = Matrix3E::Zero();
   if (draft.planar()) {
     inertia(2, 2) = read_number(at, draft, dimension::inertia);
     return inertia;
@@ -25,7 +37,7 @@ Matrix3 read_inertia_value(const Cursor& at, Draft& draft) {
   const std::string what = "[Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]";
   if (at.is_list() && at.node().items.size() != 3 && at.node().items.size() != 6) at.expected(what);
   const auto v = read_numbers(at, draft, dimension::inertia, what);
-  inertia.diagonal() << v[0], v[1], v[2];
+  for (int i = 0; i < 3; ++i) inertia(i, i) = v[static_cast<std::size_t>(i)];
   if (v.size() == 6) {
     inertia(0, 1) = inertia(1, 0) = v[3];
     inertia(0, 2) = inertia(2, 0) = v[4];
@@ -40,7 +52,7 @@ namespace {
 struct InertiaText {
   bool about_origin = false;
   bool as_given = false;
-  Matrix3 value = Matrix3::Zero();
+  Matrix3E value = Matrix3E::Zero();
 };
 
 InertiaText read_inertia_text(const Cursor& at, Draft& draft) {
@@ -67,8 +79,7 @@ InertiaText read_inertia_text(const Cursor& at, Draft& draft) {
 }
 
 /// A warning in place of the mistake that it would be without `as_given`.
-void warn_of_inertia(const Cursor& at, const Matrix3& inertia, Draft& draft) {
-  if (!draft.judging()) return;
+void warn_of_inertia(const Cursor& at, const Matrix3E& inertia, Draft& draft) {
   try {
     check_inertia(at, inertia, draft, Bearer::body);
   } catch (const Problem& problem) {
@@ -79,33 +90,28 @@ void warn_of_inertia(const Cursor& at, const Matrix3& inertia, Draft& draft) {
 
 }  // namespace
 
-Matrix3 read_inertia(const Cursor& at, Draft& draft, std::optional<double> mass, const Vector3& com) {
+Matrix3E read_inertia(const Cursor& at, Draft& draft, const std::optional<Expression>& mass, const Vector3E& com) {
   const InertiaText text = read_inertia_text(at, draft);
-  Matrix3 inertia = text.value;
-  if (text.about_origin && !mass) return inertia;
-  if (text.about_origin) {
-    inertia += *mass * skew(com) * skew(com);
-    if (draft.planar()) inertia = Vector3(0, 0, inertia(2, 2)).asDiagonal();
-  }
+  if (text.about_origin && !mass) return text.value;
+  const Matrix3E inertia = text.about_origin ? moved_to_com(text.value, *mass, com, draft.planar()) : text.value;
   if (text.as_given)
     warn_of_inertia(at, inertia, draft);
-  else if (!inertia.isZero(0))  // a point; whether it may be one is check_light_bodies' to say
+  else if (!values_of(inertia).isZero(0))  // a point; whether it may be one is check_light_bodies' to say
     check_inertia(at, inertia, draft, Bearer::body);
   return inertia;
 }
 
-void check_inertia(const Cursor& at, const Matrix3& inertia, const Draft& draft, Bearer bearer) {
-  if (!draft.judging()) return;
+void check_inertia(const Cursor& at, const Matrix3E& inertia, const Draft& draft, Bearer bearer) {
   const bool body = bearer == Bearer::body;
-  if (draft.study.mechanism.space == SpaceKind::planar) {
-    const double j = inertia(2, 2);
+  if (draft.planar()) {
+    const double j = inertia(2, 2).value();
     if (body ? !(j > 0) : j < 0)
       at.fail({.kind = "no body can have this inertia",
                .expected = fmt::format("{} about its CoM", body ? "a positive one" : "one that is not negative"),
                .found = fmt::format("{:.6g} kg m^2", j)});
     return;
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(inertia, Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(values_of(inertia), Eigen::EigenvaluesOnly);
   const Vector3& principal = solver.eigenvalues();  // increasing
   const std::string found = fmt::format("the principal moments {:.6g}, {:.6g}, {:.6g} kg m^2 about its CoM",
                                         principal[0], principal[1], principal[2]);

@@ -9,14 +9,14 @@ namespace balance::read {
 enum class Bearer { body, attachment };
 
 /// A number (planar), three or six numbers [Ixx, Iyy, Izz, Ixy, Ixz, Iyz] (spatial): the entries of the matrix, Ixy = −∫xy dm.
-Matrix3 read_inertia_value(const Cursor& at, Draft& draft);
+Matrix3E read_inertia_value(const Cursor& at, Draft& draft);
 
 /// A body's: the same, `{about: origin, value: …}`, or `{as_given: …}`, which keeps what no body can have and warns of it.
 /// @return about the CoM; checked with check_inertia unless it is zero
 /// @param mass nothing if mass or com could not be read: then nothing is moved
-Matrix3 read_inertia(const Cursor& at, Draft& draft, std::optional<double> mass, const Vector3& com);
+Matrix3E read_inertia(const Cursor& at, Draft& draft, const std::optional<Expression>& mass, const Vector3E& com);
 
-/// Fails unless the inertia about the CoM belongs to some distribution of positive mass or nothing is judged.
-void check_inertia(const Cursor& at, const Matrix3& inertia, const Draft& draft, Bearer bearer);
+/// Fails unless the inertia about the CoM belongs to some distribution of positive mass.
+void check_inertia(const Cursor& at, const Matrix3E& inertia, const Draft& draft, Bearer bearer);
 
 }  // namespace balance::read

@@ -1,6 +1,7 @@
 #include "balance/spec/initial_error.hpp"
 
 #include "balance/base/nearest.hpp"
+#include "balance/spec/directions.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -20,11 +21,12 @@ void read_initial_error(const Cursor& at, Draft& draft, InitialError& error) {
     tool->fail_unless_doubtful("tool", {.expected = "a spec with a tool ('tool: body.point')",
                                         .found = "none",
                                         .hint = "this key is about the tool's pose"});
-  if (tool) error.tool = read_vector(*tool, draft, dimension::length);
+  if (tool) error.tool = values_of(read_vector(*tool, draft, dimension::length));
   if (angle && angle->is_map()) angle->expected("a number or an expression");
-  if (angle) error.angle = read_number(*angle, draft, dimension::angle);
+  if (angle) error.angle = read_number(*angle, draft, dimension::angle).value();
   if (!joints) return;
-  error.joints = read_coordinate_values(*joints, draft);
+  for (const auto& [coordinate, value] : read_coordinate_values(*joints, draft))
+    error.joints.push_back({coordinate, value.value()});
   for (const Member& member : members(*joints, "joint coordinates")) {
     const auto& actuators = draft.mechanism().actuators;
     draft.problems.guard([&] {

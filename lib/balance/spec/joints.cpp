@@ -1,8 +1,8 @@
 #include "balance/base/nearest.hpp"
+#include "balance/spec/directions.hpp"
 #include "balance/spec/sections.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cctype>
@@ -105,41 +105,45 @@ struct JointText {
 
 /// A direction at a right angle to `axis`: x if the axis is z, else the coordinate direction that is farthest from the axis,
 /// made perpendicular: deterministic, never badly conditioned.
-Vector3 perpendicular(const Vector3& axis) {
-  if (axis == Vector3::UnitZ()) return Vector3::UnitX();
-  Eigen::Index least = 0;
-  axis.cwiseAbs().minCoeff(&least);
-  const Vector3 away = Vector3::Unit(least);
-  return (away - axis.dot(away) * axis).normalized();
+Vector3E perpendicular(const Vector3E& axis) {
+  const auto square_to = [&](int i) {
+    const Vector3E away = Vector3E::Unit(i);
+    return normalized(away - axis[i] * axis);
+  };
+  const Expression x = abs(axis[0]), y = abs(axis[1]), z = abs(axis[2]);
+  const Vector3E farthest =
+      choose(both(at_most(x, y), at_most(x, z)), square_to(0), choose(at_most(y, z), square_to(1), square_to(2)));
+  const Expression along_z = both(both(equal(axis[0], 0), equal(axis[1], 0)), equal(axis[2], 1));
+  return choose(along_z, Vector3E(Vector3E::UnitX()), farthest);
 }
 
-void read_second_axis(const JointText& text, Draft& draft, Joint& joint, bool first_read) {
+void read_second_axis(const JointText& text, Draft& draft, JointOf<Expression>& joint, bool first_read) {
   if (joint.type == JointType::universal && text.axis.has_value() != text.axis2.has_value())
     (text.axis ? *text.axis : *text.axis2)
         .fail({.expected = "'axis' and 'axis2' of a universal joint together", .found = "only one of them"});
   if (!text.axis2) {
     const bool default_axes = joint.type == JointType::universal;
-    joint.axis2 = default_axes ? Vector3::UnitY() : perpendicular(joint.axis);
+    joint.axis2 = default_axes ? Vector3E(Vector3E::UnitY()) : perpendicular(joint.axis);
     return;
   }
   joint.axis2 = read_direction(*text.axis2, draft);
   if (!first_read) throw Consequence();
-  const double cosine = joint.axis.dot(joint.axis2);
+  const Expression cosine = joint.axis.dot(joint.axis2);
   // Directions typed with ten digits pass; anything less square is a different joint.
-  if (draft.judging() && std::abs(cosine) > 1e-9)
+  if (std::abs(cosine.value()) > 1e-9)
     text.axis2->fail({.expected = "a direction at a right angle to 'axis'",
                       .found = fmt::format("the angle {:.9g} degrees",
-                                           std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi)});
+                                           std::acos(std::clamp(cosine.value(), -1.0, 1.0)) * 180 / std::numbers::pi)});
   // What is left of the tolerance is removed, so that every later step may rely on it.
-  const Vector3 square = joint.axis2 - cosine * joint.axis;
-  joint.axis2 = square.norm() > 0 ? Vector3(square.normalized()) : perpendicular(joint.axis);
+  const Vector3E square = joint.axis2 - cosine * joint.axis;
+  joint.axis2 = choose(less(0, square.squaredNorm()), normalized(square), perpendicular(joint.axis));
 }
 
-void read_axes(const JointText& text, Draft& draft, Joint& joint) {
+void read_axes(const JointText& text, Draft& draft, JointOf<Expression>& joint) {
   const bool planar = draft.planar();
   const bool default_x = (planar && has_axis(joint.type, planar)) || joint.type == JointType::universal;
-  joint.axis = default_x ? Vector3::UnitX() : Vector3::UnitZ();
-  joint.axis2 = Vector3::UnitX();
+  joint.axis = default_x ? Vector3E::UnitX() : Vector3E::UnitZ();
+  joint.axis2 = Vector3E::UnitX();
   const bool first_read = draft.problems.guard([&] {
     if (!text.axis) return;
     if (!has_axis(joint.type, planar))
@@ -151,14 +155,12 @@ void read_axes(const JointText& text, Draft& draft, Joint& joint) {
   if (text.axis2) text.axis2->fail({.expected = "no 'axis2': only universal and planar joints have one"});
 }
 
-void read_rotation(const JointText& text, Draft& draft, Joint& joint) {
+void read_rotation(const JointText& text, Draft& draft, JointOf<Expression>& joint) {
   if (text.rpy && text.quaternion) text.quaternion->fail({.expected = "'rpy' or 'quaternion'", .found = "both"});
   if (draft.planar()) {
     for (const auto& spatial : {text.rpy, text.quaternion})
       if (spatial) spatial->fail({.expected = "'angle' for a planar joint", .found = "a rotation in space"});
-    if (text.angle)
-      joint.rotation =
-          Eigen::AngleAxisd(read_number(*text.angle, draft, dimension::angle), Vector3::UnitZ()).toRotationMatrix();
+    if (text.angle) joint.rotation = rotation_about(2, read_number(*text.angle, draft, dimension::angle));
     return;
   }
   if (text.angle) text.angle->fail({.expected = "'rpy' or 'quaternion' for a joint in space", .found = "'angle'"});
@@ -166,7 +168,7 @@ void read_rotation(const JointText& text, Draft& draft, Joint& joint) {
   if (text.quaternion) joint.rotation = read_quaternion(*text.quaternion, draft);
 }
 
-void read_connects(const Cursor& at, Draft& draft, Joint& joint) {
+void read_connects(const Cursor& at, Draft& draft, JointOf<Expression>& joint) {
   const auto ends = at.items("two points [body.point, body.point]", 2);
   PointReference first, second;
   const bool first_read = draft.problems.guard([&] { first = read_reference(ends[0], draft); });
@@ -182,7 +184,7 @@ void read_connects(const Cursor& at, Draft& draft, Joint& joint) {
   joint.point_second = second.position;
 }
 
-void read_joint(const Cursor& at, Draft& draft, Joint& joint) {
+void read_joint(const Cursor& at, Draft& draft, JointOf<Expression>& joint) {
   JointText text;
   const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
   read_fields(at, "a joint",
@@ -209,28 +211,30 @@ void read_joints(const Cursor& section, Draft& draft) {
     const auto all = named_members(section, "a mapping of joints");
     if (all.empty()) section.expected("at least one joint");
     for (const Member& member : all) {
-      Joint joint;
+      JointOf<Expression> joint;
       joint.name = member.name;
       draft.problems.guard([&] { read_joint(member.value, draft, joint); });
       draft.mechanism().joints.push_back(std::move(joint));
     }
-    draft.mechanism().coordinates = list_coordinates(draft.mechanism().space, draft.mechanism().joints);
+    std::vector<Joint> types;
+    for (const auto& joint : draft.mechanism().joints) types.push_back({.name = joint.name, .type = joint.type});
+    draft.mechanism().coordinates = list_coordinates(draft.mechanism().space, types);
   });
 }
 
 void check_connected(Draft& draft) {
-  const Mechanism& mechanism = draft.mechanism();
+  const auto& mechanism = draft.mechanism();
   std::vector<bool> used(mechanism.bodies.size()), reached(mechanism.bodies.size());
   reached[ground] = true;
   const auto at = [](int body) { return static_cast<std::size_t>(body); };
   // A joint of the ground with itself is one whose ends could not be read.
-  for (const Joint& joint : mechanism.joints)
+  for (const auto& joint : mechanism.joints)
     if (joint.first == joint.second || draft.problems.doubtful("joints." + joint.name + ".connects")) return;
   if (draft.problems.lost("joints.another")) return;
-  for (const Joint& joint : mechanism.joints) used[at(joint.first)] = used[at(joint.second)] = true;
+  for (const auto& joint : mechanism.joints) used[at(joint.first)] = used[at(joint.second)] = true;
   for (bool growing = true; growing;) {
     growing = false;
-    for (const Joint& joint : mechanism.joints) {
+    for (const auto& joint : mechanism.joints) {
       if (reached[at(joint.first)] == reached[at(joint.second)]) continue;
       reached[at(joint.first)] = reached[at(joint.second)] = true;
       growing = true;

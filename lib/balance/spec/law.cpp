@@ -38,7 +38,7 @@ LawKind read_law(const Cursor& at) {
   return laws[at.choice("a law of motion", names)].kind;
 }
 
-void read_ramps(const Cursor& at, Draft& draft, Law& law) {
+void read_ramps(const Cursor& at, Draft& draft, LawOf<Expression>& law) {
   if (law.kind != LawKind::trapezoidal_velocity)
     at.fail({.expected = "no ramps: only the law 'trapezoidal-velocity' has them"});
   if (at.is_list()) {
@@ -49,10 +49,9 @@ void read_ramps(const Cursor& at, Draft& draft, Law& law) {
   } else {
     law.ramp_up = law.ramp_down = read_number(at, draft, dimension::none);
   }
-  if (!draft.judging()) return;
-  if (!(law.ramp_up > 0 && law.ramp_down > 0 && law.ramp_up + law.ramp_down <= 1))
-    at.fail({.expected = "ramps > 0 with a sum of at most 1",
-             .found = fmt::format("{} and {}", law.ramp_up, law.ramp_down)});
+  const double up = law.ramp_up.value(), down = law.ramp_down.value();
+  if (!(up > 0 && down > 0 && up + down <= 1))
+    at.fail({.expected = "ramps > 0 with a sum of at most 1", .found = fmt::format("{} and {}", up, down)});
 }
 
 }  // namespace balance::read

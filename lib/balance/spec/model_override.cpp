@@ -144,7 +144,7 @@ void leave_out(const Cursor& at, Mechanism& mechanism, bool sure) {
 void scale_masses(const Cursor& at, Draft& draft, Mechanism& mechanism) {
   const auto factor_of = [&](const Cursor& c) {
     if (c.is_map()) c.expected("a factor > 0");
-    return read_number(c, draft, dimension::none, Sign::positive);
+    return read_number(c, draft, dimension::none, Sign::positive).value();
   };
   const auto scale = [](auto& one, double factor) {
     one.mass *= factor;
@@ -187,7 +187,7 @@ void scale_masses(const Cursor& at, Draft& draft, Mechanism& mechanism) {
 Mechanism read_model(const Cursor& at, const Node& root, const Parameters::Overrides& overrides, Draft& draft) {
   std::optional<Cursor> without, mass_scale, set;
   const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
-  Mechanism model = draft.mechanism();
+  Mechanism model = draft.study.mechanism;
   read_fields(at, "what the controller believes {without, mass_scale, set}",
               {{"without", Need::optional, keep(without)},
                {"mass_scale", Need::optional, keep(mass_scale)},

@@ -11,12 +11,12 @@ namespace {
 
 std::vector<std::string> body_names(const Draft& draft) {
   std::vector<std::string> names;
-  for (const Body& body : draft.study.mechanism.bodies) names.push_back(body.name);
+  for (const auto& body : draft.mechanism().bodies) names.push_back(body.name);
   return names;
 }
 
 int find_body(const Cursor& at, const std::string& name, const Draft& draft) {
-  if (const int found = draft.bodies.find(draft.study.mechanism.bodies, name); found >= 0) return found;
+  if (const int found = draft.bodies.find(draft.mechanism().bodies, name); found >= 0) return found;
   const auto names = body_names(draft);
   at.fail_unless_doubtful("bodies." + name, {.expected = fmt::format("a body ({})", one_of(names)),
                                              .found = in_quotes(name),
@@ -24,12 +24,12 @@ int find_body(const Cursor& at, const std::string& name, const Draft& draft) {
 }
 
 /// Every body has a point `origin`, unless it defines one of that name elsewhere.
-Vector3 find_point(const Cursor& at, const std::string& name, const Body& body) {
+Vector3E find_point(const Cursor& at, const std::string& name, const BodyOf<Expression>& body) {
   std::vector<std::string> names;
-  for (const NamedPoint& point : body.points)
+  for (const auto& point : body.points)
     if (point.name == name) return point.position;
-  if (name == "origin") return Vector3::Zero();
-  for (const NamedPoint& point : body.points) names.push_back(point.name);
+  if (name == "origin") return Vector3E::Zero();
+  for (const auto& point : body.points) names.push_back(point.name);
   names.emplace_back("origin");
   const std::string points = body.name == "ground" ? "ground.points" : "bodies." + body.name + ".points";
   const Problems& problems = at.problems();
@@ -58,26 +58,26 @@ PointReference read_reference(const Cursor& at, const Draft& draft) {
   reference.body = find_body(at, text.substr(0, dot), draft);
   reference.name = text.substr(dot + 1);
   reference.position =
-      find_point(at, reference.name, draft.study.mechanism.bodies[static_cast<std::size_t>(reference.body)]);
+      find_point(at, reference.name, draft.mechanism().bodies[static_cast<std::size_t>(reference.body)]);
   return reference;
 }
 
-Vector3 read_place(const Cursor& at, Draft& draft, std::optional<int> body) {
+Vector3E read_place(const Cursor& at, Draft& draft, std::optional<int> body) {
   if (at.is_list()) return read_vector(at, draft, dimension::length);
   if (!body) throw Consequence();
-  const Body& owner = draft.mechanism().bodies[static_cast<std::size_t>(*body)];
+  const auto& owner = draft.mechanism().bodies[static_cast<std::size_t>(*body)];
   std::string name = at.word("a point of " + owner.name + " or its coordinates");
   if (name.rfind(owner.name + ".", 0) == 0) name.erase(0, owner.name.size() + 1);
   return find_point(at, name, owner);
 }
 
 int find_coordinate(const Cursor& at, const std::string& name, const Draft& draft) {
-  const Mechanism& mechanism = draft.study.mechanism;
+  const auto& mechanism = draft.mechanism();
   const auto& coordinates = mechanism.coordinates;
   if (const int found = draft.coordinates.find(coordinates, name); found >= 0) return found;
   std::vector<std::string> names;
   for (const Coordinate& coordinate : coordinates) names.push_back(coordinate.name);
-  for (const Joint& joint : mechanism.joints) {
+  for (const auto& joint : mechanism.joints) {
     const bool meant = name == joint.name || name.starts_with(joint.name + ".");
     if (meant && at.problems().doubtful("joints." + joint.name + ".type")) throw Consequence();
     if (joint.name != name) continue;
@@ -99,8 +99,8 @@ int read_coordinate(const Cursor& at, const Draft& draft) {
   return find_coordinate(at, at.word("a joint coordinate's name"), draft);
 }
 
-std::vector<CoordinateValue> read_coordinate_values(const Cursor& at, Draft& draft) {
-  std::vector<CoordinateValue> values;
+std::vector<CoordinateValueOf<Expression>> read_coordinate_values(const Cursor& at, Draft& draft) {
+  std::vector<CoordinateValueOf<Expression>> values;
   for (const Member& member : members(at, "a mapping of joint coordinates to values")) {
     at.problems().guard([&] {
       const int coordinate = find_coordinate(member.key, member.name, draft);

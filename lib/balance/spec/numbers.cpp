@@ -1,13 +1,12 @@
 #include "balance/base/nearest.hpp"
-#include "balance/base/rotation.hpp"
-#include "balance/spec/draft.hpp"
+#include "balance/spec/directions.hpp"
 #include "balance/spec/limits.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace balance::read {
 
@@ -42,15 +41,16 @@ bool is_extra(const std::string& path) {
 
 }  // namespace
 
-double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign) {
+Expression read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign) {
   const double unit = draft.units.factor(dimension);
   if (!at.is_map()) {
-    const double value = draft.parameters.evaluate(at);
-    if (!draft.judging()) return value * unit;
-    check_sign(at, value, sign);
-    return checked(at, value * unit);
+    const Expression value = draft.parameters.evaluate(at);
+    check_sign(at, value.value(), sign);
+    const Expression number = value * unit;
+    checked(at, number.value());
+    return number;
   }
-  if (draft.given != nullptr) return (*draft.given)[at.path()];
+  if (const auto known = draft.inputs.find(at.path()); known != draft.inputs.end()) return known->second;
   FreeValue free = draft.parameters.evaluate_free(at);
   if (!free.start_given && is_extra(at.path()) && free.lower <= 0 && free.upper >= 0) free.start = 0;
   // A bound of zero is allowed: the designer may wish to know whether the mass can vanish.
@@ -61,76 +61,85 @@ double read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sig
                           .upper = checked(at, free.upper * unit),
                           .start = checked(at, free.start * unit),
                           .unit = unit};
-  if (draft.free_paths.insert(number.path).second) draft.free_numbers.push_back({&at.node(), number});
-  return number.start;
+  const Expression input = draft.add_input(number.start);
+  draft.free_numbers.push_back({&at.node(), number, input});
+  draft.inputs.emplace(number.path, input);
+  return input;
 }
 
-double read_duration(const Cursor& at, Draft& draft) {
-  const double duration = read_number(at, draft, dimension::time, Sign::positive);
-  check_duration(at, duration, draft);
+Expression Draft::add_input(double value) {
+  recording->inputs.push_back(value);
+  return Expression::input(recording->graph, value);
+}
+
+Expression read_duration(const Cursor& at, Draft& draft) {
+  const Expression duration = read_number(at, draft, dimension::time, Sign::positive);
+  check_duration(at, duration.value());
   return duration;
 }
 
-void check_duration(const Cursor& at, double duration, const Draft& draft) {
-  if (!draft.judging() || (duration >= shortest_duration && duration <= longest_duration)) return;
+void check_duration(const Cursor& at, double duration) {
+  if ((duration >= shortest_duration && duration <= longest_duration)) return;
   at.fail({.expected = fmt::format("a duration from {} s to {} s", shortest_duration, longest_duration),
            .found = fmt::format("{:.6g} s", duration)});
 }
 
-std::vector<double> read_numbers(const Cursor& at, Draft& draft, Dimension dimension, const std::string& what) {
-  std::vector<double> values;
+std::vector<Expression> read_numbers(const Cursor& at, Draft& draft, Dimension dimension, const std::string& what) {
+  std::vector<Expression> values;
   read_each(at.items(what), [&](const Cursor& item) { values.push_back(read_number(item, draft, dimension)); });
   return values;
 }
 
-Vector3 read_vector(const Cursor& at, Draft& draft, Dimension dimension) {
+Vector3E read_vector(const Cursor& at, Draft& draft, Dimension dimension) {
   const std::size_t count = draft.planar() ? 2 : 3;
-  Vector3 vector = Vector3::Zero();
+  Vector3E vector = Vector3E::Zero();
   Eigen::Index i = 0;
   read_each(at.items(several_numbers(count), count),
             [&](const Cursor& item) { vector[i++] = read_number(item, draft, dimension); });
   return vector;
 }
 
-Vector3 read_direction(const Cursor& at, Draft& draft) {
-  const Vector3 direction = read_vector(at, draft, dimension::none);
-  const double scale = direction.cwiseAbs().maxCoeff();
-  if (!(scale > 0)) {
-    if (draft.judging()) at.fail({.expected = "a direction", .found = "zero"});
-    return Vector3::UnitX();
-  }
-  return (direction / scale).normalized();
+namespace {
+
+Expression largest_size(std::span<const Expression> values) {
+  Expression largest = 0;
+  for (const Expression& value : values) largest = maximum(largest, abs(value));
+  return largest;
+}
+
+}  // namespace
+
+Vector3E read_direction(const Cursor& at, Draft& draft) {
+  const Vector3E direction = read_vector(at, draft, dimension::none);
+  const Expression scale = largest_size({direction.data(), 3});
+  if (!(scale.value() > 0)) at.fail({.expected = "a direction", .found = "zero"});
+  return choose(less(0, scale), normalized(direction / scale), Vector3E(Vector3E::UnitX()));
 }
 
 long read_whole(const Cursor& at, Draft& draft, long least, long most) {
   const std::string what = fmt::format("a whole number from {} to {}", least, most);
   if (!at.is_scalar()) at.expected(what);
-  const double value = draft.parameters.evaluate(at);
-  if (!draft.judging()) return std::clamp(std::lround(value), least, most);
+  const double value = draft.parameters.evaluate(at).value();
   if (value != std::round(value) || value < static_cast<double>(least) || value > static_cast<double>(most))
     at.expected(what);
   return static_cast<long>(value);
 }
 
-Matrix3 read_rpy(const Cursor& at, Draft& draft) {
-  Vector3 rpy = Vector3::Zero();
+Matrix3E read_rpy(const Cursor& at, Draft& draft) {
+  Vector3E rpy = Vector3E::Zero();
   Eigen::Index i = 0;
   read_each(at.items("[roll, pitch, yaw]", 3),
             [&](const Cursor& item) { rpy[i++] = read_number(item, draft, dimension::angle); });
   return rotation_from_rpy(rpy);
 }
 
-Matrix3 read_quaternion(const Cursor& at, Draft& draft) {
+Matrix3E read_quaternion(const Cursor& at, Draft& draft) {
   at.items("a quaternion [w, x, y, z]", 4);
-  const auto values = read_numbers(at, draft, dimension::none, "a quaternion [w, x, y, z]");
-  Eigen::Vector4d q = Eigen::Map<const Eigen::Vector4d>(values.data());
-  const double scale = q.cwiseAbs().maxCoeff();
-  if (!(scale > 0)) {
-    if (draft.judging()) at.fail({.expected = "a quaternion [w, x, y, z] that is not zero", .found = "zero"});
-    return Matrix3::Identity();
-  }
-  q = (q / scale).normalized();
-  return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
+  std::vector<Expression> q = read_numbers(at, draft, dimension::none, "a quaternion [w, x, y, z]");
+  const Expression scale = largest_size(q);
+  if (!(scale.value() > 0)) at.fail({.expected = "a quaternion [w, x, y, z] that is not zero", .found = "zero"});
+  for (Expression& one : q) one /= scale;
+  return choose(less(0, scale), rotation_from_quaternion(q), Matrix3E(Matrix3E::Identity()));
 }
 
 }  // namespace balance::read

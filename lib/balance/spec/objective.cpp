@@ -69,7 +69,7 @@ std::string read_along(const Cursor& at, const Study& study) {
 
 double read_weight(const Cursor& at, Parameters& parameters) {
   if (!at.is_scalar()) at.expected("a weight, a number or an expression");
-  const double weight = parameters.evaluate(at);
+  const double weight = parameters.evaluate(at).value();
   if (weight < 0)
     at.fail({.kind = "must not be negative", .expected = "a weight ≥ 0", .found = fmt::format("{}", weight)});
   return weight;

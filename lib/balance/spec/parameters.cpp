@@ -139,9 +139,8 @@ class Resolver {
 
 }  // namespace
 
-Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& overrides, const FreeValues* given,
-                       Problems& problems)
-    : given_(given) {
+Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& overrides, Recording& recording,
+                       Problems& problems) {
   std::vector<Member> all;
   if (section) problems.guard([&] { all = members(*section, "a mapping of parameters"); });
   for (const Member& member : all) names_.push_back(member.name);
@@ -163,7 +162,10 @@ Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& ov
   });
 
   override_values(overrides, all, problems);
-  Resolver(all, problems, [&](const Member& member) { define(member); }).run();
+  Resolver(all, problems, [&](const Member& member) { define(member, recording); }).run();
+  const auto place = [&](const NamedExpression& one) { return std::find(names_.begin(), names_.end(), one.name); };
+  std::sort(recording.parameters.begin(), recording.parameters.end(),
+            [&](const NamedExpression& a, const NamedExpression& b) { return place(a) < place(b); });
 }
 
 /// The text of an override stands where the parameter's own value stood.
@@ -188,24 +190,30 @@ void Parameters::override_values(const Overrides& overrides, std::vector<Member>
   }
 }
 
-void Parameters::define(const Member& member) {
-  double value = 0;
+void Parameters::define(const Member& member, Recording& recording) {
+  const auto add_input = [&](double value) {
+    recording.inputs.push_back(value);
+    return Expression::input(recording.graph, value);
+  };
+  Expression value;
+  bool plain = true;
   if (!member.value.is_map()) {
     value = evaluate(member.value);
-  } else if (given_ != nullptr) {
-    value = (*given_)[member.value.path()];
+    plain = names_in(member.value.node().text).values.empty();
+    value = plain ? add_input(value.value()) : Expression::named(recording.graph, value);
   } else {
     const FreeValue free = evaluate_free(member.value);
+    value = add_input(free.start);
     free_numbers_.push_back(
         {&member.value.node(),
-         {.path = member.value.path(), .lower = free.lower, .upper = free.upper, .start = free.start}});
-    value = free.start;
+         {.path = member.value.path(), .lower = free.lower, .upper = free.upper, .start = free.start},
+         value});
   }
   values_[member.name] = value;
-  if (calculator_) calculator_->define(member.name, value);
+  recording.parameters.push_back({member.name, value, plain});
 }
 
-double Parameters::evaluate(const Cursor& scalar) {
+Expression Parameters::evaluate(const Cursor& scalar) {
   const std::string what = "a number, an expression or {free: [lower, upper]}";
   const std::string text = trimmed(scalar.word(what));
   // Most numbers are plain, and most others a parameter alone.
@@ -213,9 +221,8 @@ double Parameters::evaluate(const Cursor& scalar) {
   if (known_.count(text) > 0) throw Consequence();
   const std::optional<double> number = plain_number(text);
   if (!number && (text.empty() || is_truth_value(text))) scalar.expected(what);
-  const double value = number ? *number : evaluate_expression(scalar, text);
-  if (given_ == nullptr && !std::isfinite(value))
-    scalar.fail({.expected = "a finite number", .found = in_quotes(text)});
+  const Expression value = number ? Expression(*number) : evaluate_expression(scalar, text);
+  if (!std::isfinite(value.value())) scalar.fail({.expected = "a finite number", .found = in_quotes(text)});
   return value;
 }
 
@@ -224,7 +231,7 @@ bool Parameters::may_be_spoilt(const Cursor& at, const std::string& name) const 
   return at.problems().lost("parameters." + name) || (names_.empty() && at.problems().lost("parameters"));
 }
 
-double Parameters::evaluate_expression(const Cursor& scalar, const std::string& text) {
+Expression Parameters::evaluate_expression(const Cursor& scalar, const std::string& text) {
   const auto wrong = [&](const std::string& why) {
     scalar.fail({.message = fmt::format("expected a number or an expression, found {}: {}", in_quotes(text), why),
                  .expected = "a number or an expression",
@@ -238,7 +245,6 @@ double Parameters::evaluate_expression(const Cursor& scalar, const std::string& 
   const auto unknown = [&](const char* what, const std::string& name, const std::vector<std::string>& known) {
     wrong(fmt::format("there is no {} {}{}", what, in_quotes(name), nearest_hint(name, known)));
   };
-  if (given_ != nullptr) return calculate(text);  // it was right before
   expressions_size_ += text.size();
   if (expressions_size_ > longest_expressions)
     scalar.fail({.expected = fmt::format("at most {} characters in all expressions together", longest_expressions)});
@@ -253,41 +259,27 @@ double Parameters::evaluate_expression(const Cursor& scalar, const std::string& 
     if (known_.count(name) == 0) unknown("parameter", name, names_);
   }
   try {
-    return calculate(text);
+    return parse_expression(text, [&](const std::string& name) { return values_.at(name); });
   } catch (const ExpressionError& error) {
     wrong(error.what());
     throw;
   }
 }
 
-double Parameters::calculate(const std::string& expression) {
-  if (given_ == nullptr) return calculated_[expression] = calculate_anew(expression);
-  const auto known = given_->constants().find(expression);
-  return known != given_->constants().end() ? known->second : calculate_anew(expression);
-}
-
-double Parameters::calculate_anew(const std::string& expression) {
-  if (!calculator_) {
-    calculator_.emplace();
-    for (const auto& [name, value] : values_) calculator_->define(name, value);
-  }
-  return calculator_->evaluate(expression);
-}
-
 FreeValue Parameters::evaluate_free(const Cursor& map) {
   FreeValue free;
   std::optional<double> start;
-  if (!read_fields(map, "a number, an expression or {free: [lower, upper]}",
-                   {{"free", Need::required,
-                     [&](const Cursor& c) {
-                       double* bound = &free.lower;
-                       read_each(c.items("[lower, upper]", 2),
-                                 [&](const Cursor& item) { *std::exchange(bound, &free.upper) = evaluate(item); });
-                       if (!(free.lower < free.upper))
-                         c.fail(
-                             {.expected = "lower < upper", .found = fmt::format("[{}, {}]", free.lower, free.upper)});
-                     }},
-                    {"start", Need::optional, [&](const Cursor& c) { start = evaluate(c); }}}))
+  if (!read_fields(
+          map, "a number, an expression or {free: [lower, upper]}",
+          {{"free", Need::required,
+            [&](const Cursor& c) {
+              double* bound = &free.lower;
+              read_each(c.items("[lower, upper]", 2),
+                        [&](const Cursor& item) { *std::exchange(bound, &free.upper) = evaluate(item).value(); });
+              if (!(free.lower < free.upper))
+                c.fail({.expected = "lower < upper", .found = fmt::format("[{}, {}]", free.lower, free.upper)});
+            }},
+           {"start", Need::optional, [&](const Cursor& c) { start = evaluate(c).value(); }}}))
     throw Consequence();
   free.start_given = start.has_value();
   free.start = start.value_or(free.lower + (free.upper - free.lower) / 2);

@@ -1,9 +1,10 @@
 #pragma once
 /// The spec's parameters and the arithmetic over them.
 
-#include "balance/spec/calculator.hpp"
+#include "balance/expression/parse.hpp"
 #include "balance/spec/cursor.hpp"
 #include "balance/spec/free_numbers.hpp"
+#include "balance/study/recording.hpp"
 
 #include <map>
 #include <optional>
@@ -21,6 +22,9 @@ struct FreeValue {
   bool start_given = false;
 };
 
+/// Of a whole spec, in characters.
+inline constexpr std::size_t longest_expressions = 500'000;
+
 class Parameters {
  public:
   using Overrides = std::vector<std::pair<std::string, std::string>>;
@@ -28,38 +32,31 @@ class Parameters {
   Parameters() = default;
   /// Evaluates all parameters, in whatever order they depend on each other. Problems are collected.
   /// @param section null if the spec has none
-  /// @param given values of the free numbers; null: their start values
-  Parameters(const std::optional<Cursor>& section, const Overrides& overrides, const FreeValues* given,
+  /// @param recording where they get an input or a node each
+  Parameters(const std::optional<Cursor>& section, const Overrides& overrides, Recording& recording,
              Problems& problems);
 
-  /// A number or an expression, in the spec's units. Fails unless it is finite, but not where free numbers are given.
-  double evaluate(const Cursor& scalar);
+  /// A number or an expression, in the spec's units. Fails unless it is finite.
+  Expression evaluate(const Cursor& scalar);
   /// `{free: …}`; fails unless lower < upper and start is between them.
   FreeValue evaluate_free(const Cursor& map);
 
   const std::vector<FoundFreeNumber>& free_numbers() const { return free_numbers_; }
   /// In the document's order.
   const std::vector<std::string>& names() const { return names_; }
-  /// All expressions that have been evaluated.
-  const Calculated& calculated() const { return calculated_; }
   /// The values' mappings or scalars that an override replaced, with its text.
   const std::vector<std::pair<const Node*, std::string>>& overridden() const { return overridden_; }
 
  private:
-  double evaluate_expression(const Cursor& scalar, const std::string& text);
+  Expression evaluate_expression(const Cursor& scalar, const std::string& text);
   bool may_be_spoilt(const Cursor& at, const std::string& name) const;
-  void define(const Member& member);
-  double calculate(const std::string& expression);
-  double calculate_anew(const std::string& expression);
+  void define(const Member& member, Recording& recording);
   void override_values(const Overrides& overrides, std::vector<Member>& members, Problems& problems);
 
   std::size_t expressions_size_ = 0;
-  std::optional<Calculator> calculator_;  ///< once an expression needs it
-  const FreeValues* given_ = nullptr;
   std::vector<std::string> names_;  ///< in the document's order, for messages
   std::set<std::string> known_;     ///< the same, to look up
-  std::unordered_map<std::string, double> values_;
-  Calculated calculated_;
+  std::unordered_map<std::string, Expression> values_;
   std::vector<FoundFreeNumber> free_numbers_;
   std::vector<std::pair<const Node*, std::string>> overridden_;
   std::map<std::string, Node> replacements_;

@@ -1,10 +1,9 @@
 #include "balance/spec/path.hpp"
 
+#include "balance/spec/directions.hpp"
 #include "balance/spec/pose.hpp"
 
 #include <fmt/format.h>
-
-#include <Eigen/Geometry>
 
 #include <cmath>
 #include <numbers>
@@ -21,53 +20,53 @@ bool has_key(const Cursor& at, const char* name) {
 }
 
 /// The point that the drive moves, where the spec gives it: the centre of mass of a pose of joints is known only later.
-std::optional<Vector3> moved_point(const PoseTarget& pose, DriveKind drive) {
+std::optional<Vector3E> moved_point(const PoseTargetOf<Expression>& pose, DriveKind drive) {
   return drive == DriveKind::tool ? pose.tool : pose.com;
 }
 
-void need_point(const Cursor& at, const Trajectory& trajectory) {
+void need_point(const Cursor& at, const TrajectoryOf<Expression>& trajectory) {
   if (trajectory.drive == DriveKind::joints)
     at.fail({.expected = "a path for joint coordinates (line, waypoints, table, file)",
              .found = "one for a point in the plane or in space"});
 }
 
-CirclePath read_circle(const Cursor& at, Draft& draft, const Trajectory& trajectory) {
+CirclePathOf<Expression> read_circle(const Cursor& at, Draft& draft, const TrajectoryOf<Expression>& trajectory) {
   need_point(at, trajectory);
-  CirclePath circle;
+  CirclePathOf<Expression> circle;
   std::optional<Cursor> centre, angle;
   const auto read_centre = [&](const Cursor& c) {
     if (centre) c.fail({.expected = "'centre' once", .found = "it again in another spelling"});
     centre = c;
     circle.centre = read_vector(c, draft, dimension::length);
   };
-  const auto read_angle = [&](const Cursor& c, double value) {
+  const auto read_angle = [&](const Cursor& c, const Expression& value) {
     if (angle) c.fail({.expected = "'angle' or 'turns'", .found = "both"});
     angle = c;
     circle.angle = value;
-    if (draft.judging() && value == 0 && c.is_scalar()) c.fail({.expected = "an angle other than 0", .found = "0"});
+    if (value.value() == 0 && c.is_scalar()) c.fail({.expected = "an angle other than 0", .found = "0"});
   };
   std::vector<Field> fields{
       {"centre", Need::optional, read_centre},
       {"center", Need::optional, read_centre},
       {"angle", Need::optional, [&](const Cursor& c) { read_angle(c, read_number(c, draft, dimension::angle)); }},
       {"turns", Need::optional,
-       [&](const Cursor& c) { read_angle(c, 2 * std::numbers::pi * read_number(c, draft, dimension::none)); }}};
+       [&](const Cursor& c) { read_angle(c, 2.0 * std::numbers::pi * read_number(c, draft, dimension::none)); }}};
   if (!draft.planar())
     fields.push_back({"normal", Need::required, [&](const Cursor& c) { circle.normal = read_direction(c, draft); }});
   if (!read_fields(at, "a circle {centre, angle or turns}", fields)) return circle;
   if (!centre) at.missing({"centre"});
   if (!angle) at.missing({"angle", "turns"});
   if (const auto start = moved_point(trajectory.from, trajectory.drive)) {
-    const Vector3 radius = *start - circle.centre;
-    if (draft.judging() && !(radius.cross(circle.normal).norm() > 0))
+    const Vector3 radius = values_of(*start) - values_of(circle.centre);
+    if (!(radius.cross(values_of(circle.normal)).norm() > 0))
       centre->fail({.expected = "a centre away from where the motion starts", .found = "the start itself"});
   }
   return circle;
 }
 
-ArcPath read_arc(const Cursor& at, Draft& draft, const Trajectory& trajectory) {
+ArcPathOf<Expression> read_arc(const Cursor& at, Draft& draft, const TrajectoryOf<Expression>& trajectory) {
   need_point(at, trajectory);
-  ArcPath arc;
+  ArcPathOf<Expression> arc;
   std::optional<Cursor> via;
   const bool read = read_fields(at, "an arc {via}", {{"via", Need::required, [&](const Cursor& c) {
                                                         via = c;
@@ -75,15 +74,16 @@ ArcPath read_arc(const Cursor& at, Draft& draft, const Trajectory& trajectory) {
                                                       }}});
   const auto from = moved_point(trajectory.from, trajectory.drive);
   const auto to = moved_point(trajectory.to, trajectory.drive);
-  if (!read || !from || !to || !draft.judging()) return arc;
-  const Vector3 a = arc.via - *from, b = *to - *from;
+  if (!read || !from || !to) return arc;
+  const Vector3 a = values_of(arc.via) - values_of(*from), b = values_of(*to) - values_of(*from);
   // A radius above a million chords is a line in all but name.
   if (!(a.cross(b).norm() > 1e-6 * a.norm() * b.norm()))
     via->fail({.expected = "a point off the line from start to end", .found = "one on it"});
   return arc;
 }
 
-void read_times(const Cursor& at, Draft& draft, const Trajectory& trajectory, WaypointPath& path) {
+void read_times(const Cursor& at, Draft& draft, const TrajectoryOf<Expression>& trajectory,
+                WaypointPathOf<Expression>& path) {
   if (is_searched(trajectory.law.kind))
     at.fail({.expected = "no 'times' with a law that is searched for: it decides when waypoints are passed"});
   const auto times = at.items("a list of times");
@@ -92,24 +92,25 @@ void read_times(const Cursor& at, Draft& draft, const Trajectory& trajectory, Wa
              .found = fmt::format("{}", times.size())});
   double before = 0;
   read_each(times, [&](const Cursor& item) {
-    const double time = read_number(item, draft, dimension::time);
-    if (draft.judging() && !(time > before && time < trajectory.duration))
-      item.fail({.expected = fmt::format("increasing times between 0 and the duration ({:.9g} s)", trajectory.duration),
+    const Expression at_point = read_number(item, draft, dimension::time);
+    const double time = at_point.value(), duration = trajectory.duration.value();
+    if (!(time > before && time < duration))
+      item.fail({.expected = fmt::format("increasing times between 0 and the duration ({:.9g} s)", duration),
                  .found = fmt::format("{:.9g} s", time)});
     before = time;
-    path.fractions.push_back(time / trajectory.duration);
+    path.fractions.push_back(at_point / trajectory.duration);
   });
 }
 
-WaypointPath read_waypoints(const Cursor& at, Draft& draft, const Trajectory& trajectory) {
-  WaypointPath path;
+WaypointPathOf<Expression> read_waypoints(const Cursor& at, Draft& draft, const TrajectoryOf<Expression>& trajectory) {
+  WaypointPathOf<Expression> path;
   const DriveNeeds needs{trajectory.drive, trajectory.components};
   std::optional<Cursor> times;
   const bool read = read_fields(at, "waypoints",
                                 {{"waypoints", Need::required,
                                   [&](const Cursor& c) {
                                     read_each(c.items("a list of poses"), [&](const Cursor& item) {
-                                      PoseTarget pose;
+                                      PoseTargetOf<Expression> pose;
                                       if (!draft.problems.guard([&] { pose = read_pose(item, draft); }))
                                         throw Consequence();
                                       check_pose(item, pose, needs, draft);
@@ -135,7 +136,7 @@ bool is_circle(const Cursor& path) { return has_key(path, "circle"); }
 
 bool needs_end(const Cursor* path) { return path == nullptr || !has_key(*path, "circle"); }
 
-void read_path(const Cursor& at, Draft& draft, Trajectory& trajectory) {
+void read_path(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory) {
   const std::string what = "a path: line, {circle: …}, {arc: …}, {waypoints: …}, {table: …} or {file: …}";
   if (at.is_scalar() && at.node().text == "line") return;
   if (!at.is_map()) at.expected(what);

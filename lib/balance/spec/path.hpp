@@ -7,7 +7,7 @@ namespace balance::read {
 
 /// Reads `line`, `{circle: …}`, `{arc: …}`, `{waypoints: …}`, `{table: …}` or `{file: …}` into trajectory.path. The drive, the
 /// poses, the components and the duration must be there already; tables replace poses, components and duration.
-void read_path(const Cursor& at, Draft& draft, Trajectory& trajectory);
+void read_path(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory);
 
 /// Whether the path brings its own poses and times.
 bool is_table(const Cursor& path);
@@ -17,7 +17,8 @@ bool is_circle(const Cursor& path);
 bool needs_end(const Cursor* path);
 
 /// Two of them: `{table: [[t, …], …], columns: […]}` and `{file: motion.csv}`.
-void read_table_path(const Cursor& table, const std::optional<Cursor>& columns, Draft& draft, Trajectory& trajectory);
-void read_file_path(const Cursor& file, Draft& draft, Trajectory& trajectory);
+void read_table_path(const Cursor& table, const std::optional<Cursor>& columns, Draft& draft,
+                     TrajectoryOf<Expression>& trajectory);
+void read_file_path(const Cursor& file, Draft& draft, TrajectoryOf<Expression>& trajectory);
 
 }  // namespace balance::read

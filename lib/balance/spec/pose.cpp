@@ -12,7 +12,7 @@ namespace balance::read {
 namespace {
 
 void need_tool(const Cursor& at, const Draft& draft) {
-  if (!draft.study.mechanism.tool)
+  if (!draft.mechanism().tool)
     at.fail_unless_doubtful("tool", {.expected = "a spec with a tool ('tool: body.point')",
                                      .found = "none",
                                      .hint = "this key is about the tool's pose"});
@@ -20,8 +20,8 @@ void need_tool(const Cursor& at, const Draft& draft) {
 
 }  // namespace
 
-PoseTarget read_pose(const Cursor& at, Draft& draft) {
-  PoseTarget pose;
+PoseTargetOf<Expression> read_pose(const Cursor& at, Draft& draft) {
+  PoseTargetOf<Expression> pose;
   std::vector<Field> fields{
       {"tool", Need::optional,
        [&](const Cursor& c) {
@@ -34,7 +34,7 @@ PoseTarget read_pose(const Cursor& at, Draft& draft) {
          if (c.node().items.empty()) c.expected("values of at least one joint coordinate");
        }},
       {"com", Need::optional, [&](const Cursor& c) { pose.com = read_vector(c, draft, dimension::length); }}};
-  const auto orientation = [&](Matrix3 (*read)(const Cursor&, Draft&)) {
+  const auto orientation = [&](Matrix3E (*read)(const Cursor&, Draft&)) {
     return [&pose, &draft, read](const Cursor& c) {
       if (pose.orientation) c.fail({.expected = "'rpy' or 'quaternion'", .found = "both"});
       pose.orientation = read(c, draft);
@@ -55,7 +55,7 @@ PoseTarget read_pose(const Cursor& at, Draft& draft) {
   return pose;
 }
 
-void check_pose(const Cursor& at, const PoseTarget& pose, const DriveNeeds& needs, const Draft& draft) {
+void check_pose(const Cursor& at, const PoseTargetOf<Expression>& pose, const DriveNeeds& needs, const Draft& draft) {
   const auto has = [&](auto... c) {
     return ((std::find(needs.components.begin(), needs.components.end(), c) != needs.components.end()) || ...);
   };
@@ -68,9 +68,9 @@ void check_pose(const Cursor& at, const PoseTarget& pose, const DriveNeeds& need
     case DriveKind::tool:
       if ((needs.components.empty() || has(x, y, z)) && !pose.tool)
         at.fail({.expected = "'tool: […]', which 'drive: tool' moves", .found = "a pose without it"});
-      if (has(rx, ry, rz) && draft.study.mechanism.space == SpaceKind::planar && !pose.angle)
+      if (has(rx, ry, rz) && draft.planar() && !pose.angle)
         at.fail({.expected = "'angle', which is among the trajectory's components", .found = "a pose without it"});
-      if (has(rx, ry, rz) && draft.study.mechanism.space == SpaceKind::spatial && !pose.orientation)
+      if (has(rx, ry, rz) && !draft.planar() && !pose.orientation)
         at.fail({.expected = "'rpy' or 'quaternion', since the trajectory's components turn the tool",
                  .found = "a pose without it"});
       return;
@@ -85,15 +85,16 @@ void check_pose(const Cursor& at, const PoseTarget& pose, const DriveNeeds& need
 namespace {
 
 /// The first value of each coordinate.
-std::map<int, CoordinateValue> by_coordinate(const PoseTarget& pose) {
-  std::map<int, CoordinateValue> values;
-  for (const CoordinateValue& value : pose.joints) values.emplace(value.coordinate, value);
+std::map<int, CoordinateValueOf<Expression>> by_coordinate(const PoseTargetOf<Expression>& pose) {
+  std::map<int, CoordinateValueOf<Expression>> values;
+  for (const auto& value : pose.joints) values.emplace(value.coordinate, value);
   return values;
 }
 
 }  // namespace
 
-void match_pose(const Cursor& at, PoseTarget& pose, const PoseTarget& model, DriveKind drive, const Draft& draft) {
+void match_pose(const Cursor& at, PoseTargetOf<Expression>& pose, const PoseTargetOf<Expression>& model,
+                DriveKind drive, const Draft& draft) {
   const auto same = [&](bool here, bool there, const char* what) {
     if (here != there)
       at.fail({.expected = "the same quantities in all poses of a trajectory",
@@ -104,18 +105,18 @@ void match_pose(const Cursor& at, PoseTarget& pose, const PoseTarget& model, Dri
     same(pose.orientation.has_value(), model.orientation.has_value(), "'rpy' or 'quaternion'");
   }
   if (drive != DriveKind::joints) return;
-  const std::map<int, CoordinateValue> given = by_coordinate(pose), known = by_coordinate(model);
-  std::vector<CoordinateValue> ordered;
-  for (const CoordinateValue& wanted : model.joints) {
+  const auto given = by_coordinate(pose), known = by_coordinate(model);
+  std::vector<CoordinateValueOf<Expression>> ordered;
+  for (const auto& wanted : model.joints) {
     const auto found = given.find(wanted.coordinate);
-    const std::string& name = draft.study.mechanism.coordinates[static_cast<std::size_t>(wanted.coordinate)].name;
+    const std::string& name = draft.mechanism().coordinates[static_cast<std::size_t>(wanted.coordinate)].name;
     if (found == given.end())
       at.fail({.expected = fmt::format("a value of {} as in the trajectory's other poses", in_quotes(name)),
                .found = "none"});
     ordered.push_back(found->second);
   }
-  for (const CoordinateValue& extra : pose.joints) {
-    const std::string& name = draft.study.mechanism.coordinates[static_cast<std::size_t>(extra.coordinate)].name;
+  for (const auto& extra : pose.joints) {
+    const std::string& name = draft.mechanism().coordinates[static_cast<std::size_t>(extra.coordinate)].name;
     if (!known.contains(extra.coordinate))
       at.fail({.expected = "the same joints as in the trajectory's other poses",
                .found = fmt::format("also {}", in_quotes(name))});

@@ -6,7 +6,7 @@
 namespace balance::read {
 
 /// At least one quantity. Keys: tool, joints, com; planar: angle; spatial: rpy or quaternion.
-PoseTarget read_pose(const Cursor& at, Draft& draft);
+PoseTargetOf<Expression> read_pose(const Cursor& at, Draft& draft);
 
 /// Which part of a pose a drive needs.
 struct DriveNeeds {
@@ -15,9 +15,10 @@ struct DriveNeeds {
 };
 
 /// Fails at `at` unless the pose has what the drive needs.
-void check_pose(const Cursor& at, const PoseTarget& pose, const DriveNeeds& needs, const Draft& draft);
+void check_pose(const Cursor& at, const PoseTargetOf<Expression>& pose, const DriveNeeds& needs, const Draft& draft);
 
 /// Fails at `at` unless `pose` gives the same quantities as `model`; puts its joints into the model's order.
-void match_pose(const Cursor& at, PoseTarget& pose, const PoseTarget& model, DriveKind drive, const Draft& draft);
+void match_pose(const Cursor& at, PoseTargetOf<Expression>& pose, const PoseTargetOf<Expression>& model,
+                DriveKind drive, const Draft& draft);
 
 }  // namespace balance::read

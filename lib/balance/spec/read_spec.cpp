@@ -4,11 +4,6 @@
 #include "balance/spec/reading.hpp"
 #include "balance/spec/text_file.hpp"
 
-#include <fmt/format.h>
-
-#include <memory>
-#include <stdexcept>
-
 namespace balance {
 
 SpecDocument::SpecDocument(std::string text) : text_(std::move(text)) {
@@ -35,14 +30,8 @@ Study read_spec_file(const std::string& path, const ReadOptions& options) {
 }
 
 DesignSpace read_design_space(const std::string& text, const std::string& file_name, const ReadOptions& options) {
-  const auto reading = std::make_shared<const read::Reading>(read::read_first(text, file_name, options.set));
-  const auto at = [reading](const VectorX& x) {
-    if (x.size() != static_cast<Eigen::Index>(reading->start.free_numbers.size()))
-      throw std::invalid_argument(
-          fmt::format("expected {} values of free numbers, found {}", reading->start.free_numbers.size(), x.size()));
-    return read::read_again(*reading, x);
-  };
-  return {reading->start, at};
+  read::Reading reading = read::read_study(text, file_name, options.set);
+  return {std::move(reading.start), std::move(reading.recording)};
 }
 
 DesignSpace read_design_space_file(const std::string& path, const ReadOptions& options) {

@@ -51,7 +51,7 @@ SpaceKind likely_space(const Cursor* bodies) {
 
 /// What all numbers depend on.
 void read_frame(const Sections& sections, const Parameters::Overrides& overrides, Draft& draft) {
-  Mechanism& mechanism = draft.mechanism();
+  auto& mechanism = draft.mechanism();
   draft.problems.guard([&] {
     mechanism.space = likely_space(sections["bodies"]);  // for what comes below, should the next lines fail
     if (sections["space"] == nullptr) return;
@@ -62,28 +62,26 @@ void read_frame(const Sections& sections, const Parameters::Overrides& overrides
   draft.study.units = {draft.units.length, draft.units.angle};
   const Cursor* parameters = sections["parameters"];
   draft.parameters = Parameters(parameters != nullptr ? std::optional(*parameters) : std::nullopt, overrides,
-                                draft.given, draft.problems);
+                                *draft.recording, draft.problems);
 }
 
 void read_mechanism(const Sections& sections, Draft& draft) {
-  Mechanism& mechanism = draft.mechanism();
+  auto& mechanism = draft.mechanism();
   const auto read = [&](const char* name, auto&& section_reader) {
     const Cursor* section = sections[name];
-    if (section == nullptr || !draft.is_read(name)) return;
+    if (section == nullptr) return;
     draft.problems.guard([&] { section_reader(*section); });
   };
   read("name", [&](const Cursor& c) { mechanism.name = visible(c.word("a name")); });
   read("gravity", [&](const Cursor& c) { mechanism.gravity = read_vector(c, draft, dimension::acceleration); });
-  if (draft.is_read("bodies")) {
-    mechanism.bodies.emplace_back().name = "ground";
-    draft.body_places.push_back({});
-  }
+  mechanism.bodies.emplace_back().name = "ground";
+  draft.body_places.push_back({});
   read("ground", [&](const Cursor& c) { read_ground(c, draft); });
   read("bodies", [&](const Cursor& c) { read_bodies(c, draft); });
   read("joints", [&](const Cursor& c) { read_joints(c, draft); });
   // Everything below refers to bodies and joints.
   if (mechanism.bodies.size() < 2 || mechanism.joints.empty()) draft.problems.throw_all();
-  if (draft.judging()) check_connected(draft);
+  check_connected(draft);
   read("couplings", [&](const Cursor& c) { read_couplings(c, draft); });
   read("actuators", [&](const Cursor& c) { read_actuators(c, draft); });
   read("tool", [&](const Cursor& c) { read_tool(c, draft); });
@@ -95,38 +93,19 @@ void read_mechanism(const Sections& sections, Draft& draft) {
   read("loads", [&](const Cursor& c) { read_loads(c, draft); });
   read("springs", [&](const Cursor& c) { read_springs(c, draft); });
   read("friction", [&](const Cursor& c) { read_friction(c, draft); });
-  if (draft.judging()) check_light_bodies(draft);
+  check_light_bodies(draft);
 }
 
 void add_warnings(Draft& draft) {
-  const double weight = draft.mechanism().gravity.norm();
+  const double weight = draft.study.mechanism.gravity.norm();
   if (draft.units.factor(dimension::acceleration) != 1 &&
       std::abs(weight / draft.units.factor(dimension::acceleration) - 9.81) < 0.02)
     draft.study.warnings.push_back(
         "gravity: 9.81 in the spec's units is not the earth's gravity; in millimetres it would be 9810");
 }
 
-/// Takes out what is going to be read again; single values are replaced anyway.
-void clear_open_parts(const std::set<std::string>& open, Study& study) {
-  Mechanism& mechanism = study.mechanism;
-  const auto clear = [&](const char* name, auto& part) {
-    if (open.count(name) > 0) part.clear();
-  };
-  clear("bodies", mechanism.bodies);
-  clear("joints", mechanism.joints);
-  clear("couplings", mechanism.couplings);
-  clear("actuators", mechanism.actuators);
-  clear("counterweights", mechanism.attachments);
-  clear("discs", mechanism.discs);
-  clear("loads", mechanism.loads);
-  clear("springs", mechanism.springs);
-  clear("friction", mechanism.friction);
-  clear("motion", study.trajectories);
-}
-
-}  // namespace
-
-namespace {
+/// Expressions at the values that they were read with.
+double value_of(const Expression& expression) { return expression.value(); }
 
 /// Everything, with what is wrong thrown.
 void read_all(const Node& root, const Parameters::Overrides& overrides, Draft& draft) {
@@ -134,16 +113,19 @@ void read_all(const Node& root, const Parameters::Overrides& overrides, Draft& d
   read_frame(sections, overrides, draft);
   draft.mechanism().name = visible(std::filesystem::path(draft.study.spec_file).stem().string());
   read_mechanism(sections, draft);
+  draft.study.mechanism = converted<double>(draft.mechanism(), value_of);
   draft.mechanism_is_right = draft.problems.none();
   read_trajectories(sections["motion"], sections["trajectories"], draft);
+  for (const auto& trajectory : draft.trajectories())
+    draft.study.trajectories.push_back(converted<double>(trajectory, value_of));
   read_controllers(sections["controllers"], root, overrides, draft);
   if (const Cursor* design = sections["design"]) read_design(*design, draft);
 }
 
 /// @param root parsed here if it is not there yet
-void read_document(const std::string& text, const Node* root, Node& parsed, const Parameters::Overrides& overrides,
-                   Draft& draft) {
+void read_document(const std::string& text, const Node* root, const Parameters::Overrides& overrides, Draft& draft) {
   draft.study.spec_text = text;
+  Node parsed;
   try {
     if (root == nullptr) parsed = parse_yaml(text, draft.problems);
     read_all(root == nullptr ? parsed : *root, overrides, draft);
@@ -160,28 +142,14 @@ void read_document(const std::string& text, const Node* root, Node& parsed, cons
 Study read_start(const std::string& text, const Node* root, const std::string& file_name,
                  const Parameters::Overrides& overrides) {
   Draft draft(file_name);
-  Node parsed;
-  read_document(text, root, parsed, overrides, draft);
+  read_document(text, root, overrides, draft);
   return std::move(draft.study);
 }
 
-Reading read_first(const std::string& text, const std::string& file_name, const Parameters::Overrides& overrides) {
+Reading read_study(const std::string& text, const std::string& file_name, const Parameters::Overrides& overrides) {
   Draft draft(file_name);
-  Reading reading;
-  reading.overrides = overrides;
-  read_document(text, nullptr, reading.root, overrides, draft);
-  reading.tables = std::move(draft.tables);
-  reading.start = std::move(draft.study);
-  for (std::size_t i = 0; i < reading.start.free_numbers.size(); ++i)
-    reading.free_index[reading.start.free_numbers[i].path] = static_cast<Eigen::Index>(i);
-  reading.open = find_open_parts(reading.root, overrides);
-  for (const auto& [expression, value] : draft.parameters.calculated()) {
-    const auto names = names_in(expression).values;
-    if (std::none_of(names.begin(), names.end(),
-                     [&](const std::string& name) { return reading.open.parameters.count(name) > 0; }))
-      reading.constants[expression] = value;
-  }
-  return reading;
+  read_document(text, nullptr, overrides, draft);
+  return {std::move(draft.study), std::move(draft.recording)};
 }
 
 Mechanism read_mechanism_alone(const Node& root, const std::string& file_name, const Parameters::Overrides& overrides) {
@@ -191,24 +159,7 @@ Mechanism read_mechanism_alone(const Node& root, const std::string& file_name, c
   draft.mechanism().name = visible(std::filesystem::path(file_name).stem().string());
   read_mechanism(sections, draft);
   draft.problems.throw_all();
-  return std::move(draft.study.mechanism);
-}
-
-Study read_again(const Reading& reading, const VectorX& x) {
-  Draft draft(reading.start.spec_file);
-  draft.study = reading.start;
-  if (reading.open.sections.empty()) return std::move(draft.study);
-  const FreeValues values(reading.free_index, x, reading.constants);
-  draft.given = &values;
-  draft.known_tables = &reading.tables;
-  draft.open = &reading.open.sections;
-  const Sections sections(Cursor(reading.root, "", draft.problems));
-  read_frame(sections, reading.overrides, draft);
-  clear_open_parts(reading.open.sections, draft.study);
-  read_mechanism(sections, draft);
-  if (draft.is_read("motion")) read_trajectories(sections["motion"], sections["trajectories"], draft);
-  draft.problems.throw_all();
-  return std::move(draft.study);
+  return converted<double>(draft.mechanism(), value_of);
 }
 
 }  // namespace balance::read

@@ -27,14 +27,14 @@ struct CouplingText {
   std::optional<int> follower, leader;
 };
 
-bool read_ratio(const CouplingText& text, Draft& draft, Coupling& coupling) {
+bool read_ratio(const CouplingText& text, Draft& draft, CouplingOf<Expression>& coupling) {
   const auto& coordinates = draft.mechanism().coordinates;
   const auto unit = [&](std::optional<int> c) {
     return c ? dimension_of(coordinates[static_cast<std::size_t>(*c)].kind) : dimension::none;
   };
   const bool ratio = !text.ratio || draft.problems.guard([&] {
     coupling.ratio = read_number(*text.ratio, draft, unit(text.follower) / unit(text.leader));
-    if (draft.judging() && coupling.ratio == 0 && text.ratio->is_scalar())
+    if (coupling.ratio.value() == 0 && text.ratio->is_scalar())
       text.ratio->fail({.expected = "a ratio other than 0 (a joint that does not move is 'fixed')", .found = "0"});
   });
   const bool offset = !text.offset || draft.problems.guard([&] {
@@ -44,7 +44,7 @@ bool read_ratio(const CouplingText& text, Draft& draft, Coupling& coupling) {
 }
 
 void read_coupling(const Cursor& at, Draft& draft, Leaders& leaders) {
-  Mechanism& mechanism = draft.mechanism();
+  auto& mechanism = draft.mechanism();
   CouplingText text;
   const bool read =
       read_fields(at, "a coupling {joint, follows, ratio}",
@@ -56,7 +56,7 @@ void read_coupling(const Cursor& at, Draft& draft, Leaders& leaders) {
                    {"follows", Need::required, [&](const Cursor& c) { text.leader = read_coordinate(c, draft); }},
                    {"ratio", Need::required, [&](const Cursor& c) { text.ratio = c; }},
                    {"offset", Need::optional, [&](const Cursor& c) { text.offset = c; }}});
-  Coupling coupling;
+  CouplingOf<Expression> coupling;
   if (!read_ratio(text, draft, coupling) || !read) return;
   coupling.follower = *text.follower;
   coupling.leader = *text.leader;
@@ -101,7 +101,7 @@ void read_tool(const Cursor& section, Draft& draft) {
   draft.problems.guard([&] {
     const PointReference point = read_reference(section, draft);
     if (point.body == ground) section.fail({.expected = "a point of a moving body", .found = section.found()});
-    draft.mechanism().tool = Tool{point.body, point.name, point.position};
+    draft.mechanism().tool = ToolOf<Expression>{point.body, point.name, point.position};
   });
 }
 

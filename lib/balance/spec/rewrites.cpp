@@ -15,8 +15,8 @@ namespace {
 class Rewriter {
  public:
   Rewriter(const Node& root, Draft& draft) : root_(root), draft_(draft), source_(draft.study.spec_text) {
-    for (const FoundFreeNumber& free : draft.parameters.free_numbers()) free_[free.node] = &free.number;
-    for (const FoundFreeNumber& free : draft.free_numbers) free_[free.node] = &free.number;
+    for (const FoundFreeNumber& free : draft.parameters.free_numbers()) free_[free.node] = &free;
+    for (const FoundFreeNumber& free : draft.free_numbers) free_[free.node] = &free;
     for (const auto& [node, text] : draft.parameters.overridden()) overridden_[node] = as_scalar(text);
   }
 
@@ -67,10 +67,12 @@ class Rewriter {
   /// The number's index in the study, or the text of the override.
   Rewrite content_of(const Node& node, Span span) {
     if (const auto text = overridden_.find(&node); text != overridden_.end()) return {0, 0, text->second, -1};
-    FreeNumber number = *free_.at(&node);
+    const FoundFreeNumber& found = *free_.at(&node);
+    FreeNumber number = found.number;
     number.begin = span.begin;
     number.end = span.end;
     draft_.study.free_numbers.push_back(number);
+    draft_.recording->free.push_back(draft_.recording->input_of(found.input));
     return {0, 0, "", static_cast<int>(draft_.study.free_numbers.size()) - 1};
   }
 
@@ -109,7 +111,7 @@ class Rewriter {
   const Node& root_;
   Draft& draft_;
   SourceText source_;
-  std::unordered_map<const Node*, const FreeNumber*> free_;
+  std::unordered_map<const Node*, const FoundFreeNumber*> free_;
   std::unordered_map<const Node*, std::string> overridden_;
   std::vector<const Node*> aliases_;  ///< that may stay
   std::vector<int> open_anchors_;

@@ -25,7 +25,7 @@ Dimension dimension_of_unit(const std::string& unit) {
 }
 
 /// A number that is never free: the law is no part of a design.
-double read_bound(const Cursor& at, Draft& draft, Dimension dimension, Sign sign) {
+Expression read_bound(const Cursor& at, Draft& draft, Dimension dimension, Sign sign) {
   if (!at.is_scalar()) at.expected("a number or an expression");
   return read_number(at, draft, dimension, sign);
 }
@@ -45,7 +45,7 @@ std::vector<LimitedQuantity> find_quantities(const Cursor& at, const std::string
   expected_one_of(at, "a quantity that a law can limit", limited_names(draft.study.mechanism));
 }
 
-void read_limits(const Cursor& at, Draft& draft, Trajectory& trajectory) {
+void read_limits(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory) {
   for (const Member& member : members(at, "a mapping of quantities to limits"))
     at.problems().guard([&] {
       const auto quantities = find_quantities(member.key, member.name, draft);
@@ -56,10 +56,10 @@ void read_limits(const Cursor& at, Draft& draft, Trajectory& trajectory) {
 }
 
 /// Of the point along the path; where coordinates are driven the root of the sum of their squared rates.
-Dimension speed_dimension(const Cursor& at, const Trajectory& trajectory, const Draft& draft) {
+Dimension speed_dimension(const Cursor& at, const TrajectoryOf<Expression>& trajectory, const Draft& draft) {
   if (trajectory.drive != DriveKind::joints) return dimension::length / dimension::time;
   bool turns = false, slides = false;
-  for (const CoordinateValue& value : trajectory.from.joints) {
+  for (const auto& value : trajectory.from.joints) {
     const auto c = static_cast<std::size_t>(value.coordinate);
     (draft.study.mechanism.coordinates[c].kind == CoordinateKind::angle ? turns : slides) = true;
   }
@@ -68,7 +68,7 @@ Dimension speed_dimension(const Cursor& at, const Trajectory& trajectory, const 
   return (slides ? dimension::length : dimension::angle) / dimension::time;
 }
 
-void read_speeds(const Cursor& at, Draft& draft, Trajectory& trajectory) {
+void read_speeds(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory) {
   const Dimension dimension = speed_dimension(at, trajectory, draft);
   const auto both = at.items("[speed at the start, speed at the end]", 2);
   trajectory.start_speed = read_bound(both[0], draft, dimension, Sign::not_negative);
@@ -77,7 +77,8 @@ void read_speeds(const Cursor& at, Draft& draft, Trajectory& trajectory) {
 
 }  // namespace
 
-void read_searched_law(const Cursor& at, const SearchedLawText& text, Draft& draft, Trajectory& trajectory) {
+void read_searched_law(const Cursor& at, const SearchedLawText& text, Draft& draft,
+                       TrajectoryOf<Expression>& trajectory) {
   const LawKind law = trajectory.law.kind;
   if (!is_searched(law)) {
     for (const auto& one : {text.limits, text.of, text.speeds})

@@ -14,6 +14,7 @@ struct SearchedLawText {
 
 /// Into the trajectory, whose law and drive are known. Fails if the law needs what is missing or is none that may say it.
 /// @param at the trajectory
-void read_searched_law(const Cursor& at, const SearchedLawText& text, Draft& draft, Trajectory& trajectory);
+void read_searched_law(const Cursor& at, const SearchedLawText& text, Draft& draft,
+                       TrajectoryOf<Expression>& trajectory);
 
 }  // namespace balance::read

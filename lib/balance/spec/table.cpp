@@ -80,7 +80,7 @@ TimeTable in_si(const RawTable& raw, const Draft& draft, const std::vector<Colum
     if (place >= 0) table.columns.push_back(place);
   }
   for (const std::vector<double>& numbers : raw.rows) {
-    std::vector<double> row;
+    std::vector<Expression> row;
     row.reserve(table.columns.size());
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       const double value = numbers[i] * units[i];
@@ -98,12 +98,11 @@ TimeTable in_si(const RawTable& raw, const Draft& draft, const std::vector<Colum
 
 }  // namespace
 
-void check_times(const Cursor& at, const std::vector<double>& time, const Draft& draft) {
-  if (!draft.judging()) return;
+void check_times(const Cursor& at, const std::vector<Expression>& time) {
   for (std::size_t i = 1; i < time.size(); ++i)
-    if (!(time[i] > time[i - 1]))
+    if (!(time[i].value() > time[i - 1].value()))
       at.fail({.expected = "increasing times",
-               .found = fmt::format("{:.9g} s after {:.9g} s in row {}", time[i], time[i - 1], i + 1)});
+               .found = fmt::format("{:.9g} s after {:.9g} s in row {}", time[i].value(), time[i - 1].value(), i + 1)});
 }
 
 TimeTable read_inline_table(const Cursor& at, Draft& draft, const std::vector<Column>& columns) {
@@ -114,7 +113,7 @@ TimeTable read_inline_table(const Cursor& at, Draft& draft, const std::vector<Co
     table.columns.push_back(static_cast<int>(i));
   }
   read_each(at.items("a list of rows"), [&](const Cursor& row) {
-    std::vector<double> numbers;
+    std::vector<Expression> numbers;
     read_each(row.items(what + "]", columns.size() + 1), [&](const Cursor& item) {
       const std::size_t i = numbers.size();
       numbers.push_back(read_number(item, draft, i == 0 ? dimension::time : columns[i - 1].dimension));
@@ -123,18 +122,17 @@ TimeTable read_inline_table(const Cursor& at, Draft& draft, const std::vector<Co
     table.values.emplace_back(numbers.begin() + 1, numbers.end());
   });
   if (table.time.empty()) at.expected("at least one row");
-  check_times(at, table.time, draft);
+  check_times(at, table.time);
   return table;
 }
 
 TimeTable read_table_file(const Cursor& at, Draft& draft, const std::vector<Column>& possible) {
-  if (draft.known_tables != nullptr) return draft.known_tables->at(at.path());
   const std::filesystem::path path = find_file(at, draft);
   try {
     TimeTable table = in_si(load(path, names_of(possible)), draft, possible);
     if (table.time.empty()) throw TableError("expected at least one row of numbers, found none");
-    check_times(at, table.time, draft);
-    return draft.tables[at.path()] = std::move(table);
+    check_times(at, table.time);
+    return table;
   } catch (const TableError& wrong) {
     at.fail({.message = visible(path.string()) + ": " + wrong.what(),
              .expected = fmt::format("a table with 'time' and some of {}", listed(names_of(possible), "and")),

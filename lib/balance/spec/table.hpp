@@ -18,12 +18,11 @@ struct Column {
 
 /// `[[t, …], …]`, each row a time and one number per column. Fails unless the times increase.
 TimeTable read_inline_table(const Cursor& at, Draft& draft, const std::vector<Column>& columns);
-/// A file beside the spec with a column `time` and some of the possible columns, in any order, in the spec's units. Read once for
-/// all values of the free numbers.
+/// A file beside the spec with a column `time` and some of the possible columns, in any order, in the spec's units.
 TimeTable read_table_file(const Cursor& at, Draft& draft, const std::vector<Column>& possible);
 
-/// Throws a Problem at `at` unless the times increase or nothing is judged.
-void check_times(const Cursor& at, const std::vector<double>& time, const Draft& draft);
+/// Throws a Problem at `at` unless the times increase.
+void check_times(const Cursor& at, const std::vector<Expression>& time);
 
 /// What a file holds, in the file's units.
 struct RawTable {

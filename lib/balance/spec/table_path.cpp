@@ -1,5 +1,5 @@
 #include "balance/base/nearest.hpp"
-#include "balance/base/rotation.hpp"
+#include "balance/spec/directions.hpp"
 #include "balance/spec/path.hpp"
 #include "balance/spec/table.hpp"
 
@@ -21,15 +21,15 @@ constexpr Component plane_components[]{Component::x, Component::y, Component::rz
 
 Component component_at(int column, const Draft& draft) {
   const auto i = static_cast<std::size_t>(column);
-  return draft.study.mechanism.space == SpaceKind::planar ? plane_components[i] : space_components[i];
+  return draft.planar() ? plane_components[i] : space_components[i];
 }
 
 /// What a table may prescribe.
 std::vector<Column> possible_columns(const Draft& draft, DriveKind drive) {
-  const bool planar = draft.study.mechanism.space == SpaceKind::planar;
+  const bool planar = draft.planar();
   std::vector<Column> columns;
   if (drive == DriveKind::joints) {
-    for (const Coordinate& c : draft.study.mechanism.coordinates) columns.push_back({c.name, dimension_of(c.kind)});
+    for (const Coordinate& c : draft.mechanism().coordinates) columns.push_back({c.name, dimension_of(c.kind)});
     return columns;
   }
   columns = {{"x", dimension::length}, {"y", dimension::length}};
@@ -43,10 +43,10 @@ std::vector<Column> possible_columns(const Draft& draft, DriveKind drive) {
 }
 
 /// The pose that one row of the table prescribes.
-PoseTarget pose_of(const std::vector<double>& row, const std::vector<int>& columns, const Draft& draft,
-                   DriveKind drive) {
-  PoseTarget pose;
-  Vector3 position = Vector3::Zero(), turn = Vector3::Zero();
+PoseTargetOf<Expression> pose_of(const std::vector<Expression>& row, const std::vector<int>& columns,
+                                 const Draft& draft, DriveKind drive) {
+  PoseTargetOf<Expression> pose;
+  Vector3E position = Vector3E::Zero(), turn = Vector3E::Zero();
   bool moves = false, turns = false;
   for (std::size_t i = 0; i < row.size(); ++i) {
     if (drive == DriveKind::joints) {
@@ -58,14 +58,14 @@ PoseTarget pose_of(const std::vector<double>& row, const std::vector<int>& colum
     (component < 3 ? position : turn)[component % 3] = row[i];
   }
   if (moves) (drive == DriveKind::tool ? pose.tool : pose.com) = position;
-  if (turns && draft.study.mechanism.space == SpaceKind::planar)
+  if (turns && draft.planar())
     pose.angle = turn[2];
   else if (turns)
     pose.orientation = rotation_from_vector(turn);
   return pose;
 }
 
-void take_table(const Cursor& at, const TimeTable& table, Draft& draft, Trajectory& trajectory) {
+void take_table(const Cursor& at, const TimeTable& table, Draft& draft, TrajectoryOf<Expression>& trajectory) {
   if (table.time.size() < fewest_rows)
     at.fail({.expected = fmt::format("at least {} rows", fewest_rows), .found = fmt::format("{}", table.time.size())});
   const auto possible = possible_columns(draft, trajectory.drive);
@@ -80,8 +80,8 @@ void take_table(const Cursor& at, const TimeTable& table, Draft& draft, Trajecto
   trajectory.from = pose_of(table.values.front(), table.columns, draft, trajectory.drive);
   trajectory.to = pose_of(table.values.back(), table.columns, draft, trajectory.drive);
   trajectory.duration = table.time.back() - table.time.front();
-  check_duration(at, trajectory.duration, draft);
-  trajectory.path = TablePath{table.time, table.values};
+  check_duration(at, trajectory.duration.value());
+  trajectory.path = TablePathOf<Expression>{table.time, table.values};
 }
 
 /// The columns in the order of Component, as the drive expects them. A file may have them in any order.
@@ -101,20 +101,20 @@ TimeTable sorted(TimeTable table) {
 
 /// The columns of a table in the spec, where it does not name them.
 std::vector<int> default_columns(const Cursor& table, std::size_t count, const Draft& draft,
-                                 const Trajectory& trajectory) {
+                                 const TrajectoryOf<Expression>& trajectory) {
   std::vector<int> columns;
   if (trajectory.drive == DriveKind::joints) {
-    for (const CoordinateValue& value : trajectory.from.joints) columns.push_back(value.coordinate);
-    if (columns.empty()) columns = draft.study.mechanism.actuators;
+    for (const auto& value : trajectory.from.joints) columns.push_back(value.coordinate);
+    if (columns.empty()) columns = draft.mechanism().actuators;
   } else if (!trajectory.components.empty()) {
     for (const Component c : trajectory.components) {
       const int space = static_cast<int>(c);
-      columns.push_back(draft.study.mechanism.space == SpaceKind::planar && c == Component::rz ? 2 : space);
+      columns.push_back(draft.planar() && c == Component::rz ? 2 : space);
     }
   } else {
     const std::size_t most = possible_columns(draft, trajectory.drive).size();
     const bool positions_only = trajectory.drive == DriveKind::com || count < most;
-    columns.resize(positions_only ? (draft.study.mechanism.space == SpaceKind::planar ? 2 : 3) : most);
+    columns.resize(positions_only ? (draft.planar() ? 2 : 3) : most);
     std::iota(columns.begin(), columns.end(), 0);
   }
   if (columns.empty()) table.fail({.expected = "'columns: […]' to name the table's columns", .found = "none"});
@@ -137,7 +137,8 @@ std::vector<int> read_columns(const Cursor& at, const std::vector<Column>& possi
 
 }  // namespace
 
-void read_table_path(const Cursor& at, const std::optional<Cursor>& columns, Draft& draft, Trajectory& trajectory) {
+void read_table_path(const Cursor& at, const std::optional<Cursor>& columns, Draft& draft,
+                     TrajectoryOf<Expression>& trajectory) {
   const auto rows = at.items("a list of rows [time, …]");
   if (rows.empty()) at.expected("a list of rows [time, …]");
   const auto possible = possible_columns(draft, trajectory.drive);
@@ -152,7 +153,7 @@ void read_table_path(const Cursor& at, const std::optional<Cursor>& columns, Dra
   take_table(at, order_given ? table : sorted(std::move(table)), draft, trajectory);
 }
 
-void read_file_path(const Cursor& file, Draft& draft, Trajectory& trajectory) {
+void read_file_path(const Cursor& file, Draft& draft, TrajectoryOf<Expression>& trajectory) {
   const auto possible = possible_columns(draft, trajectory.drive);
   TimeTable table = read_table_file(file, draft, possible);
   take_table(file, sorted(std::move(table)), draft, trajectory);

@@ -18,11 +18,11 @@ namespace {
 /// What both `motion` and a trajectory may say.
 struct Timing {
   bool duration_given = false;  ///< rightly or wrongly
-  std::optional<double> duration;
+  std::optional<Expression> duration;
   std::optional<long> samples;
-  std::optional<PoseTarget> from, to;
+  std::optional<PoseTargetOf<Expression>> from, to;
   std::optional<Cursor> from_at, to_at;
-  std::optional<Vector3> about;
+  std::optional<Vector3E> about;
 };
 
 std::vector<Field> timing_fields(Timing& timing, Draft& draft) {
@@ -46,7 +46,7 @@ std::vector<Field> timing_fields(Timing& timing, Draft& draft) {
 }
 
 std::vector<Component> read_components(const Cursor& at, const Draft& draft, DriveKind drive) {
-  const bool planar = draft.study.mechanism.space == SpaceKind::planar;
+  const bool planar = draft.planar();
   using enum Component;
   if (drive == DriveKind::joints)
     at.fail({.expected = "no 'components' with 'drive: joints', which names its coordinates itself"});
@@ -72,7 +72,7 @@ struct TrajectoryText {
   SearchedLawText searched;
 };
 
-void read_remaining(const Cursor& at, Draft& draft, Trajectory& trajectory) {
+void read_remaining(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory) {
   if (trajectory.drive == DriveKind::joints)
     at.fail({.expected = "no 'remaining' with 'drive: joints', which names its coordinates itself"});
   read_each(at.items("a list of joint coordinates"), [&](const Cursor& item) {
@@ -89,7 +89,7 @@ Cursor place_of(const std::optional<Cursor>& own, const std::optional<Cursor>& s
 }
 
 /// A pose may be told in other quantities than the drive's: it is found, and the drive's are measured there.
-bool told_otherwise(const PoseTarget& pose, DriveKind drive) {
+bool told_otherwise(const PoseTargetOf<Expression>& pose, DriveKind drive) {
   const bool by_joints = !pose.joints.empty(), by_place = pose.tool || pose.com;
   return drive == DriveKind::joints ? !by_joints && by_place
                                     : drive == DriveKind::tool && !pose.tool && (by_joints || pose.com);
@@ -102,7 +102,7 @@ struct Assembly {
   const Timing& own;
   const Timing& shared;
   Draft& draft;
-  Trajectory& trajectory;
+  TrajectoryOf<Expression>& trajectory;
 
   const Cursor* path() const { return text.path ? &*text.path : nullptr; }
   bool by_table() const { return text.path && is_table(*text.path); }
@@ -118,7 +118,7 @@ struct Assembly {
 
 void read_poses(const Assembly& a) {
   const Timing &own = a.own, &shared = a.shared;
-  Trajectory& trajectory = a.trajectory;
+  TrajectoryOf<Expression>& trajectory = a.trajectory;
   const Cursor* path = a.path();
   if (a.unread("from", own.from_at.has_value(), shared.from_at.has_value())) throw Consequence();
   if (a.unread("to", own.to_at.has_value(), shared.to_at.has_value()) && needs_end(path)) throw Consequence();
@@ -170,9 +170,9 @@ void read_timing(const Assembly& a) {
     a.at.fail({.expected = "no 'duration' with the law 'fastest', which finds it"});
   const auto duration = a.own.duration ? a.own.duration : a.shared.duration;
   const bool unread = a.unread("duration", a.own.duration_given, a.shared.duration_given);
-  a.trajectory.duration = duration.value_or(unread ? std::numeric_limits<double>::infinity() : 1);
+  a.trajectory.duration = duration.value_or(unread ? std::numeric_limits<double>::infinity() : 1.0);
   a.trajectory.samples = a.own.samples.value_or(a.shared.samples.value_or(a.trajectory.samples));
-  a.trajectory.about = a.own.about.value_or(a.shared.about.value_or(Vector3::Zero()));
+  a.trajectory.about = a.own.about.value_or(a.shared.about.value_or(Vector3E::Zero()));
   if (unread || duration || law == LawKind::fastest || (a.by_table() && law != LawKind::gentlest)) return;
   a.trajectory.duration = std::numeric_limits<double>::infinity();
   a.at.fail({.kind = "missing key", .expected = "'duration' here or in 'motion'", .found = "none"});
@@ -198,7 +198,7 @@ void put_together(const Assembly& a) {
 }
 
 void read_trajectory(const Member& member, const Timing& shared, Draft& draft) {
-  Trajectory trajectory;
+  TrajectoryOf<Expression> trajectory;
   trajectory.name = member.name;
   TrajectoryText text;
   Timing own;
@@ -218,16 +218,17 @@ void read_trajectory(const Member& member, const Timing& shared, Draft& draft) {
   read_fields(member.value, "a trajectory {law, drive}", fields);
   if (member.value.is_map()) put_together({member.value, text, own, shared, draft, trajectory});
   // Even if it is wrong its name is known.
-  draft.study.trajectories.push_back(std::move(trajectory));
+  draft.trajectories().push_back(std::move(trajectory));
 }
 
 /// `cycloid` and `bang-bang` exist whenever `motion` says from where to where. What they drive is what it says.
 void add_built_in(const Cursor& motion, const Timing& timing, const char* name, LawKind law, Draft& draft) {
-  const auto& known = draft.study.trajectories;
-  if (std::any_of(known.begin(), known.end(), [&](const Trajectory& t) { return t.name == name; })) return;
-  const PoseTarget& from = *timing.from;
-  PoseTarget to = *timing.to;
-  Trajectory trajectory;
+  const auto& known = draft.trajectories();
+  if (std::any_of(known.begin(), known.end(), [&](const TrajectoryOf<Expression>& t) { return t.name == name; }))
+    return;
+  const PoseTargetOf<Expression>& from = *timing.from;
+  PoseTargetOf<Expression> to = *timing.to;
+  TrajectoryOf<Expression> trajectory;
   trajectory.name = name;
   trajectory.law.kind = law;
   const bool by_tool = from.tool && to.tool;
@@ -243,8 +244,8 @@ void add_built_in(const Cursor& motion, const Timing& timing, const char* name, 
   trajectory.to = to;
   trajectory.duration = *timing.duration;
   trajectory.samples = timing.samples.value_or(trajectory.samples);
-  trajectory.about = timing.about.value_or(Vector3::Zero());
-  draft.study.trajectories.push_back(std::move(trajectory));
+  trajectory.about = timing.about.value_or(Vector3E::Zero());
+  draft.trajectories().push_back(std::move(trajectory));
 }
 
 /// Without declared trajectories a motion must say from where to where.
@@ -271,7 +272,7 @@ void read_trajectories(const Cursor* motion, const Cursor* trajectories, Draft& 
   }
   if (motion == nullptr) return;
   const bool known = read && problems.guard([&] {
-    const bool declared = !draft.study.trajectories.empty();
+    const bool declared = !draft.trajectories().empty();
     if (!declared) need_ends(*motion, shared);
     if (!shared.from || !shared.to) return;
     // A motion that only serves declared trajectories need not carry the built-in ones.

@@ -1,17 +1,41 @@
 #pragma once
 /// A spec with its free numbers still free.
 
+#include "balance/study/parametric.hpp"
+#include "balance/study/recording.hpp"
 #include "balance/study/study.hpp"
 
-#include <functional>
+#include <memory>
 
 namespace balance {
 
+/// What a trial of a design looks at.
+struct Trial {
+  Mechanism mechanism;
+  std::vector<Trajectory> trajectories;
+};
+
 struct DesignSpace {
   Study start;  ///< at the start values, complete and validated
-  /// The same study with other values of start.free_numbers (SI, in that order). Not checked for physical sense (a mass may
-  /// be zero); everything else is as when the spec was read. Pure: may be called in any order.
-  std::function<Study(const VectorX& x)> at;
+  std::shared_ptr<const Recording> recording;
+  std::vector<double> inputs;  ///< of the recording; those of free numbers are replaced
+  std::vector<int> free;       ///< per start.free_numbers: its input
+
+  DesignSpace() = default;
+  DesignSpace(Study study, std::shared_ptr<const Recording> recorded);
+
+  /// The values that start.free_numbers start at.
+  VectorX start_values() const;
+  /// Mechanism and trajectories with other values of start.free_numbers (SI, in that order). Not checked for physical sense (a mass
+  /// may be zero). A direction of no length is x, a quaternion of no length no rotation. Nothing is read for it.
+  /// @throws std::invalid_argument for a vector of another length
+  Trial trial(const VectorX& x) const;
+  /// The whole study; everything else is as when the spec was read.
+  Study at(const VectorX& x) const;
+  /// The mechanism over start.free_numbers.
+  ParametricMechanism parametric() const;
+  /// The space where only the numbers `kept` are free and the others stay at x.
+  DesignSpace held(const VectorX& x, const std::vector<int>& kept) const;
 };
 
 }  // namespace balance

@@ -1,0 +1,30 @@
+#include "balance/analysis/finite_trial.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/design/features.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace balance {
+
+Trial finite_trial(const DesignSpace& space, const VectorX& x) {
+  Trial trial = space.trial(x);
+  const Mechanism& m = trial.mechanism;
+  const auto fail = [](const char* message) {
+    Mistake mistake;
+    mistake.message = message;
+    throw SpecError(std::move(mistake));
+  };
+  const bool finite = designing::features(m, {}).allFinite() && designing::geometry(m, {}).allFinite() &&
+                      std::all_of(m.assembly.begin(), m.assembly.end(),
+                                  [](const CoordinateValue& given) { return std::isfinite(given.value); });
+  if (!finite) fail("an expression of the spec has no value with these numbers");
+  if (std::any_of(m.friction.begin(), m.friction.end(),
+                  [](const Friction& friction) { return friction.static_limit() < friction.coulomb; }))
+    fail("static friction is less than dry friction with these numbers");
+  return trial;
+}
+
+}  // namespace balance

@@ -1,0 +1,157 @@
+#include "balance/conditions/symbols.hpp"
+
+#include "balance/conditions/geometric_place.hpp"
+#include "balance/conditions/power_law.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+namespace balance {
+
+namespace {
+
+/// The expression that a geometric number is; of gravity, whose size is one, its components.
+std::vector<Expression> expressions_of(const Recording& recording, const GeometricNumber& number) {
+  const auto& mechanism = recording.mechanism;
+  if (number.places.front().kind != GeometricPlace::Kind::gravity) return {number_at(mechanism, number.places.front())};
+  std::vector<Expression> components;
+  for (const Expression& component : mechanism.gravity)
+    if (component.value() != 0) components.push_back(component);
+  return components;
+}
+
+/// How one geometric number follows one parameter.
+struct Dependence {
+  bool power = true;  ///< it follows a power of it, possibly the zeroth
+  int exponent = 0;
+};
+
+/// @param parts of the number, which follow one power together
+Dependence dependence(const std::vector<Expression>& parts, const std::vector<PowerLaw>& laws) {
+  std::optional<double> exponent;
+  for (const Expression& part : parts) {
+    const PowerLaw law = part.is_constant() ? PowerLaw{} : laws[static_cast<std::size_t>(part.node())];
+    if (!law.holds || law.exponent != exponent.value_or(law.exponent)) return {false, 0};
+    exponent = law.exponent;
+  }
+  const double whole = std::round(exponent.value_or(0));
+  return whole == exponent.value_or(0) ? Dependence{true, static_cast<int>(whole)} : Dependence{false, 0};
+}
+
+/// All numbers' dependences on one parameter.
+std::vector<Dependence> dependences_on(const Recording& recording, const Expression& parameter,
+                                       const std::vector<std::vector<Expression>>& numbers) {
+  const ExpressionNode& base = recording.graph.nodes()[static_cast<std::size_t>(parameter.node())];
+  std::vector<PowerLaw> inputs;
+  for (const double value : recording.inputs) inputs.push_back({true, 0, value});
+  if (base.operation == Operation::input) inputs[static_cast<std::size_t>(base.input)].exponent = 1;
+  const std::vector<PowerLaw> laws = evaluate(recording.graph, inputs, PowerLawAlgebra(&base));
+  std::vector<Dependence> result;
+  for (const auto& parts : numbers) result.push_back(dependence(parts, laws));
+  return result;
+}
+
+/// A number made of parameters: a small ratio times their powers.
+using Powers = std::vector<std::pair<std::size_t, int>>;
+
+class Namer {
+ public:
+  Namer(const Study& study, const Recording& recording)
+      : length_(study.units.length), numbers_(list_geometry(study.mechanism)) {
+    std::vector<std::vector<Expression>> expressions;
+    for (const GeometricNumber& number : numbers_) expressions.push_back(expressions_of(recording, number));
+    for (const NamedExpression& p : recording.parameters) {
+      if (p.value.value() == 0) continue;
+      parameters_.push_back(p);
+      dependences_.push_back(dependences_on(recording, p.value, expressions));
+    }
+  }
+
+  std::vector<Symbol> symbols() {
+    const std::size_t count = parameters_.size();
+    std::vector<Symbol> governing(count);
+    for (std::size_t p = 0; p < count; ++p) governing[p] = {parameters_[p].name, "1", parameters_[p].value.value(), {}};
+    std::vector<std::pair<std::size_t, Powers>> made;
+    for (std::size_t n = 0; n < numbers_.size(); ++n) {
+      if (numbers_[n].value == 0) continue;
+      const Powers powers = powers_of(n);
+      if (!powers.empty()) made.emplace_back(n, powers);
+    }
+    for (const auto& [n, powers] : made)
+      if (powers.size() == 1 && powers[0].second == 1) note_unit(governing[powers[0].first], numbers_[n]);
+    std::set<std::size_t> governed;
+    for (const auto& [n, powers] : made) {
+      if (!is_simple(n, powers, governing)) continue;
+      governed.insert(n);
+      for (const auto& [p, exponent] : powers) governing[p].uses.push_back({numbers_[n], exponent});
+    }
+    std::erase_if(governing, [](const Symbol& symbol) { return symbol.uses.empty(); });
+    for (std::size_t n = 0; n < numbers_.size(); ++n)
+      if (worth_a_name(numbers_[n]) && governed.count(n) == 0) governing.push_back(own_symbol(numbers_[n]));
+    return governing;
+  }
+
+ private:
+  /// Of plain parameters if they explain the number altogether; else of one expression that the number is proportional to.
+  Powers powers_of(std::size_t n) const {
+    Powers plain, expressions;
+    bool complete = true;
+    for (std::size_t p = 0; p < parameters_.size(); ++p) {
+      const Dependence& d = dependences_[p][n];
+      const bool is_plain_one = parameters_[p].plain;
+      if (!d.power && is_plain_one) complete = false;
+      if (!d.power || d.exponent == 0) continue;
+      if (is_plain_one) plain.emplace_back(p, d.exponent);
+      if (!is_plain_one && d.exponent == 1 && expressions.empty()) expressions.emplace_back(p, 1);
+    }
+    const double unit = numbers_[n].unit == "m" ? length_ : 1;
+    const auto explains = [&](const Powers& powers) {
+      double product = unit;
+      for (const auto& [p, e] : powers) product *= std::pow(parameters_[p].value.value(), e);
+      return !powers.empty() && as_small_ratio(numbers_[n].value / product).has_value();
+    };
+    if (complete && explains(plain)) return plain;
+    return explains(expressions) ? expressions : Powers{};
+  }
+
+  /// A parameter that is a length is one in SI.
+  void note_unit(Symbol& symbol, const GeometricNumber& number) const {
+    if (symbol.unit != "1") return;
+    symbol.unit = number.unit;
+    if (number.unit == "m") symbol.value *= length_;
+  }
+
+  /// Whether a number is a small ratio of its symbols in SI too.
+  bool is_simple(std::size_t n, const Powers& powers, const std::vector<Symbol>& symbols) const {
+    double product = 1;
+    for (const auto& [p, e] : powers) product *= std::pow(symbols[p].value, e);
+    return as_small_ratio(numbers_[n].value / product).has_value();
+  }
+
+  /// A ratio of one is easier to read left out.
+  static bool worth_a_name(const GeometricNumber& number) {
+    return number.value != 0 && !(number.unit == "1" && std::abs(number.value) == 1);
+  }
+
+  Symbol own_symbol(const GeometricNumber& number) const {
+    const auto taken = [&](const NamedExpression& p) { return p.name == number.label; };
+    const auto& all = parameters_;
+    const bool doubtful = std::any_of(all.begin(), all.end(), taken);
+    return {doubtful ? "gravity" : number.label, number.unit, number.value, {{number, 1}}};
+  }
+
+  double length_;                            ///< the spec's unit [m]
+  std::vector<NamedExpression> parameters_;  ///< none is zero
+  std::vector<GeometricNumber> numbers_;
+  std::vector<std::vector<Dependence>> dependences_;  ///< per parameter
+};
+
+}  // namespace
+
+std::vector<Symbol> list_symbols(const DesignSpace& space) {
+  return space.recording ? Namer(space.start, *space.recording).symbols() : own_symbols(space.start.mechanism);
+}
+
+}  // namespace balance

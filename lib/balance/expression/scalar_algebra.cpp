@@ -1,0 +1,31 @@
+#include "balance/expression/evaluation.hpp"
+
+namespace balance {
+
+Expression ScalarAlgebra<Expression>::operate(const ExpressionNode& node, const Expression& a, const Expression& b,
+                                              const Expression& c) const {
+  switch (node.operation) {
+    case Operation::constant:
+    case Operation::input: break;
+    case Operation::name: return a;
+    case Operation::add: return a + b;
+    case Operation::subtract: return a - b;
+    case Operation::multiply: return a * b;
+    case Operation::divide: return a / b;
+    case Operation::negate: return -a;
+    case Operation::power: return power(a, b);
+    case Operation::atan2: return atan2(a, b);
+    case Operation::minimum: return minimum(a, b);
+    case Operation::maximum: return maximum(a, b);
+    case Operation::less: return less(a, b);
+    case Operation::at_most: return at_most(a, b);
+    case Operation::equal: return equal(a, b);
+    case Operation::both: return both(a, b);
+    case Operation::either: return either(a, b);
+    case Operation::choose: return choose(a, b, c);
+    case Operation::function: return apply(node.function, a);
+  }
+  return {};
+}
+
+}  // namespace balance
