@@ -60,7 +60,7 @@ balance_part(reading ROOMS hdf5 spec STANDS_ON core
 balance_optimise_little(balance_reading)
 balance_part(writing ROOMS write STANDS_ON reading LINK fmt::fmt nlohmann_json::nlohmann_json OpenSSL::Crypto)
 if(NOT BALANCE_SIMULATE_ONLY)
-  balance_part(design ROOMS control conditions design cost analysis STANDS_ON core LINK fmt::fmt PkgConfig::nlopt PkgConfig::clp)
+  balance_part(design ROOMS control conditions design cost analysis STANDS_ON core gradients LINK fmt::fmt PkgConfig::nlopt PkgConfig::clp)
   target_include_directories(balance_design SYSTEM PRIVATE ${Boost_INCLUDE_DIRS}) # headers only: Odeint
   balance_part(comparing ROOMS compare read present batch STANDS_ON design writing LINK fmt::fmt nlohmann_json::nlohmann_json)
   balance_part(importing ROOMS import STANDS_ON design reading LINK fmt::fmt pugixml::pugixml)

@@ -27,6 +27,7 @@ set(balance_public_design
     analysis/check.hpp
     analysis/control.hpp
     analysis/design_study.hpp
+    analysis/figure_gradient.hpp
     analysis/verify.hpp
     conditions/conditions.hpp
     conditions/latex.hpp
