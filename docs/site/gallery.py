@@ -56,14 +56,29 @@ def page(program, spec, folder, drawn):
     return name or spec.stem
 
 
+def packages():
+    return os.environ.get("PAGE_PACKAGES", str(ROOT / "build/release/web"))
+
+
+def browser():
+    return os.environ.get("CHROMIUM") or shutil.which("chromium")
+
+
+def lacking():
+    """What drawing takes and is not there; nothing if all is."""
+    if not browser() or not shutil.which("node"):
+        return "drawing takes node and Chromium; scripts/setup installs them, --without-pictures does without"
+    if not (pathlib.Path(packages()) / "node_modules/playwright-core").is_dir():
+        return f"drawing takes the packages of the page's tests, which are not in {packages()}; --without-pictures does without"
+    return ""
+
+
 def draw(program, specs, folder, pages):
     """Pictures into `folder`, pages of `balance report` into `pages`. The mechanisms that were drawn."""
-    packages = os.environ.get("PAGE_PACKAGES", str(ROOT / "build/release/web"))
-    chromium = os.environ.get("CHROMIUM") or shutil.which("chromium")
     pages.mkdir(parents=True)
     for spec in specs:
         subprocess.run([program, "report", str(spec), "-o", str(pages / f"{spec.stem}.html"), "--quiet"], check=True)
-    environment = {**os.environ, "PAGE_PACKAGES": packages, "CHROMIUM": chromium or ""}
+    environment = {**os.environ, "PAGE_PACKAGES": packages(), "CHROMIUM": browser()}
     with tempfile.TemporaryDirectory() as home:
         subprocess.run(["node", str(ROOT / "docs/site/pictures.mjs"), str(pages), str(folder)], check=True, env={**environment, "HOME": home})
 

@@ -42,6 +42,17 @@ class Site(unittest.TestCase):
                 self.assertGreater((html / f"_images/{name}.png").stat().st_size, 5000)
                 self.assertTrue((html / f"gallery/pages/{name}.html").is_file())
 
+    def test_what_cannot_be_built_is_told(self):
+        site = [str(ROOT / "scripts/site"), "--folder", str(self.folder)]
+        for options, surroundings, code, said in (
+                (["--without-pictures", "--only", "four-bar,nothing"], {}, 2, "site: there is no configs/nothing.yaml"),
+                ([], {"BALANCE": "/nowhere/balance"}, 5, "site: there is no /nowhere/balance; scripts/demo builds it"),
+                ([], {"PAGE_PACKAGES": "/nowhere", "CHROMIUM": "/bin/true"}, 5, "site: drawing takes ")):
+            done = subprocess.run([*site, *options], capture_output=True, text=True, check=False, env={**os.environ, **surroundings})
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertTrue(done.stderr.startswith(said), done.stderr)
+        self.assertEqual(list(self.folder.iterdir()), [])
+
     def test_a_link_that_leads_nowhere_is_found(self):
         (self.folder / "styles").mkdir()
         (self.folder / "styles/own.css").write_text("a { background: url(missing.png) } b { background: url(own.css) }", encoding="utf-8")
