@@ -1,5 +1,7 @@
 #include "specs.hpp"
 
+#include "balance/write/balanced_spec.hpp"
+
 #include <cmath>
 #include <numbers>
 
@@ -113,6 +115,42 @@ TEST_CASE("components and remaining coordinates are read in their order") {
   CHECK(line("law: cubic, drive: tool, components: [y, angle]").components ==
         std::vector<Component>{Component::y, Component::rz});
   CHECK(line("law: cubic, drive: com, remaining: [J2, D.slide]").remaining == std::vector<int>{1, 2});
+}
+
+TEST_CASE("remaining quantities have courses of their own") {
+  const Trajectory t = line("law: cubic, drive: com, remaining: {J2: line, angle: {spline: [0.1, l], jump: true}}");
+  CHECK(t.remaining == std::vector<int>{1});
+  CHECK(t.remaining_angle);
+  REQUIRE(t.courses.size() == 1);
+  CHECK(t.courses[0].coordinate == -1);
+  const auto& spline = std::get<AddedSpline>(t.courses[0].kind);
+  CHECK(spline.coefficients == std::vector<double>{0.1, 0.5});
+  CHECK(spline.jump);
+  CHECK(spline.over_time);
+  const Trajectory kept = line("law: cubic, drive: com, remaining: {D.slide: {momentum: zero}}");
+  CHECK(std::holds_alternative<KeptMomentum>(kept.courses.at(0).kind));
+}
+
+TEST_CASE("free coefficients are a list of free numbers, and are written as one") {
+  const std::string text = specs::with(
+      specs::planar, "law: cubic, drive: tool",
+      "law: cubic, drive: com, remaining: {angle: {spline: {free: [-1, 1], knots: 3, start: 0.5}, jump: true}}");
+  const Study study = specs::read(text);
+  std::vector<std::string> paths;
+  for (const FreeNumber& number : study.free_numbers) paths.push_back(number.path);
+  REQUIRE(paths.size() == 5);  // and the counterweight's mass
+  CHECK(paths[0] == "trajectories.line.remaining.angle.spline[0]");
+  CHECK(paths[3] == "trajectories.line.remaining.angle.spline[3]");
+  CHECK(std::get<AddedSpline>(study.trajectories[0].courses[0].kind).coefficients == std::vector<double>(4, 0.5));
+  VectorX x(5);
+  x << 0.1, 0.2, 0.3, 0.4, 2;
+  const std::string written = balanced_spec(study, x);
+  CHECK(written.find("remaining: {angle: {spline: [0.1, 0.2, 0.3, 0.4], jump: true}}") != std::string::npos);
+}
+
+TEST_CASE("turns say where the one driven joint ends") {
+  const Trajectory t = line("law: cubic, drive: joints, turns: 2, from: {joints: {J1: 0.5}}");
+  CHECK(t.to.joints.at(0).value == doctest::Approx(0.5 + 4 * std::numbers::pi).epsilon(1e-15));
 }
 
 TEST_CASE("a table brings its own times, poses and components") {

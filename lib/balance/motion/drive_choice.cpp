@@ -67,7 +67,7 @@ Trajectory with_components(const Mechanism& mechanism, const Tree<Spatial>& tree
   if (!usual.quantities.mismatch.empty()) return trajectory;
   System<Spatial> closures(tree, Drive<Spatial>{});
   const VectorX scale = column_scale(tree);
-  const int asked = freedoms - static_cast<int>(trajectory.remaining.size());
+  const int asked = freedoms - remaining_values(trajectory);
   std::vector<Component> others;
   VectorX here = y, residual;
   MatrixX jacobian;

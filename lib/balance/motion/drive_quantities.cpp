@@ -8,6 +8,10 @@
 
 namespace balance {
 
+int remaining_values(const Trajectory& trajectory) {
+  return static_cast<int>(trajectory.remaining.size()) + (trajectory.remaining_angle ? 1 : 0);
+}
+
 std::vector<int> prescribed_coordinates(const Trajectory& trajectory) {
   std::vector<int> coordinates = trajectory.remaining;
   const auto add = [&](const PoseTarget& pose) {
@@ -95,7 +99,8 @@ std::vector<int> driven_joints(const Mechanism& mechanism, const Trajectory& tra
 /// Drive `com`: what is left beside the centre of mass.
 void add_remaining(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms, DriveQuantities& chosen) {
   chosen.coordinates = trajectory.remaining;
-  if (!trajectory.remaining.empty()) return;
+  chosen.tool_angle = chosen.tool_angle || trajectory.remaining_angle;
+  if (remaining_values(trajectory) > 0) return;
   const auto left = [&] { return freedoms - chosen.rows(); };
   if (mechanism.tool && left() > 0) {
     if (mechanism.space == SpaceKind::planar)
@@ -127,7 +132,7 @@ bool states_all(const DriveQuantities& quantities, const PoseTarget& pose) {
 
 DriveQuantities choose_quantities(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
   DriveQuantities chosen;
-  const int own = freedoms - static_cast<int>(trajectory.remaining.size());
+  const int own = freedoms - remaining_values(trajectory);
   switch (trajectory.drive) {
     case DriveKind::joints: chosen.coordinates = driven_joints(mechanism, trajectory, freedoms); break;
     case DriveKind::tool:
@@ -135,6 +140,7 @@ DriveQuantities choose_quantities(const Mechanism& mechanism, const Trajectory& 
       add_components(
           trajectory.components.empty() ? default_components(mechanism, trajectory, own) : trajectory.components,
           mechanism, chosen.point, chosen);
+      chosen.tool_angle = chosen.tool_angle || trajectory.remaining_angle;
       chosen.coordinates = trajectory.remaining;
       break;
     case DriveKind::com: {

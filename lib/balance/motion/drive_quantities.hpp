@@ -9,6 +9,9 @@
 
 namespace balance {
 
+/// How many quantities go beside the tool or the centre of mass by the trajectory's own word.
+int remaining_values(const Trajectory& trajectory);
+
 /// Coordinates that the trajectory prescribes or states anywhere.
 std::vector<int> prescribed_coordinates(const Trajectory& trajectory);
 

@@ -20,6 +20,7 @@ struct FoundLaw {
   std::string of;   ///< law gentlest: the quantity whose peak is least
   double peak = 0;  ///< and that peak [SI]
   std::string unit;
+  double momentum = 0;  ///< law steady-momentum: the angular momentum that is kept [N m s]; else 0
 };
 
 }  // namespace balance

@@ -170,7 +170,8 @@ LawValue evaluate(const Law& law, double tau, Side side) {
     case LawKind::modified_trapezoidal: return mirrored(modified_trapezoidal_half, tau, side);
     case LawKind::trapezoidal_velocity: return trapezoidal_velocity(law, tau, side);
     case LawKind::fastest:
-    case LawKind::gentlest: return found(law, tau, side);
+    case LawKind::gentlest:
+    case LawKind::steady_momentum: return found(law, tau, side);
   }
   throw std::invalid_argument("unknown law of motion");
 }

@@ -18,6 +18,7 @@ enum class LawKind {
   trapezoidal_velocity,  ///< ramps of stated length, constant velocity between them
   fastest,               ///< the least duration that stated limits allow: found by the room timing, then a table
   gentlest,              ///< the least peak of a quantity in a stated duration: found likewise
+  steady_momentum,       ///< the angular momentum does not change: found likewise
 };
 
 /// A place of a law that was found, with both sides of a jump of its second derivative.
@@ -28,9 +29,10 @@ struct LawNode {
 template <class T>
 struct LawOf {
   LawKind kind = LawKind::cycloidal;
-  T ramp_up = 0.25;                 ///< trapezoidal velocity: part of the duration spent accelerating, in (0, 1)
-  T ramp_down = 0.25;               ///< … and braking; ramp_up + ramp_down ≤ 1
-  std::vector<LawNode> nodes = {};  ///< fastest, gentlest: from τ = 0 to 1, joined by quintics; empty: not found yet
+  T ramp_up = 0.25;    ///< trapezoidal velocity: part of the duration spent accelerating, in (0, 1)
+  T ramp_down = 0.25;  ///< … and braking; ramp_up + ramp_down ≤ 1
+  std::vector<LawNode> nodes =
+      {};  ///< of laws that were found: from τ = 0 to 1, joined by quintics; empty: not found yet
 };
 
 using Law = LawOf<double>;
@@ -45,7 +47,9 @@ struct LawMoment {
 LawMoment join(const LawMoment& a, const LawMoment& b, double t);
 
 /// A law that depends on the mechanism.
-inline bool is_searched(LawKind kind) { return kind == LawKind::fastest || kind == LawKind::gentlest; }
+inline bool is_searched(LawKind kind) {
+  return kind == LawKind::fastest || kind == LawKind::gentlest || kind == LawKind::steady_momentum;
+}
 
 /// @throws std::invalid_argument if the ramps of a trapezoidal velocity are out of range or a law has not been found yet. The
 ///        message is fit for a user.

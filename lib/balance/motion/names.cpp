@@ -16,6 +16,7 @@ const char* name_of(LawKind kind) {
     case LawKind::trapezoidal_velocity: return "trapezoidal-velocity";
     case LawKind::fastest: return "fastest";
     case LawKind::gentlest: return "gentlest";
+    case LawKind::steady_momentum: return "steady-momentum";
   }
   return "";
 }

@@ -2,6 +2,7 @@
 
 #include "balance/base/rotation.hpp"
 #include "balance/motion/com_drive.hpp"
+#include "balance/motion/course.hpp"
 #include "balance/motion/drive_choice.hpp"
 #include "balance/motion/missing_start.hpp"
 
@@ -160,6 +161,7 @@ class Planner {
       for (const PoseTarget& point : way->points)
         plan_.request.via.push_back(stated_values(
             choice_.quantities, point, plan_.request.via.empty() ? plan_.request.from : plan_.request.via.back()));
+    add_courses(trajectory_, choice_.quantities, plan_.request);
     plan_.schedule.emplace(plan_.request);
     DriveSample first;
     plan_.schedule->at(0, Side::after, first);

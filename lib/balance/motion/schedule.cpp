@@ -1,5 +1,6 @@
 #include "balance/motion/schedule.hpp"
 
+#include "balance/motion/course.hpp"
 #include "balance/motion/leg.hpp"
 
 #include <algorithm>
@@ -33,13 +34,18 @@ bool differ(const Vector& a, const Vector& b) {
 struct Schedule::Implementation {
   Itinerary itinerary;
   std::optional<Clock> whole;  ///< of a law that was found for the whole path: leads through the legs' uniform clocks
+  std::vector<AddedCourse> courses;
   std::vector<double> jumps;
 
   double duration() const { return whole ? whole->duration() : itinerary.duration; }
   const Leg& leg_at(double time, Side side) const;
   /// The leg that is run through at a time, and how far it is on.
   std::pair<const Leg*, LawValue> progress(double time, Side side) const;
+  /// The parameter of a course at a time, 0 to 1: the time as part of the duration, or how much of all legs is behind.
+  LawValue parameter(const AddedCourse& course, double time, const Leg& leg, const LawValue& progress) const;
+  void add(const AddedCourse& course, const LawValue& parameter, Side side, DriveSample& sample) const;
   void add_jump(const Schedule& schedule, double time);
+  void add_jumps(const Schedule& schedule);
   /// The first jump later than a time, or the end.
   double next_jump(double time) const;
 };
@@ -69,6 +75,21 @@ std::pair<const Leg*, LawValue> Schedule::Implementation::progress(double time, 
   return {&leg, {here.s, rate * way.ds, rate * way.dds}};
 }
 
+LawValue Schedule::Implementation::parameter(const AddedCourse& course, double time, const Leg& leg,
+                                             const LawValue& progress) const {
+  if (course.over_time) return {std::clamp(time / duration(), 0.0, 1.0), 1 / duration(), 0};
+  const double share = leg.clock.duration() / itinerary.duration;
+  return {leg.clock.start() / itinerary.duration + share * progress.s, share * progress.ds, share * progress.dds};
+}
+
+void Schedule::Implementation::add(const AddedCourse& course, const LawValue& parameter, Side side,
+                                   DriveSample& sample) const {
+  const CourseValue here = evaluate(course.series, parameter.s, side);
+  sample.value[course.component] += here.value;
+  sample.rate[course.component] += here.first * parameter.ds;
+  sample.acceleration[course.component] += here.second * parameter.ds * parameter.ds + here.first * parameter.dds;
+}
+
 /// Of times at which something may jump those at which something does.
 void Schedule::Implementation::add_jump(const Schedule& schedule, double time) {
   DriveSample before, after;
@@ -79,6 +100,23 @@ void Schedule::Implementation::add_jump(const Schedule& schedule, double time) {
       differ(before.angular_velocity, after.angular_velocity)) {
     jumps.push_back(time);
   }
+}
+
+void Schedule::Implementation::add_jumps(const Schedule& schedule) {
+  if (whole)
+    for (const double time : whole->jumps()) add_jump(schedule, time);
+  else
+    for (const Leg& leg : itinerary.legs) {
+      if (&leg != &itinerary.legs.front()) add_jump(schedule, leg.clock.start());
+      for (const double time : leg.clock.jumps()) add_jump(schedule, time);
+    }
+  for (const AddedCourse& course : courses)
+    if (course.over_time)
+      for (const Panel& panel : course.series.panels())
+        if (panel.begin > 0) add_jump(schedule, panel.begin * duration());
+  std::sort(jumps.begin(), jumps.end());
+  const auto same = [this](double a, double b) { return b - a < same_time * duration(); };
+  jumps.erase(std::unique(jumps.begin(), jumps.end(), same), jumps.end());
 }
 
 const Leg& Schedule::Implementation::leg_at(double time, Side side) const {
@@ -102,13 +140,9 @@ Schedule::Schedule(const Request& request) : implementation_(std::make_unique<Im
   if (is_searched(request.law.kind)) {
     validate(request.law);
     self.whole.emplace(request.law, 0, request.duration, same_time * request.duration);
-    for (const double time : self.whole->jumps()) self.add_jump(*this, time);
-    return;
   }
-  for (const Leg& leg : self.itinerary.legs) {
-    if (&leg != &self.itinerary.legs.front()) self.add_jump(*this, leg.clock.start());
-    for (const double time : leg.clock.jumps()) self.add_jump(*this, time);
-  }
+  self.courses = request.courses;
+  self.add_jumps(*this);
 }
 
 Schedule::~Schedule() = default;
@@ -125,6 +159,8 @@ void Schedule::at(double time, Side side, DriveSample& sample) const {
   const auto [leg, progress] = implementation_->progress(time, side);
   std::visit([&, &progress = progress](const auto& curve) { curve.fill(progress, sample); }, leg->curve);
   std::visit([&, &progress = progress](const auto& turn) { turn.fill(progress, sample); }, leg->turn);
+  for (const AddedCourse& course : implementation_->courses)
+    implementation_->add(course, implementation_->parameter(course, time, *leg, progress), side, sample);
 }
 
 double Schedule::longest_step(double time) const {
@@ -138,6 +174,12 @@ double Schedule::longest_step(double time) const {
     const double stretch = curve->spline.stretch(progress.s);
     const double takes = found ? stretch / std::max(progress.ds, 1 / whole) : stretch * whole;
     step = std::clamp(takes, least * whole, step);
+  }
+  for (const AddedCourse& course : implementation_->courses) {
+    const LawValue here = implementation_->parameter(course, time, *leg, progress);
+    const Panel& panel = course.series.panels()[course.series.panel_at(here.s, 0, course.series.panels().size())];
+    const double takes = (panel.end - panel.begin) / std::max(here.ds, 1 / duration());
+    step = std::min(step, std::max(takes, least * whole));
   }
   const double left = found ? implementation_->next_jump(time) - time : leg->clock.start() + whole - time;
   return left > same ? std::min(step, left) : step;
@@ -155,6 +197,10 @@ std::vector<double> Schedule::knots() const {
     if (const auto* curve = std::get_if<SplineCurve>(&leg.curve))
       for (const double knot : curve->spline.knots())
         if (knot > 0 && knot < 1) times.push_back(leg.clock.start() + knot * leg.clock.duration());
+  for (const AddedCourse& course : implementation_->courses)
+    for (const Panel& panel : course.series.panels())
+      if (panel.begin > 0) times.push_back(panel.begin * duration());
+  std::sort(times.begin(), times.end());
   return times;
 }
 

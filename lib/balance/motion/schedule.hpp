@@ -1,6 +1,7 @@
 #pragma once
 /// The prescribed quantities as functions of time: a path in the drive's components, run through by a law.
 
+#include "balance/base/piecewise_series.hpp"
 #include "balance/base/types.hpp"
 #include "balance/model/drive_sample.hpp"
 #include "balance/motion/trajectory.hpp"
@@ -9,6 +10,13 @@
 #include <vector>
 
 namespace balance {
+
+/// A function added to one component: over the time as part of the duration, or over the way.
+struct AddedCourse {
+  Eigen::Index component = 0;
+  PiecewiseSeries series;  ///< value, first and second derivative, over 0 to 1; the first two without jumps
+  bool over_time = true;
+};
 
 /// A law on a path. Immutable; evaluation allocates nothing once the sample has its size.
 class Schedule {
@@ -23,7 +31,8 @@ class Schedule {
     std::vector<DriveValue> via;  ///< WaypointPath: the points in the drive's components, in order
     /// How many leading components are a point's coordinates: arcs and circles need 2 or 3, chord lengths use them.
     int position_components = 0;
-    bool turns = false;  ///< the rotation is prescribed too; it follows the shortest rotation, leg by leg
+    bool turns = false;                ///< the rotation is prescribed too; it follows the shortest rotation, leg by leg
+    std::vector<AddedCourse> courses;  ///< not with tables
   };
 
   /// @throws std::invalid_argument if sizes differ, numbers are not finite, the law is not valid, an arc's three
@@ -51,7 +60,8 @@ class Schedule {
   const std::vector<double>& jumps() const;
   /// Times strictly inside (0, duration) at which one leg ends and the next begins, increasing. Not of a law that was found.
   std::vector<double> leg_ends() const;
-  /// Times strictly inside at which a third derivative jumps, because a spline has a knot there. Only under a uniform law.
+  /// Times strictly inside at which a third derivative jumps, because a spline or a course has a knot there, increasing. Only under a
+  /// uniform law.
   std::vector<double> knots() const;
 
  private:

@@ -2,9 +2,11 @@
 /// A trajectory as the spec states it: which quantities are prescribed, from where to where, along which path, by
 /// which law. Like a mechanism's (model/mechanism.hpp) its numbers are of any scalar.
 
+#include "balance/base/piecewise_series.hpp"
 #include "balance/model/mechanism.hpp"
 #include "balance/motion/law.hpp"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string>
@@ -73,6 +75,26 @@ struct MotionLimitOf {
   T bound = 0;           ///< positive [SI]
 };
 
+/// A cubic spline is added to the straight way of a quantity, zero with its rate at both ends.
+template <class T>
+struct AddedSplineOf {
+  std::vector<T> coefficients;  ///< of its cubic B-splines on evenly spaced knots, at least one [rad or m]
+  bool jump = false;            ///< its second derivative may jump in the middle: then an even number of them
+  bool over_time = true;        ///< a function of the time as part of the duration; false: of the way
+};
+
+/// A quantity goes as it must for no angular momentum about the trajectory's `about`; its end value follows.
+struct KeptMomentum {
+  PiecewiseSeries course;  ///< less the start, with two derivatives, over the way; empty: not found yet
+};
+
+/// What a remaining quantity does besides going straight from its start to its end.
+template <class T>
+struct CourseOf {
+  int coordinate = -1;  ///< −1: the planar tool's angle
+  std::variant<AddedSplineOf<T>, KeptMomentum> kind;
+};
+
 template <class T>
 struct TrajectoryOf {
   std::string name;
@@ -87,6 +109,8 @@ struct TrajectoryOf {
   /// Drive com: coordinates that go from their value at the start pose to their value at the end pose by the same law.
   /// Empty: the tool's angle or orientation if there is a tool, else the last actuated coordinates, as many as needed.
   std::vector<int> remaining;
+  bool remaining_angle = false;      ///< the planar tool's angle is among them, before the others
+  std::vector<CourseOf<T>> courses;  ///< of remaining quantities, each once
   PathOf<T> path;
   PoseTargetOf<T> from,
       to;          ///< poses, in any quantity: drive com takes the CoM from where `from` puts it to where `to` puts it
@@ -95,6 +119,14 @@ struct TrajectoryOf {
   Vector3Of<T> about = Vector3Of<T>::Zero();  ///< world point that moments are about [m]
 };
 
+/// The mechanism decides how this goes: its law or a course is found for it, by the room timing.
+template <class T>
+bool depends_on_mechanism(const TrajectoryOf<T>& trajectory) {
+  return is_searched(trajectory.law.kind) ||
+         std::any_of(trajectory.courses.begin(), trajectory.courses.end(),
+                     [](const auto& course) { return std::holds_alternative<KeptMomentum>(course.kind); });
+}
+
 using PoseTarget = PoseTargetOf<double>;
 using CirclePath = CirclePathOf<double>;
 using ArcPath = ArcPathOf<double>;
@@ -102,6 +134,8 @@ using WaypointPath = WaypointPathOf<double>;
 using TablePath = TablePathOf<double>;
 using Path = PathOf<double>;
 using MotionLimit = MotionLimitOf<double>;
+using AddedSpline = AddedSplineOf<double>;
+using Course = CourseOf<double>;
 using Trajectory = TrajectoryOf<double>;
 
 }  // namespace balance

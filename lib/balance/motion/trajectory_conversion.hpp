@@ -21,6 +21,9 @@ class TrajectoryConversion {
     to.drive = from.drive;
     to.components = from.components;
     to.remaining = from.remaining;
+    to.remaining_angle = from.remaining_angle;
+    for (const auto& course : from.courses)
+      std::visit([&](const auto& kind) { to.courses.push_back({course.coordinate, convert(kind)}); }, course.kind);
     std::visit([&](const auto& path) { to.path = convert(path); }, from.path);
     to.from = convert(from.from);
     to.to = convert(from.to);
@@ -31,6 +34,10 @@ class TrajectoryConversion {
   }
 
  private:
+  AddedSplineOf<To> convert(const AddedSplineOf<From>& spline) const {
+    return {convert(spline.coefficients), spline.jump, spline.over_time};
+  }
+  KeptMomentum convert(const KeptMomentum& kept) const { return kept; }
   Vector3Of<To> convert(const Vector3Of<From>& v) const { return {number_(v[0]), number_(v[1]), number_(v[2])}; }
   Matrix3Of<To> convert(const Matrix3Of<From>& m) const {
     Matrix3Of<To> to;

@@ -1,5 +1,6 @@
 #include "balance/natural/plan.hpp"
 
+#include "balance/motion/course.hpp"
 #include "balance/natural/stepper.hpp"
 
 namespace balance::natural {
@@ -100,6 +101,7 @@ class Planner {
       for (const PoseTarget& point : way->points)
         request_.via.push_back(
             stated_values(plan_.quantities, point, request_.via.empty() ? request_.from : request_.via.back()));
+    add_courses(trajectory_, plan_.quantities, request_);
     plan_.schedule.emplace(request_);
     return true;
   }

@@ -10,6 +10,7 @@
 #include "balance/study/recording.hpp"
 #include "balance/study/study.hpp"
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -59,6 +60,10 @@ enum class Sign { any, not_negative, positive, positive_or_zero };
 
 /// A number, an expression or a free number, in SI.
 Expression read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign = Sign::any);
+/// `{free: [lower, upper], <count key>: n}`: a list of free numbers.
+/// @param numbers_of how many numbers a count of n means; fails at it if n is not allowed
+std::vector<Expression> read_free_list(const Cursor& at, Draft& draft, Dimension dimension, const char* count_key,
+                                       const std::function<long(const Cursor&, long)>& numbers_of);
 /// How long a motion takes.
 Expression read_duration(const Cursor& at, Draft& draft);
 /// Fails unless a motion may take that long [s].

@@ -12,6 +12,7 @@ struct FoundFreeNumber {
   const Node* node = nullptr;
   FreeNumber number;
   Expression input;
+  bool listed = false;  ///< one of a list that the mapping stands for
 };
 
 }  // namespace balance::read

@@ -28,7 +28,8 @@ constexpr NamedLaw laws[]{{"cycloidal", LawKind::cycloidal},
                           {"modified-trapezoidal", LawKind::modified_trapezoidal},
                           {"trapezoidal-velocity", LawKind::trapezoidal_velocity},
                           {"fastest", LawKind::fastest},
-                          {"gentlest", LawKind::gentlest}};
+                          {"gentlest", LawKind::gentlest},
+                          {"steady-momentum", LawKind::steady_momentum}};
 
 }  // namespace
 

@@ -39,6 +39,19 @@ bool is_extra(const std::string& path) {
          (path.starts_with("springs.") && path.ends_with(".stiffness"));
 }
 
+Expression add_free_number(const Cursor& at, const std::string& path, const FreeValue& free, double unit,
+                           Draft& draft) {
+  const FreeNumber number{.path = path,
+                          .lower = checked(at, free.lower * unit),
+                          .upper = checked(at, free.upper * unit),
+                          .start = checked(at, free.start * unit),
+                          .unit = unit};
+  const Expression input = draft.add_input(number.start);
+  draft.free_numbers.push_back({&at.node(), number, input});
+  draft.inputs.emplace(path, input);
+  return input;
+}
+
 }  // namespace
 
 Expression read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign) {
@@ -56,15 +69,28 @@ Expression read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign
   // A bound of zero is allowed: the designer may wish to know whether the mass can vanish.
   check_sign(at, free.lower, sign == Sign::any ? Sign::any : Sign::not_negative);
   check_sign(at, free.start, sign);
-  const FreeNumber number{.path = at.path(),
-                          .lower = checked(at, free.lower * unit),
-                          .upper = checked(at, free.upper * unit),
-                          .start = checked(at, free.start * unit),
-                          .unit = unit};
-  const Expression input = draft.add_input(number.start);
-  draft.free_numbers.push_back({&at.node(), number, input});
-  draft.inputs.emplace(number.path, input);
-  return input;
+  return add_free_number(at, at.path(), free, unit, draft);
+}
+
+namespace {
+
+constexpr long most_listed = 100;  ///< free numbers in one list
+
+}  // namespace
+
+std::vector<Expression> read_free_list(const Cursor& at, Draft& draft, Dimension dimension, const char* count_key,
+                                       const std::function<long(const Cursor&, long)>& numbers_of) {
+  long count = 0;
+  const FreeValue free = draft.parameters.evaluate_free(
+      at, {{count_key, Need::required,
+            [&](const Cursor& c) { count = numbers_of(c, read_whole(c, draft, 1, most_listed)); }}});
+  std::vector<Expression> values;
+  for (long k = 0; k < count; ++k) {
+    const std::string path = fmt::format("{}[{}]", at.path(), k);
+    values.push_back(add_free_number(at, path, free, draft.units.factor(dimension), draft));
+    draft.free_numbers.back().listed = true;
+  }
+  return values;
 }
 
 Expression Draft::add_input(double value) {

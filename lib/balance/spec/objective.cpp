@@ -61,9 +61,9 @@ std::string read_along(const Cursor& at, const Study& study) {
   if (names.empty())
     at.fail({.expected = "a spec with a trajectory", .found = fmt::format("{} but no motion", at.found())});
   const std::size_t chosen = at.choice("a trajectory", names);
-  if (is_searched(study.trajectories[chosen].law.kind))
-    at.fail({.expected = "a trajectory whose law does not depend on the mechanism",
-             .found = fmt::format("{}, whose law is searched for anew for every mechanism", in_quotes(names[chosen]))});
+  if (depends_on_mechanism(study.trajectories[chosen]))
+    at.fail({.expected = "a trajectory that does not depend on the mechanism",
+             .found = fmt::format("{}, which is found anew for every mechanism", in_quotes(names[chosen]))});
   return names[chosen];
 }
 
@@ -106,9 +106,9 @@ ObjectiveTerm read_weighted_term(const Cursor& at, Parameters& parameters, const
     if (study.trajectories.empty() && may_lack_trajectories(at)) throw Consequence();
     if (study.trajectories.empty())
       at.fail({.expected = "a spec with a trajectory", .found = "a figure but no motion"});
-    if (is_searched(study.trajectories.front().law.kind))
-      at.fail({.expected = "'along' a trajectory whose law does not depend on the mechanism",
-               .found = "none, and the spec's first one has a law that is searched for"});
+    if (depends_on_mechanism(study.trajectories.front()))
+      at.fail({.expected = "'along' a trajectory that does not depend on the mechanism",
+               .found = "none, and the spec's first one is found for the mechanism"});
     term.trajectory = study.trajectories.front().name;
   }
   return term;

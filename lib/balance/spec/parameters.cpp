@@ -266,21 +266,21 @@ Expression Parameters::evaluate_expression(const Cursor& scalar, const std::stri
   }
 }
 
-FreeValue Parameters::evaluate_free(const Cursor& map) {
+FreeValue Parameters::evaluate_free(const Cursor& map, const std::vector<Field>& others) {
   FreeValue free;
   std::optional<double> start;
-  if (!read_fields(
-          map, "a number, an expression or {free: [lower, upper]}",
-          {{"free", Need::required,
-            [&](const Cursor& c) {
-              double* bound = &free.lower;
-              read_each(c.items("[lower, upper]", 2),
-                        [&](const Cursor& item) { *std::exchange(bound, &free.upper) = evaluate(item).value(); });
-              if (!(free.lower < free.upper))
-                c.fail({.expected = "lower < upper", .found = fmt::format("[{}, {}]", free.lower, free.upper)});
-            }},
-           {"start", Need::optional, [&](const Cursor& c) { start = evaluate(c).value(); }}}))
-    throw Consequence();
+  std::vector<Field> fields{
+      {"free", Need::required,
+       [&](const Cursor& c) {
+         double* bound = &free.lower;
+         read_each(c.items("[lower, upper]", 2),
+                   [&](const Cursor& item) { *std::exchange(bound, &free.upper) = evaluate(item).value(); });
+         if (!(free.lower < free.upper))
+           c.fail({.expected = "lower < upper", .found = fmt::format("[{}, {}]", free.lower, free.upper)});
+       }},
+      {"start", Need::optional, [&](const Cursor& c) { start = evaluate(c).value(); }}};
+  fields.insert(fields.end(), others.begin(), others.end());
+  if (!read_fields(map, "a number, an expression or {free: [lower, upper]}", fields)) throw Consequence();
   free.start_given = start.has_value();
   free.start = start.value_or(free.lower + (free.upper - free.lower) / 2);
   if (free.start < free.lower || free.start > free.upper)

@@ -39,7 +39,8 @@ class Parameters {
   /// A number or an expression, in the spec's units. Fails unless it is finite.
   Expression evaluate(const Cursor& scalar);
   /// `{free: …}`; fails unless lower < upper and start is between them.
-  FreeValue evaluate_free(const Cursor& map);
+  /// @param others keys that this mapping may have besides
+  FreeValue evaluate_free(const Cursor& map, const std::vector<Field>& others = {});
 
   const std::vector<FoundFreeNumber>& free_numbers() const { return free_numbers_; }
   /// In the document's order.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 #include <unordered_map>
+#include <utility>
 
 namespace balance::read {
 
@@ -15,8 +16,8 @@ namespace {
 class Rewriter {
  public:
   Rewriter(const Node& root, Draft& draft) : root_(root), draft_(draft), source_(draft.study.spec_text) {
-    for (const FoundFreeNumber& free : draft.parameters.free_numbers()) free_[free.node] = &free;
-    for (const FoundFreeNumber& free : draft.free_numbers) free_[free.node] = &free;
+    for (const FoundFreeNumber& free : draft.parameters.free_numbers()) free_[free.node].push_back(&free);
+    for (const FoundFreeNumber& free : draft.free_numbers) free_[free.node].push_back(&free);
     for (const auto& [node, text] : draft.parameters.overridden()) overridden_[node] = as_scalar(text);
   }
 
@@ -64,16 +65,26 @@ class Rewriter {
       for (const Node& child : *children) touch_inside(child);
   }
 
-  /// The number's index in the study, or the text of the override.
-  Rewrite content_of(const Node& node, Span span) {
-    if (const auto text = overridden_.find(&node); text != overridden_.end()) return {0, 0, text->second, -1};
-    const FoundFreeNumber& found = *free_.at(&node);
-    FreeNumber number = found.number;
-    number.begin = span.begin;
-    number.end = span.end;
-    draft_.study.free_numbers.push_back(number);
-    draft_.recording->free.push_back(draft_.recording->input_of(found.input));
-    return {0, 0, "", static_cast<int>(draft_.study.free_numbers.size()) - 1};
+  /// The numbers' indices in the study, several in brackets, or the text of the override. The first takes the node's place.
+  std::vector<Rewrite> content_of(const Node& node, Span span) {
+    if (const auto text = overridden_.find(&node); text != overridden_.end()) return {{0, 0, text->second, -1}};
+    const std::vector<const FoundFreeNumber*>& found = free_.at(&node);
+    const bool list = found.front()->listed;
+    std::vector<Rewrite> content;
+    for (const FoundFreeNumber* one : found) {
+      FreeNumber number = one->number;
+      number.begin = span.begin;
+      number.end = span.end;
+      draft_.study.free_numbers.push_back(number);
+      draft_.recording->free.push_back(draft_.recording->input_of(one->input));
+      content.push_back({0, 0,
+                         !list             ? ""
+                         : content.empty() ? "["
+                                           : ", ",
+                         static_cast<int>(draft_.study.free_numbers.size()) - 1});
+    }
+    if (list) content.push_back({0, 0, "]", -1});
+    return content;
   }
 
   void add(std::size_t begin, std::size_t end, Rewrite content) {
@@ -81,10 +92,13 @@ class Rewriter {
     content.end = end;
     rewrites().push_back(std::move(content));
   }
+  void add(std::size_t begin, std::size_t end, std::vector<Rewrite> content) {
+    for (Rewrite& piece : content) add(std::exchange(begin, end), end, std::move(piece));
+  }
 
   void replace(const Node& node, const Node* key);
-  void replace_below(const Node& node, std::size_t after_colon, Rewrite content);
-  void replace_nothing(const Node& key, Rewrite content);
+  void replace_below(const Node& node, std::size_t after_colon, std::vector<Rewrite> content);
+  void replace_nothing(const Node& key, std::vector<Rewrite> content);
   std::string kept_comments(const Node& node) const;
   void write_out(const Node& alias);
   void write(const Node& node, Span alias, std::vector<Rewrite>& pieces);
@@ -111,7 +125,7 @@ class Rewriter {
   const Node& root_;
   Draft& draft_;
   SourceText source_;
-  std::unordered_map<const Node*, const FoundFreeNumber*> free_;
+  std::unordered_map<const Node*, std::vector<const FoundFreeNumber*>> free_;  ///< in their order
   std::unordered_map<const Node*, std::string> overridden_;
   std::vector<const Node*> aliases_;  ///< that may stay
   std::vector<int> open_anchors_;
@@ -126,11 +140,11 @@ std::size_t Rewriter::after_colon(const Node& key) const {
 
 void Rewriter::replace(const Node& node, const Node* key) {
   const Span span = source_.span(node);
-  Rewrite content = content_of(node, span);
+  std::vector<Rewrite> content = content_of(node, span);
   if (key != nullptr && span.begin == span.end) return replace_nothing(*key, std::move(content));
   if (key != nullptr && !node.flow && node.kind != Node::Kind::scalar && begins_line(span.begin))
     if (const std::size_t colon = after_colon(*key); colon > 0) return replace_below(node, colon, std::move(content));
-  content.text = space_before(span.begin) + content.text;
+  content.front().text = space_before(span.begin) + content.front().text;
   add(span.begin, span.end, std::move(content));
   const std::string comments = kept_comments(node);
   if (const std::string rest = comments + (comments.empty() ? space_after(span.end) : ""); !rest.empty())
@@ -138,9 +152,9 @@ void Rewriter::replace(const Node& node, const Node* key) {
 }
 
 /// A mapping on the lines below its key: the number goes up to the key.
-void Rewriter::replace_below(const Node& node, std::size_t after_colon, Rewrite content) {
+void Rewriter::replace_below(const Node& node, std::size_t after_colon, std::vector<Rewrite> content) {
   const Span span = source_.span(node);
-  content.text = " " + content.text;
+  content.front().text = " " + content.front().text;
   if (source_.comments_between(after_colon, span.begin).empty()) {
     add(after_colon, span.end, std::move(content));
     if (const std::string comments = kept_comments(node); !comments.empty())
@@ -163,10 +177,10 @@ void Rewriter::replace_below(const Node& node, std::size_t after_colon, Rewrite 
 }
 
 /// A key without a value.
-void Rewriter::replace_nothing(const Node& key, Rewrite content) {
+void Rewriter::replace_nothing(const Node& key, std::vector<Rewrite> content) {
   const std::size_t colon = after_colon(key);
   const std::size_t place = colon > 0 ? colon : source_.span(key).end;
-  content.text = (colon > 0 ? " " : ": ") + content.text;
+  content.front().text = (colon > 0 ? " " : ": ") + content.front().text;
   add(place, place, std::move(content));
 }
 
@@ -202,11 +216,12 @@ void Rewriter::write_out(const Node& alias) {
 void Rewriter::write(const Node& node, Span alias, std::vector<Rewrite>& pieces) {
   const auto put = [&](const std::string& text) { pieces.back().text += text; };
   if (changes(node)) {
-    const Rewrite content = content_of(node, alias);
-    put(content.text);
-    if (content.number < 0) return;
-    pieces.back().number = content.number;
-    pieces.emplace_back();
+    for (const Rewrite& content : content_of(node, alias)) {
+      put(content.text);
+      if (content.number < 0) continue;
+      pieces.back().number = content.number;
+      pieces.emplace_back();
+    }
     return;
   }
   if (node.kind == Node::Kind::null) return put("~");

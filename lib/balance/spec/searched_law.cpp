@@ -80,7 +80,7 @@ void read_speeds(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& traje
 void read_searched_law(const Cursor& at, const SearchedLawText& text, Draft& draft,
                        TrajectoryOf<Expression>& trajectory) {
   const LawKind law = trajectory.law.kind;
-  if (!is_searched(law)) {
+  if (!is_searched(law) || law == LawKind::steady_momentum) {
     for (const auto& one : {text.limits, text.of, text.speeds})
       if (one) one->fail({.expected = "no such key: only the laws 'fastest' and 'gentlest' have it"});
     return;

@@ -3,6 +3,7 @@
 #include "balance/spec/limits.hpp"
 #include "balance/spec/path.hpp"
 #include "balance/spec/pose.hpp"
+#include "balance/spec/remaining.hpp"
 #include "balance/spec/searched_law.hpp"
 #include "balance/spec/sections.hpp"
 
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 
 namespace balance::read {
 
@@ -68,20 +70,9 @@ std::vector<Component> read_components(const Cursor& at, const Draft& draft, Dri
 
 /// What only a trajectory says, before its parts are put together.
 struct TrajectoryText {
-  std::optional<Cursor> law, drive, path, ramp, ramps, components, remaining;
+  std::optional<Cursor> law, drive, path, ramp, ramps, components, remaining, turns;
   SearchedLawText searched;
 };
-
-void read_remaining(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory) {
-  if (trajectory.drive == DriveKind::joints)
-    at.fail({.expected = "no 'remaining' with 'drive: joints', which names its coordinates itself"});
-  read_each(at.items("a list of joint coordinates"), [&](const Cursor& item) {
-    const int coordinate = read_coordinate(item, draft);
-    if (std::find(trajectory.remaining.begin(), trajectory.remaining.end(), coordinate) != trajectory.remaining.end())
-      item.fail({.expected = "every coordinate once", .found = fmt::format("{} again", item.found())});
-    trajectory.remaining.push_back(coordinate);
-  });
-}
 
 /// Where to complain about a pose that a trajectory has from itself, from `motion` or not at all.
 Cursor place_of(const std::optional<Cursor>& own, const std::optional<Cursor>& shared, const Cursor& otherwise) {
@@ -116,23 +107,50 @@ struct Assembly {
   }
 };
 
+/// The tool's angle goes as the angular momentum asks for.
+bool keeps_momentum(const TrajectoryOf<Expression>& trajectory) {
+  return std::any_of(trajectory.courses.begin(), trajectory.courses.end(), [](const auto& course) {
+    return course.coordinate < 0 && std::holds_alternative<KeptMomentum>(course.kind);
+  });
+}
+
+/// Whole or broken turns of the one joint that is driven, from its start on.
+void read_turns(const Assembly& a) {
+  auto& trajectory = a.trajectory;
+  const Cursor& at = *a.text.turns;
+  if (trajectory.drive != DriveKind::joints || a.text.path)
+    at.fail({.expected = "'turns' with 'drive: joints' and no 'path'; a circle has turns of its own"});
+  const auto& joints = trajectory.from.joints;
+  const auto& coordinates = a.draft.mechanism().coordinates;
+  if (joints.size() != 1 ||
+      coordinates[static_cast<std::size_t>(joints.front().coordinate)].kind != CoordinateKind::angle)
+    at.fail({.expected = "a start pose (from) of one joint that turns",
+             .found = fmt::format("one of {}", joints.size() == 1 ? "a joint that slides" : "several joints")});
+  const Expression turns = read_number(at, a.draft, dimension::none);
+  trajectory.to = trajectory.from;
+  trajectory.to.joints.front().value = joints.front().value + turns * (2 * std::numbers::pi);
+}
+
 void read_poses(const Assembly& a) {
   const Timing &own = a.own, &shared = a.shared;
   TrajectoryOf<Expression>& trajectory = a.trajectory;
   const Cursor* path = a.path();
+  const bool goes_on = a.text.turns || !needs_end(path);  // and so says where it ends
   if (a.unread("from", own.from_at.has_value(), shared.from_at.has_value())) throw Consequence();
-  if (a.unread("to", own.to_at.has_value(), shared.to_at.has_value()) && needs_end(path)) throw Consequence();
+  if (a.unread("to", own.to_at.has_value(), shared.to_at.has_value()) && !goes_on) throw Consequence();
   const auto from = own.from ? own.from : shared.from;
   const auto to = own.to ? own.to : shared.to;
   if (from) trajectory.from = *from;
   if (to) trajectory.to = *to;
+  if (keeps_momentum(trajectory)) trajectory.to.angle = trajectory.from.angle;  // where it ends is found
   if (a.by_table()) return;
   const DriveNeeds needs{trajectory.drive, trajectory.components};
   if (!from) a.at.fail({.kind = "missing key", .expected = "'from' here or in 'motion'", .found = "none"});
   const bool from_elsewhere = told_otherwise(trajectory.from, trajectory.drive);
   if (!from_elsewhere || path != nullptr)
     check_pose(place_of(own.from_at, shared.from_at, a.at), trajectory.from, needs, a.draft);
-  if (!needs_end(path)) {
+  if (a.text.turns) return read_turns(a);
+  if (goes_on) {
     trajectory.to = trajectory.from;
     return;
   }
@@ -173,7 +191,7 @@ void read_timing(const Assembly& a) {
   a.trajectory.duration = duration.value_or(unread ? std::numeric_limits<double>::infinity() : 1.0);
   a.trajectory.samples = a.own.samples.value_or(a.shared.samples.value_or(a.trajectory.samples));
   a.trajectory.about = a.own.about.value_or(a.shared.about.value_or(Vector3E::Zero()));
-  if (unread || duration || law == LawKind::fastest || (a.by_table() && law != LawKind::gentlest)) return;
+  if (unread || duration || law == LawKind::fastest || (a.by_table() && !is_searched(law))) return;
   a.trajectory.duration = std::numeric_limits<double>::infinity();
   a.at.fail({.kind = "missing key", .expected = "'duration' here or in 'motion'", .found = "none"});
 }
@@ -210,6 +228,7 @@ void read_trajectory(const Member& member, const Timing& shared, Draft& draft) {
                              {"ramps", &text.ramps},
                              {"components", &text.components},
                              {"remaining", &text.remaining},
+                             {"turns", &text.turns},
                              {"limits", &text.searched.limits},
                              {"of", &text.searched.of},
                              {"speeds", &text.searched.speeds}})

@@ -1,44 +1,12 @@
 #pragma once
-/// Functions of one parameter as Chebyshev series on panels. Private to timing.
+/// Fits Chebyshev series on panels to functions that can be sampled. Private to timing.
 
-#include "balance/base/types.hpp"
+#include "balance/base/piecewise_series.hpp"
 
-#include <cstddef>
 #include <functional>
 #include <vector>
 
 namespace balance {
-
-/// A stretch of the parameter, and the series of every function on it.
-struct Panel {
-  double begin = 0, end = 1;
-  Samples terms;  ///< one row per term, one column per function
-};
-
-/// Several functions of one parameter. Immutable; evaluation allocates nothing.
-class PiecewiseSeries {
- public:
-  static constexpr int terms = 16;
-
-  PiecewiseSeries() = default;
-  /// @param panels in order, each beginning where the one before ends
-  explicit PiecewiseSeries(std::vector<Panel> panels) : panels_(std::move(panels)) {}
-
-  const std::vector<Panel>& panels() const { return panels_; }
-  Eigen::Index functions() const { return panels_.empty() ? 0 : panels_.front().terms.cols(); }
-
-  /// The panel that holds a parameter within [first, last).
-  std::size_t panel_at(double parameter, std::size_t first, std::size_t last) const;
-
-  /// Values of all functions by one panel's series, which go on beyond its ends. @param out functions() entries
-  void at(std::size_t panel, double parameter, double* out) const;
-
-  /// The derivatives of the functions.
-  PiecewiseSeries derivative() const;
-
- private:
-  std::vector<Panel> panels_;
-};
 
 /// Values of all functions at increasing parameters, one row each. @return false if they cannot be had
 using SampleFunctions = std::function<bool(const std::vector<double>& parameters, Samples& rows)>;

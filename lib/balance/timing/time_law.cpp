@@ -2,6 +2,8 @@
 
 #include "balance/timing/fastest.hpp"
 #include "balance/timing/gentlest.hpp"
+#include "balance/timing/kept_momentum.hpp"
+#include "balance/timing/steady_momentum.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -26,6 +28,11 @@ std::vector<LimitedQuantity> find_or_throw(const Mechanism& mechanism, const std
 }
 
 void check_request(const Mechanism& mechanism, const Trajectory& trajectory) {
+  if (trajectory.law.kind == LawKind::steady_momentum) {
+    if (mechanism.space != SpaceKind::planar)
+      throw std::invalid_argument("the law 'steady-momentum' is one for planar mechanisms");
+    return;
+  }
   const bool fastest = trajectory.law.kind == LawKind::fastest;
   if (fastest && trajectory.limits.empty()) throw std::invalid_argument("the law 'fastest' needs limits");
   if (!fastest && trajectory.gentlest_of.empty())
@@ -117,13 +124,37 @@ void list_limits(const Mechanism& mechanism, const Trajectory& trajectory, std::
     }
 }
 
+/// The law along a path that keeps the angular momentum.
+void keep_steady(const Mechanism& mechanism, TimedTrajectory& timed) {
+  Trajectory& trajectory = timed.trajectory;
+  const PathModel model = model_path(mechanism, trajectory, find_or_throw(mechanism, "shaking_moment"));
+  timed.outcome = model.outcome;
+  if (model.outcome.status != MotionStatus::done) return;
+  SteadyLaw steady = find_steady_momentum(model, trajectory.duration);
+  if (!steady.refusal.empty()) {
+    timed.outcome = refused(steady.refusal);
+    return;
+  }
+  trajectory.law = std::move(steady.law);
+  timed.found.emplace();
+  timed.found->duration = trajectory.duration;
+  timed.found->momentum = steady.momentum;
+}
+
 }  // namespace
 
-TimedTrajectory time_law(const Mechanism& mechanism, const Trajectory& trajectory) {
-  TimedTrajectory timed{{MotionStatus::done, 0, "", {}}, trajectory, std::nullopt};
+TimedTrajectory time_law(const Mechanism& mechanism, const Trajectory& stated) {
+  TimedTrajectory timed{{MotionStatus::done, 0, "", {}}, stated, std::nullopt};
+  timed.outcome = keep_momentum(mechanism, timed.trajectory);
+  if (timed.outcome.status != MotionStatus::done) return timed;
+  const Trajectory trajectory = timed.trajectory;
   const LawKind kind = trajectory.law.kind;
   if (!is_searched(kind) || !trajectory.law.nodes.empty()) return timed;
   check_request(mechanism, trajectory);
+  if (kind == LawKind::steady_momentum) {
+    keep_steady(mechanism, timed);
+    return timed;
+  }
   std::vector<LimitedQuantity> quantities;
   std::vector<double> bounds;
   list_limits(mechanism, trajectory, quantities, bounds);

@@ -12,6 +12,8 @@ constexpr std::size_t most_lines = 40;
 }  // namespace
 
 std::string found_law_text(const FoundLaw& law) {
+  if (law.momentum != 0)
+    return fmt::format("law of steady momentum: {:.9g} N m s in {:.9g} s\n", law.momentum, law.duration);
   std::string text = law.of.empty() ? fmt::format("fastest law within the limits: {:.9g} s", law.duration)
                                     : fmt::format("gentlest law: peak of {} {:.9g} {} in {:.9g} s", law.of, law.peak,
                                                   law.unit, law.duration);
@@ -37,6 +39,7 @@ Json found_law_json(const FoundLaw& law) {
                                  {"from", stretch.from},
                                  {"to", stretch.to},
                                  {"limit", stretch.limit.empty() ? Json(nullptr) : Json(stretch.limit)}});
+  if (law.momentum != 0) json["momentum"] = law.momentum;
   if (law.of.empty()) return json;
   json["of"] = law.of;
   json["peak"] = law.peak;

@@ -1,0 +1,52 @@
+#pragma once
+/// Functions of one parameter as Chebyshev series on panels.
+
+#include "balance/base/types.hpp"
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace balance {
+
+/// A stretch of the parameter, and the series of every function on it.
+struct Panel {
+  double begin = 0, end = 1;
+  Samples terms;  ///< one row per term, one column per function
+};
+
+/// Several functions of one parameter. Immutable; evaluation allocates nothing.
+class PiecewiseSeries {
+ public:
+  static constexpr int terms = 16;
+
+  PiecewiseSeries() = default;
+  /// @param panels in order, each beginning where the one before ends
+  explicit PiecewiseSeries(std::vector<Panel> panels) : panels_(std::move(panels)) {}
+
+  const std::vector<Panel>& panels() const { return panels_; }
+  Eigen::Index functions() const { return panels_.empty() ? 0 : panels_.front().terms.cols(); }
+
+  /// The panel that holds a parameter within [first, last).
+  std::size_t panel_at(double parameter, std::size_t first, std::size_t last) const;
+
+  /// Values of all functions by one panel's series, which go on beyond its ends. @param out functions() entries
+  void at(std::size_t panel, double parameter, double* out) const;
+
+  /// The derivatives of the functions with respect to the parameter.
+  PiecewiseSeries derivative() const;
+
+  /// Their integrals from the first panel's beginning on. What a further term would add is left out: series end before.
+  PiecewiseSeries integral() const;
+
+  /// Chebyshev's points of the first kind on [−1, 1], increasing with k < terms: the ends, where functions may jump, are none of them.
+  static double point(int k);
+  using Transform = Eigen::Matrix<double, terms, terms>;
+  /// From values at the points to terms.
+  static const Transform& transform();
+
+ private:
+  std::vector<Panel> panels_;
+};
+
+}  // namespace balance
