@@ -19,9 +19,8 @@ std::size_t index_of(const DesignSpace& space, const std::string& trajectory) {
   const auto& all = space.start.trajectories;
   const auto found = std::find_if(all.begin(), all.end(), [&](const Trajectory& t) { return t.name == trajectory; });
   if (found == all.end()) throw std::invalid_argument("the spec has no trajectory '" + trajectory + "'");
-  if (is_searched(found->law.kind))
-    throw std::invalid_argument("the law of the trajectory '" + trajectory +
-                                "' is searched for anew for every mechanism");
+  if (depends_on_mechanism(*found))
+    throw std::invalid_argument("the trajectory '" + trajectory + "' is found anew for every mechanism");
   return static_cast<std::size_t>(found - all.begin());
 }
 

@@ -29,9 +29,12 @@ function lawTable(law, key) {
     h("tbody", {}, rows))), more > 0 ? h("p", {class: "note"}, `and ${more} more`) : null);
 }
 
+const steadyNote = (law, key) => h("p", {class: "note"},
+  `Law of steady momentum${key ? `, ${key}` : ""}: ${withUnit(law.momentum, "N m s", 6)} in ${withUnit(law.duration, "s", 6)}`);
+
 /** A table for each run of the trajectory whose law was found; none for prescribed laws. */
 export function lawTables({before, after}) {
   const both = isDone(before) && isDone(after);
   return [["before", before], ["after", after]].filter(([, run]) => isDone(run) && run.found_law)
-    .map(([key, run]) => lawTable(run.found_law, both ? key : ""));
+    .map(([key, run]) => run.found_law.momentum ? steadyNote(run.found_law, both ? key : "") : lawTable(run.found_law, both ? key : ""));
 }
