@@ -43,7 +43,7 @@ if(TARGET balance_app)
       add_test(NAME browser.${readers} COMMAND ${NODE_PROGRAM} ${CMAKE_CURRENT_SOURCE_DIR}/browser/${readers}.mjs
                                                $<TARGET_FILE:balance_app> ${configs} ${PROJECT_BINARY_DIR}/pages)
       set_tests_properties(
-        browser.${readers} PROPERTIES ENVIRONMENT "PAGE_PACKAGES=${PROJECT_BINARY_DIR}/web;CHROMIUM=${CHROMIUM_PROGRAM}" TIMEOUT 300
+        browser.${readers} PROPERTIES ENVIRONMENT "PAGE_PACKAGES=${PROJECT_BINARY_DIR}/web;CHROMIUM=${CHROMIUM_PROGRAM}" TIMEOUT 600
                                       SKIP_RETURN_CODE 77)
     endforeach()
   endif()
