@@ -4,6 +4,7 @@
 #include "simulate_options.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/equations/effort_parts.hpp"
 #include "balance/result/body_poses.hpp"
 #include "balance/simulation/simulate.hpp"
 #include "balance/simulation/simulate_natural.hpp"
@@ -28,6 +29,16 @@ Result simulate_or_throw(const Study& study, const Trajectory& trajectory, const
   }
 }
 
+void add_parts(const Study& study, const Trajectory& trajectory, Result& result) {
+  try {
+    const MotionOutcome outcome = add_effort_parts(study.mechanism, result);
+    if (outcome.status != MotionStatus::done) throw MotionFailure(outcome);
+  } catch (const std::invalid_argument& error) {
+    throw SpecError(
+        {.place = {.file = study.spec_file, .key = "trajectories." + trajectory.name}, .message = error.what()});
+  }
+}
+
 ExitCode run(const SimulateOptions& options) {
   const Study study = read_study(options.spec);
   const Trajectory trajectory = choose_trajectory(options, study);
@@ -36,6 +47,7 @@ ExitCode run(const SimulateOptions& options) {
   tell_what_is_run(options, study, trajectory);
   Result result = simulate_or_throw(study, trajectory, options);
   if (options.poses) add_body_poses(study.mechanism, result);
+  if (options.split) add_parts(study, trajectory, result);
   tell_notes(options, result);
   const FileDescription description = describe(options, study, trajectory);
   print_result(options, result, description, write_files(options, result, description));

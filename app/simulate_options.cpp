@@ -86,6 +86,7 @@ void add_simulate_options(CLI::App& parser, SimulateOptions& o) {
                     ->type_name("NAME")
                     ->capture_default_str(),
                 formulations());
+  parser.add_flag("--split", o.split, "write what every torque adds up from, too");
 }
 
 void check_formulation(const SimulateOptions& options, const Study& study) {
@@ -123,6 +124,8 @@ void check_outputs(const SimulateOptions& options, const Study& study) {
   const Existing existing = options.force ? Existing::replace : Existing::keep;
   if (options.poses && options.output.empty() && options.csv.empty())
     throw UsageError("--poses needs a file to write them to: --output or --csv");
+  if (options.split && options.output.empty() && options.csv.empty())
+    throw UsageError("--split needs a file to write the parts to: --output or --csv");
   check_standard_output({options.output, options.csv}, options.spec.json, options.output == standard_output);
   for (const std::string& file : {options.output, options.csv}) {
     if (file.empty()) continue;
@@ -145,6 +148,7 @@ FileDescription describe(const SimulateOptions& options, const Study& study, con
                               .set = options.spec.set,
                               .compress = options.compress,
                               .poses = options.poses,
+                              .split = options.split,
                               .formulation = options.formulation});
 }
 

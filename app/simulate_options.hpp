@@ -21,6 +21,7 @@ struct SimulateOptions {
   bool force = false;
   bool compress = false;
   bool poses = false;  ///< of the bodies, too
+  bool split = false;  ///< what the torques add up from, too
   bool quiet = false;
 };
 

@@ -78,6 +78,20 @@ class Equations(Case):
                 numpy.testing.assert_allclose(numpy.swapaxes(file["M"][:], 1, 2), file["M"][:], atol=1e-12)
             self.refused(5, "exists", FIVE_BAR, "--at", "cycloid", "-o", out)
 
+    def test_the_same_parts_beside_a_simulation(self):
+        with tempfile.TemporaryDirectory() as folder:
+            out, table = os.path.join(folder, "out.h5"), os.path.join(folder, "out.csv")
+            done = run("simulate", FIVE_BAR, "-t", "cycloid", "--split", "-o", out, "--csv", table)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with h5py.File(out) as file:
+                names = [f"torque_{kind}" for kind in ("inertia", "velocity", "friction", "weight", "spring", "load")]
+                parts = sum(file[name][:] for name in names)
+                numpy.testing.assert_allclose(parts, file["torque"][:], rtol=1e-9, atol=1e-9)
+                self.assertIn("--split", file.attrs["command_line"])
+            with open(table) as file:
+                self.assertIn("torque_weight", file.readline())
+        self.assertEqual(run("simulate", FIVE_BAR, "--split").returncode, 2)
+
     def test_latex(self):
         done = run("equations", ARM, "--at", "start", "--latex", "--only", "inertia,redundant,natural,parameters")
         self.assert_quiet_success(done)

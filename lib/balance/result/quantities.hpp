@@ -36,6 +36,7 @@ enum class Occasion {
   tracking,       ///< and the desired motion is known
   tool_tracking,  ///< and there is a tool
   poses,          ///< asked for, and computed after the run (result/body_poses.hpp)
+  split,          ///< the same (equations/effort_parts.hpp)
 };
 
 /// A line of the table.

@@ -15,7 +15,8 @@ bool has(const Mechanism& mechanism, const Contents& contents, const Result& res
     case Occasion::control: return contents.control;
     case Occasion::tracking: return contents.tracking;
     case Occasion::tool_tracking: return contents.tracking && mechanism.tool.has_value();
-    case Occasion::poses: return false;
+    case Occasion::poses:
+    case Occasion::split: return false;
   }
   return false;
 }

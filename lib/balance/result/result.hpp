@@ -62,6 +62,10 @@ struct Result {
   Samples body_position;                ///< N×(B axes): their origins [m]
   Samples body_orientation;             ///< planar N×B angles [rad], spatial N×(B 4) quaternions w x y z
 
+  // what the torques add up from (equations/effort_parts.hpp), where asked for; empty else
+  Samples torque_inertia, torque_velocity, torque_friction, torque_weight, torque_spring,
+      torque_load;  ///< N×A [N m or N]
+
   // of a run under control; empty else
   std::vector<std::string> sliding_names;     ///< K coordinates that the controller has a sliding variable for
   std::vector<std::string> sliding_units;     ///< "rad/s" or "m/s"

@@ -33,6 +33,7 @@ std::string simulate_command(const SimulateCall& call) {
   if (call.formulation != "tree") words.insert(words.end(), {"--formulation", call.formulation});
   if (call.compress) words.push_back("--compress");
   if (call.poses) words.push_back("--poses");
+  if (call.split) words.push_back("--split");
   for (std::string& word : words) word = shell_word(word);
   return fmt::format("{}", fmt::join(words, " "));
 }

@@ -24,6 +24,7 @@ struct SimulateCall {
   std::vector<std::string> set;    ///< `name=value`
   bool compress = false;
   bool poses = false;
+  bool split = false;
   std::string formulation = "tree";  ///< or "natural"
   std::string controller = {};       ///< empty: none
   double settle = 0;                 ///< [s]
