@@ -34,6 +34,7 @@ std::string as_mapping(const std::string& text) {
 Draft draft_of(const Study& study, const char* option) {
   Draft draft(study.spec_file);
   draft.study = study;
+  draft.mechanism() = converted<Expression>(study.mechanism, [](double x) { return Expression(x); });
   draft.units.length = study.units.length;
   draft.units.angle = study.units.angle;
   draft.problems = Problems::of_option(option);
@@ -49,16 +50,16 @@ void need_text(const std::string& text, const char* what) {
 
 PoseTarget read_pose(const std::string& text, const Study& study) {
   Draft draft = draft_of(study, "--at");
-  PoseTarget pose;
+  TrajectoryOf<Expression> stated;  // a pose is part of one
   draft.problems.guard([&] {
     need_text(text, "a pose");
     const bool short_form = text.find('=') != std::string::npos;
     const std::string joints = short_form ? "{joints: " + as_mapping(text) + "}" : text;
     const Node root = parse_yaml(short_form || text.find('{') == 0 ? joints : "{" + joints + "}", draft.problems);
-    pose = read::read_pose(Cursor(root, "", draft.problems), draft);
+    stated.from = read::read_pose(Cursor(root, "", draft.problems), draft);
   });
   draft.problems.throw_all();
-  return pose;
+  return converted<double>(stated, [](const Expression& x) { return x.value(); }).from;
 }
 
 std::vector<CoordinateValue> read_rates(const std::string& text, const char* option, const Study& study) {
@@ -67,7 +68,8 @@ std::vector<CoordinateValue> read_rates(const std::string& text, const char* opt
   draft.problems.guard([&] {
     need_text(text, "rates of coordinates");
     const Node root = parse_yaml(as_mapping(text), draft.problems);
-    rates = read_coordinate_values(Cursor(root, "", draft.problems), draft);
+    for (const auto& [coordinate, rate] : read_coordinate_values(Cursor(root, "", draft.problems), draft))
+      rates.push_back({coordinate, rate.value()});
   });
   draft.problems.throw_all();
   return rates;
