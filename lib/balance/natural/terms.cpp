@@ -40,7 +40,7 @@ std::string form_text(const Form& form, const std::vector<std::string>& points) 
   return text;
 }
 
-bool same(const Form& a, const Form& b) {
+bool same_form(const Form& a, const Form& b) {
   if (a.constant != b.constant || a.terms.size() != b.terms.size()) return false;
   for (std::size_t i = 0; i < a.terms.size(); ++i)
     if (a.terms[i].point != b.terms[i].point || a.terms[i].weight != b.terms[i].weight) return false;
@@ -55,7 +55,7 @@ std::string row_text(const Row& row, const std::vector<std::string>& points, con
   } else {
     const bool any = !row.right.terms.empty() || row.right.constant != Complex(0);
     const bool unit = row.left.terms.empty() && row.left.constant == Complex(1);
-    if (any && same(row.left, row.right))
+    if (any && same_form(row.left, row.right))
       text = "|" + form_text(row.right, points) + "|^2";
     else if (any && unit)
       text = "Re(" + form_text(row.right, points) + ")";
