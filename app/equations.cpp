@@ -5,8 +5,8 @@
 
 #include "balance/base/error.hpp"
 #include "balance/base/version.hpp"
+#include "balance/conditions/symbols.hpp"
 #include "balance/present/equations_view.hpp"
-#include "balance/read/symbols.hpp"
 #include "balance/simulation/simulate.hpp"
 #include "balance/write/run_description.hpp"
 
@@ -75,10 +75,11 @@ ExitCode run_along(const EquationsOptions& options, const Study& study, const Tr
   return ExitCode::done;
 }
 
-EquationsView view_at(const EquationsOptions& options, const Study& study) {
+EquationsView view_at(const EquationsOptions& options, const DesignSpace& space) {
+  const Study& study = space.start;
   const EquationsQuery query = make_query(options, study);
   std::vector<Symbol> symbols;
-  if (query.sections.count(EquationSection::parameters) > 0) symbols = list_symbols(study, read_options(options.spec));
+  if (query.sections.count(EquationSection::parameters) > 0) symbols = list_symbols(space);
   EquationsReport report = ask(options, study, [&] { return equations_at(study.mechanism, query, symbols); });
   if (report.outcome.status != MotionStatus::done) throw MotionFailure(report.outcome);
   return {study.mechanism.name, coordinate_names(study.mechanism), std::move(report.at), choose_sections(options)};
@@ -86,11 +87,12 @@ EquationsView view_at(const EquationsOptions& options, const Study& study) {
 
 ExitCode run(const EquationsOptions& options) {
   choose_sections(options);
-  const Study study = read_study(options.spec);
+  const DesignSpace space = read_space(options.spec);
+  const Study& study = space.start;
   check_outputs(options, study);
   for (const std::string& warning : study.warnings) tell("warning: " + warning);
   if (const Trajectory* trajectory = trajectory_at(options, study)) return run_along(options, study, *trajectory);
-  const EquationsView view = view_at(options, study);
+  const EquationsView view = view_at(options, space);
   if (options.spec.json)
     print(equations_json(view, study.warnings));
   else if (options.latex)

@@ -2,6 +2,7 @@
 
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
+#include "balance/model/conversion.hpp"
 #include "balance/spec/pose.hpp"
 #include "balance/spec/read_spec.hpp"
 
@@ -33,12 +34,20 @@ std::string as_mapping(const std::string& text) {
 /// A draft of the study with its units, whose complaints are about an option.
 Draft draft_of(const Study& study, const char* option) {
   Draft draft(study.spec_file);
-  draft.study = study;
+  draft.mechanism() = converted<Expression>(study.mechanism, [](double x) { return Expression(x); });
   draft.units.length = study.units.length;
   draft.units.angle = study.units.angle;
   draft.problems = Problems::of_option(option);
   return draft;
 }
+
+std::vector<CoordinateValue> present_values(const std::vector<CoordinateValueOf<Expression>>& read) {
+  std::vector<CoordinateValue> values;
+  for (const auto& one : read) values.push_back({one.coordinate, one.value.value()});
+  return values;
+}
+
+Vector3 present_vector(const Vector3Of<Expression>& v) { return {v[0].value(), v[1].value(), v[2].value()}; }
 
 void need_text(const std::string& text, const char* what) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
@@ -55,7 +64,16 @@ PoseTarget read_pose(const std::string& text, const Study& study) {
     const bool short_form = text.find('=') != std::string::npos;
     const std::string joints = short_form ? "{joints: " + as_mapping(text) + "}" : text;
     const Node root = parse_yaml(short_form || text.find('{') == 0 ? joints : "{" + joints + "}", draft.problems);
-    pose = read::read_pose(Cursor(root, "", draft.problems), draft);
+    const auto read = read::read_pose(Cursor(root, "", draft.problems), draft);
+    pose.joints = present_values(read.joints);
+    if (read.tool) pose.tool = present_vector(*read.tool);
+    if (read.angle) pose.angle = read.angle->value();
+    if (read.com) pose.com = present_vector(*read.com);
+    if (read.orientation) {
+      pose.orientation.emplace();
+      for (int k = 0; k < 3; ++k)
+        pose.orientation->col(k) = present_vector(Vector3Of<Expression>(read.orientation->col(k)));
+    }
   });
   draft.problems.throw_all();
   return pose;
@@ -67,7 +85,7 @@ std::vector<CoordinateValue> read_rates(const std::string& text, const char* opt
   draft.problems.guard([&] {
     need_text(text, "rates of coordinates");
     const Node root = parse_yaml(as_mapping(text), draft.problems);
-    rates = read_coordinate_values(Cursor(root, "", draft.problems), draft);
+    rates = present_values(read_coordinate_values(Cursor(root, "", draft.problems), draft));
   });
   draft.problems.throw_all();
   return rates;
