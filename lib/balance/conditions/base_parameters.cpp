@@ -11,8 +11,8 @@ namespace balance {
 
 namespace {
 
-constexpr int fewest_samples = 12, most_samples = 2000;
-constexpr int repetitions = 2;  ///< with twice as many samples each, before the rank is called unclear
+constexpr int fewest_configurations = 12, most_configurations = 2000;
+constexpr int more_rounds = 2;  ///< with twice as many samples each, before the rank is called unclear
 
 /// Generalised forces along the admissible velocities, per unit of every parameter, at random configurations.
 template <class S>
@@ -33,8 +33,8 @@ class Identification {
     const std::vector<int> order = pivot_order(mechanism_, out_.parameters);
     const auto P = static_cast<Eigen::Index>(out_.parameters.size());
     MatrixX rows(0, P);
-    for (int k = 0, wanted = 2 * static_cast<int>(P) + 20; k <= repetitions; ++k, wanted *= 2) {
-      while (rows.rows() < wanted || out_.samples < fewest_samples)
+    for (int k = 0, wanted = 2 * static_cast<int>(P) + 20; k <= more_rounds; ++k, wanted *= 2) {
+      while (rows.rows() < wanted || out_.samples < fewest_configurations)
         if (!add_sample(units, rows))
           return refuse(ConditionsStatus::not_assembled, "the loops cannot be closed, or nothing can move");
       if (!reduce(rows, units.parameter, units.mass, order, out_)) continue;
@@ -87,7 +87,7 @@ class Identification {
   /// Rows of inertia, velocity terms and weight at one more configuration.
   bool add_sample(const NaturalUnits& units, MatrixX& rows) {
     Configuration here;
-    if (out_.samples == most_samples || !sampler_.next(here)) return false;
+    if (out_.samples == most_configurations || !sampler_.next(here)) return false;
     ++out_.samples;
     poses(tree_, here.y.data(), state_);
     const MatrixX project = here.null_space.transpose() * scale_.asDiagonal();

@@ -10,25 +10,26 @@ namespace balance {
 namespace {
 
 using Dimension = Hdf5File::Dimension;
-constexpr Hdf5File::Group root{};
+constexpr Hdf5File::Group whole_file{};
 
-std::span<const double> values_of(const Samples& samples) {
+std::span<const double> numbers_of(const Samples& samples) {
   return {samples.data(), static_cast<std::size_t>(samples.size())};
 }
 
 void add_all(Hdf5File& file, const EquationsAlong& along, const std::vector<std::string>& actuators) {
   const std::span<const double> times(along.time.data(), static_cast<std::size_t>(along.time.size()));
-  const Dimension time = file.add_dimension(root, {"time", "time", "s", {}, {}}, times);
+  const Dimension time = file.add_dimension(whole_file, {"time", "time", "s", {}, {}}, times);
   const Dimension own =
-      file.add_dimension(root, {"coordinate", "independent coordinate", "1", {}, {}}, along.independent);
+      file.add_dimension(whole_file, {"coordinate", "independent coordinate", "1", {}, {}}, along.independent);
   const Dimension rate =
-      file.add_dimension(root, {"rate", "rate of an independent coordinate", "1", {}, {}}, along.independent);
-  const Dimension rate2 =
-      file.add_dimension(root, {"second_rate", "rate of an independent coordinate", "1", {}, {}}, along.independent);
-  const Dimension tree = file.add_dimension(root, {"tree", "coordinate of the tree", "1", {}, {}}, along.redundant);
+      file.add_dimension(whole_file, {"rate", "rate of an independent coordinate", "1", {}, {}}, along.independent);
+  const Dimension rate2 = file.add_dimension(
+      whole_file, {"second_rate", "rate of an independent coordinate", "1", {}, {}}, along.independent);
+  const Dimension tree =
+      file.add_dimension(whole_file, {"tree", "coordinate of the tree", "1", {}, {}}, along.redundant);
   const auto add = [&](const char* name, const char* long_name, const std::vector<Dimension>& dimensions,
                        const Samples& samples) {
-    if (samples.size() > 0) file.add(root, {name, long_name, "mixed", dimensions, {}}, values_of(samples));
+    if (samples.size() > 0) file.add(whole_file, {name, long_name, "mixed", dimensions, {}}, numbers_of(samples));
   };
   add("position", "independent coordinates [rad or m]", {time, own}, along.position);
   add("M", "M': inertia in the independent coordinates, P0 eq. 62", {time, own, rate}, along.mass);
@@ -38,13 +39,14 @@ void add_all(Hdf5File& file, const EquationsAlong& along, const std::vector<std:
   add("C", "rates of the tree's coordinates per independent rate, P0 eq. 16", {time, tree, own}, along.transformation);
   if (!along.closures.empty()) {
     const Dimension closure =
-        file.add_dimension(root, {"closure", "joint that is closed", "1", {}, {}}, along.closures);
+        file.add_dimension(whole_file, {"closure", "joint that is closed", "1", {}, {}}, along.closures);
     add("A", "closures' Jacobian, P0 eq. 7", {time, closure, tree}, along.constraints);
   }
   if (along.parts.size() == 0) return;
   const std::vector<std::string> parts(effort_part_names.begin(), effort_part_names.end());
-  const Dimension actuator = file.add_dimension(root, {"actuator", "actuated coordinate", "1", {}, {}}, actuators);
-  const Dimension part = file.add_dimension(root, {"part", "part of the torque", "1", {}, {}}, parts);
+  const Dimension actuator =
+      file.add_dimension(whole_file, {"actuator", "actuated coordinate", "1", {}, {}}, actuators);
+  const Dimension part = file.add_dimension(whole_file, {"part", "part of the torque", "1", {}, {}}, parts);
   add("torque", "parts of the torques, which add up to them [N m or N]", {time, actuator, part}, along.parts);
 }
 

@@ -9,11 +9,11 @@ namespace balance {
 
 namespace {
 
-constexpr double round_off = 1e-13;        ///< of the largest entry: printed as 0
+constexpr double shown_as_zero = 1e-13;    ///< of the largest entry: printed as 0
 constexpr Eigen::Index most_columns = 10;  ///< that amsmath's matrices take without being asked
 
 std::string number_latex(double value, double size) {
-  if (std::abs(value) <= round_off * size) return "0";
+  if (std::abs(value) <= shown_as_zero * size) return "0";
   std::string text = fmt::format("{:.6g}", value);
   if (const std::size_t e = text.find('e'); e != std::string::npos)
     text = fmt::format("{} \\cdot 10^{{{}}}", text.substr(0, e), std::stoi(text.substr(e + 1)));

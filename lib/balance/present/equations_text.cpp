@@ -10,10 +10,10 @@ namespace balance {
 
 namespace {
 
-constexpr double round_off = 1e-13;  ///< of the largest entry of its kind: shown as 0
+constexpr double shown_as_none = 1e-13;  ///< of the largest entry of its kind: shown as 0
 
-std::string cell(double value, double size) {
-  return std::abs(value) <= round_off * size ? "0" : fmt::format("{:.6g}", value);
+std::string entry_text(double value, double size) {
+  return std::abs(value) <= shown_as_none * size ? "0" : fmt::format("{:.6g}", value);
 }
 
 double largest(const MatrixX& matrix) { return matrix.size() == 0 ? 0 : matrix.cwiseAbs().maxCoeff(); }
@@ -28,7 +28,7 @@ std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& r
   const double size = largest(matrix);
   for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
     std::vector<std::string> cells{"  " + rows[static_cast<std::size_t>(r)]};
-    for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(cell(matrix(r, c), size));
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(entry_text(matrix(r, c), size));
     table.rows.push_back(std::move(cells));
   }
   return format_table(table);
@@ -52,7 +52,7 @@ std::string velocity_text(const EquationsAt& at) {
     std::string sum;
     for (Eigen::Index r = 0; r < form.rows(); ++r)
       for (Eigen::Index s = r; s < form.cols(); ++s) {
-        if (std::abs(form(r, s)) <= round_off * size) continue;
+        if (std::abs(form(r, s)) <= shown_as_none * size) continue;
         const auto& first = at.independent[static_cast<std::size_t>(r)];
         const auto& second = at.independent[static_cast<std::size_t>(s)];
         sum += sum.empty() ? (form(r, s) < 0 ? "-" : "") : form(r, s) < 0 ? " - " : " + ";
@@ -72,8 +72,8 @@ std::string rest_text(const EquationsAt& at) {
               {}};
   for (std::size_t k = 0; k < at.independent.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    table.rows.push_back({"  " + at.independent[k], cell(rest.weight[i], size), cell(rest.springs[i], size),
-                          cell(rest.loads[i], size), cell(rest.sum()[i], size), force_unit(at.lengths[k])});
+    table.rows.push_back({"  " + at.independent[k], entry_text(rest.weight[i], size), entry_text(rest.springs[i], size),
+                          entry_text(rest.loads[i], size), entry_text(rest.sum()[i], size), force_unit(at.lengths[k])});
   }
   return format_table(table);
 }
@@ -91,8 +91,8 @@ std::string split_text(const EquationsAt& at) {
   for (std::size_t a = 0; a < at.actuators.size(); ++a) {
     const auto row = parts.row(static_cast<Eigen::Index>(a));
     std::vector<std::string> cells{"  " + at.actuators[a]};
-    for (const double value : row) cells.push_back(cell(value, size));
-    cells.push_back(cell(at.split->effort[static_cast<Eigen::Index>(a)], size));
+    for (const double value : row) cells.push_back(entry_text(value, size));
+    cells.push_back(entry_text(at.split->effort[static_cast<Eigen::Index>(a)], size));
     cells.push_back(force_unit(at.forces[a]));
     table.rows.push_back(std::move(cells));
   }
@@ -120,8 +120,8 @@ std::string natural_text(const natural::Terms& n) {
     const double size = n.total_mass;
     table.rows.push_back({"  " + n.points[p], fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 0)),
                           fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 1)),
-                          fmt::format("[{} {}; {} {}]", cell(c.real(), size), cell(-c.imag(), size),
-                                      cell(c.imag(), size), cell(c.real(), size)),
+                          fmt::format("[{} {}; {} {}]", entry_text(c.real(), size), entry_text(-c.imag(), size),
+                                      entry_text(c.imag(), size), entry_text(c.real(), size)),
                           n.coefficients[p].fixed ? "fixed" : ""});
   }
   text += format_table(table);
@@ -148,7 +148,8 @@ std::string regressor_text(const EquationsAt& at) {
     for (const std::string& c : columns) table.heading.push_back(c), table.align.push_back(Align::right);
     for (Eigen::Index r = 0; r < all.rows(); ++r) {
       std::vector<std::string> cells{"  " + names[static_cast<std::size_t>(r)]};
-      for (Eigen::Index c = 0; c < all.cols(); ++c) cells.push_back(cell(all(r, c), c == 0 ? 0 : largest(all.col(c))));
+      for (Eigen::Index c = 0; c < all.cols(); ++c)
+        cells.push_back(entry_text(all(r, c), c == 0 ? 0 : largest(all.col(c))));
       table.rows.push_back(std::move(cells));
     }
     return format_table(table);
