@@ -3,7 +3,6 @@
 #include "console.hpp"
 #include "failure.hpp"
 
-#include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/formulas/code.hpp"
 #include "balance/present/formulas_text.hpp"
@@ -45,9 +44,8 @@ void print_view(const FormulaOptions& options, const Study& study, const SpecTex
   FormulasView view{title_of(study), &sheet, print_sheet(sheet, print_options), {}, study.warnings};
   view.check = check_against_engine(sheet, texts_of(view.sections), study.mechanism);
   if (!view.check.agrees)
-    throw SpecError({.place = {.file = study.spec_file},
-                     .message = fmt::format("no formulas: {} (checked at {} states: {:.0e})", view.check.reason,
-                                            view.check.states, view.check.error)});
+    throw MechanismFailure("no-formulas", fmt::format("no formulas: {} (checked at {} states: {:.0e})",
+                                                      view.check.reason, view.check.states, view.check.error));
   if (options.latex) {
     print_options.style = formulas::Style::latex;
     view.sections = print_sheet(sheet, print_options);
@@ -74,7 +72,7 @@ ExitCode print_formulas(const FormulaOptions& options) {
       print(formulas::program_text(study.mechanism, texts, language));
     }
   } catch (const formulas::FormulaError& error) {
-    throw SpecError({.place = {.file = study.spec_file}, .message = std::string("no formulas: ") + error.what()});
+    throw MechanismFailure("no-formulas", std::string("no formulas: ") + error.what());
   }
   return ExitCode::done;
 }
