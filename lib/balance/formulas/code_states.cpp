@@ -1,6 +1,6 @@
 #include "balance/formulas/code_states.hpp"
 
-#include "balance/formulas/recursion.hpp"
+#include "balance/formulas/newton_euler.hpp"
 #include "balance/inverse/inverse_dynamics.hpp"
 
 #include <cmath>

@@ -2,7 +2,7 @@
 /// The recursions' numbers as nodes of a straight-line program. Private to formulas.
 
 #include "balance/formulas/dag.hpp"
-#include "balance/formulas/recursion.hpp"
+#include "balance/formulas/newton_euler.hpp"
 
 #include <string>
 #include <vector>
