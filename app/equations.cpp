@@ -1,6 +1,7 @@
 #include "console.hpp"
 #include "equations_options.hpp"
 #include "failure.hpp"
+#include "formulas.hpp"
 #include "signals.hpp"
 
 #include "balance/base/error.hpp"
@@ -86,6 +87,9 @@ EquationsView view_at(const EquationsOptions& options, const DesignSpace& space)
 }
 
 ExitCode run(const EquationsOptions& options) {
+  if (options.at.empty())
+    return print_formulas(
+        {options.spec, options.only, options.code, options.latex, options.numbers, options.expand, options.all});
   choose_sections(options);
   const DesignSpace space = read_space(options.spec);
   const Study& study = space.start;
@@ -109,7 +113,10 @@ Command setup_equations(CLI::App& program) {
   const auto options = std::make_shared<EquationsOptions>();
   add_equations_options(*parser, *options);
   parser->footer(
-      "Prints the equation of motion where the mechanism has a pose, as matrices in its independent\n"
+      "Without --at, prints the equations of motion as formulas: --only inertia,velocity,gravity,\n"
+      "closures,solved,conditions picks some, --code c makes a program of them. What is printed has\n"
+      "been read back and compared with the engine.\n\n"
+      "With --at, prints the equation where the mechanism has a pose, as matrices in its independent\n"
       "coordinates: inertia M', velocity terms D'_krs and B', weight, springs and loads z'; what\n"
       "every torque adds up from; and the base parameters: the combinations of inertial parameters\n"
       "that the equation depends on.\n"
@@ -117,6 +124,8 @@ Command setup_equations(CLI::App& program) {
       "in natural coordinates (planar) and the regressor; --json prints all. Files hold the matrices\n"
       "at a pose or, where --at names a trajectory, at all its samples.\n\n"
       "Examples:\n"
+      "  balance equations spatial-rrr.yaml --only inertia,conditions\n"
+      "  balance equations 5r.yaml --code c\n"
       "  balance equations planar-rrr.yaml --at start\n"
       "  balance equations 5r.yaml --at \"tool: [0.1, 0.3]\" --rates A1=2,A2=-1 --only torques\n"
       "  balance equations 3rrr.yaml --at end --only natural --latex\n"

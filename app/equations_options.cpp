@@ -5,6 +5,7 @@
 
 #include "balance/base/nearest.hpp"
 #include "balance/equations/configuration.hpp"
+#include "balance/formulas/sheet.hpp"
 #include "balance/simulation/simulate.hpp"
 #include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
@@ -69,13 +70,41 @@ std::vector<CoordinateValue> find_pose(const EquationsOptions& options, const St
 
 }  // namespace
 
+namespace {
+
+/// Of poses and of formulas, which share some.
+std::vector<std::string> all_section_names() {
+  std::vector<std::string> names = equation_section_names();
+  for (const std::string& name : formulas::section_names())
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  return names;
+}
+
+/// What only formulas have; a pose needs those that stand before it.
+void add_formula_options(CLI::App& parser, EquationsOptions& o) {
+  CLI::Option* at = parser.get_option("--at");
+  suggest_words(parser.add_option("--code", o.code, "print the torques as a program in c or python")
+                    ->type_name("LANGUAGE")
+                    ->check(CLI::IsMember({"c", "python"}))
+                    ->excludes(at)
+                    ->excludes(parser.get_option("--json"))
+                    ->excludes(parser.get_option("--latex")),
+                {"c", "python"});
+  parser.add_flag("--expand", o.expand, "put in what parameters are that are expressions of others")->excludes(at);
+  parser.add_flag("--numbers", o.numbers, "print numbers in place of symbols")->excludes(at);
+  parser.add_flag("--all", o.all, "print formulas however long they are")->excludes(at);
+  for (const char* name : {"--rates", "--accelerations", "--time", "--trajectory", "--independent", "--output"})
+    parser.get_option(name)->needs(at);
+}
+
+}  // namespace
+
 void add_equations_options(CLI::App& parser, EquationsOptions& o) {
   add_spec_options(parser, o.spec);
   parser
       .add_option("--at", o.at,
                   "a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2], in the spec's units), start, end or a trajectory")
-      ->type_name("POSE")
-      ->required();
+      ->type_name("POSE");
   parser.add_option("--rates", o.rates, "rates of the independent coordinates there; those not named are 0")
       ->type_name("NAME=V,...");
   parser.add_option("--accelerations", o.accelerations, "their accelerations")->type_name("NAME=V,...");
@@ -90,13 +119,14 @@ void add_equations_options(CLI::App& parser, EquationsOptions& o) {
                     ->type_name("NAMES")
                     ->delimiter(',')
                     ->allow_extra_args(false),
-                equation_section_names());
+                all_section_names());
   CLI::Option* latex = parser.add_flag("--latex", o.latex, "print LaTeX (amsmath) and nothing else");
   latex->excludes(parser.get_option("--json"));
   CLI::Option* output = parser.add_option("-o,--output", o.output, "write the matrices to this HDF5 file");
   output->type_name("FILE");
   parser.add_flag("--force", o.force, "replace a file that exists");
   parser.add_flag("--compress", o.compress, "compress the HDF5 file; slow")->needs(output);
+  add_formula_options(parser, o);
 }
 
 std::set<EquationSection> choose_sections(const EquationsOptions& options) {

@@ -12,13 +12,17 @@ namespace balance::app {
 
 struct EquationsOptions {
   SpecOptions spec;
-  std::string at;                    ///< a pose, `start`, `end` or a trajectory's name
+  std::string at;                    ///< a pose, `start`, `end` or a trajectory's name; empty: formulas
   std::string rates, accelerations;  ///< `A1=1,A2=0`; empty: none
   std::string trajectory;            ///< whose start and end; empty: the first of the spec
   double time = 0;                   ///< of loads that change [s]
   std::vector<std::string> independent, only;
   std::string output;
   bool latex = false, force = false, compress = false;
+
+  // of formulas
+  std::string code;  ///< `c` or `python`; empty: none
+  bool expand = false, numbers = false, all = false;
 };
 
 void add_equations_options(CLI::App& parser, EquationsOptions& options);

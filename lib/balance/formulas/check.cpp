@@ -1,0 +1,265 @@
+#include "balance/formulas/check.hpp"
+
+#include "balance/formulas/text_value.hpp"
+
+#include <Eigen/QR>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace balance::formulas {
+
+namespace {
+
+/// Round-off of thousands of terms is far below, a wrong term far above.
+constexpr double agreement = 1e-9;
+constexpr int most_tries = 60;
+/// Closures that others imply are so at poses that are exact but for round-off.
+constexpr double redundant = 1e-7;
+constexpr double regular = 1e-2;
+
+class Comparison {
+ public:
+  Comparison(const Sheet& sheet, const std::map<std::string, std::string>& texts, const Mechanism& mechanism,
+             std::uint64_t seed)
+      : sheet_(sheet), texts_(texts), mechanism_(without_rest(mechanism)), engine_(mechanism_), random_(seed) {
+    n_ = static_cast<Eigen::Index>(sheet.equations.M.size());
+  }
+
+  /// @return false if no pose was found from this random start
+  bool compare(double& error) {
+    VectorX y(n_);
+    VectorX q;
+    if (!find_pose(y) || !engine_pose(y, q)) return false;
+    const MatrixX A = jacobian(y), S = selection();
+    MatrixX both(A.rows() + S.rows(), n_);
+    both << A, S;
+    Eigen::ColPivHouseholderQR<MatrixX> solver;
+    solver.setThreshold(redundant);
+    solver.compute(both);
+    if (solver.rank() < n_) return false;
+    // near a singular pose round-off is no measure of formulas
+    if (std::abs(solver.matrixQR()(n_ - 1, n_ - 1)) < regular * solver.maxPivot()) return false;
+    MatrixX right = MatrixX::Zero(both.rows(), S.rows());
+    right.bottomRows(S.rows()).setIdentity();
+    const MatrixX B = solver.solve(right);
+    const VectorX v = random_vector(S.rows(), 1), a = random_vector(S.rows(), 1), dy = B * v;
+    VectorX bias_right = VectorX::Zero(both.rows());
+    bias_right.head(A.rows()) = -quadratic(y, dy);
+    const VectorX gamma = solver.solve(bias_right);
+    const auto M = engine_.mass_matrix(q);
+    const auto h = engine_.bias(q, v);
+    if (!M || !h) return false;
+    const auto parts = tree_terms(y, B * a + gamma, dy);
+    const VectorX found = B.transpose() * parts.sum, expected = M.value * a + h.value;
+    const double scale = (B.cwiseAbs().transpose() * parts.size).maxCoeff();
+    error = std::max(error, (found - expected).cwiseAbs().maxCoeff() / std::max(scale, 1e-300));
+    return true;
+  }
+
+ private:
+  /// What formulas of the pose do not know, and what only gets in the engine's way.
+  static Mechanism without_rest(Mechanism mechanism) {
+    mechanism.friction.clear();
+    mechanism.loads.clear();
+    return mechanism;
+  }
+
+  VectorX random_vector(Eigen::Index size, double reach) {
+    std::uniform_real_distribution<double> any(-reach, reach);
+    VectorX v(size);
+    for (double& x : v) x = any(random_);
+    return v;
+  }
+
+  static std::vector<double> list(const VectorX& y) { return {y.data(), y.data() + y.size()}; }
+
+  /// The values of all names at a pose; those of the last one are kept.
+  struct Values {
+    std::vector<double> pose, symbols, angles;
+    std::map<std::string, double> names;
+  };
+  const Values& values_at(const VectorX& y) {
+    if (values_.pose == list(y)) return values_;
+    values_ = {list(y), {}, {}, names_at(sheet_, list(y))};
+    for (const Symbol& symbol : sheet_.ring->symbols()) values_.symbols.push_back(values_.names.at(symbol.name));
+    for (const Angle& angle : sheet_.ring->angles()) values_.angles.push_back(values_.names.at(angle.name));
+    return values_;
+  }
+
+  double polynomial_at(const Polynomial& p, const VectorX& y) {
+    if (p.is_zero()) return 0;
+    const Values& at = values_at(y);
+    return value_of(p, at.symbols, at.angles);
+  }
+
+  double printed_at(const std::string& label, const Polynomial& p, const VectorX& y) {
+    const auto text = texts_.find(label);
+    return text != texts_.end() ? text_value(text->second, values_at(y).names) : polynomial_at(p, y);
+  }
+
+  MatrixX jacobian(const VectorX& y) {
+    const Matrix& A = sheet_.equations.A;
+    MatrixX value(static_cast<Eigen::Index>(A.size()), n_);
+    for (std::size_t i = 0; i < A.size(); ++i)
+      for (std::size_t j = 0; j < A[i].size(); ++j)
+        value(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+            printed_at("A" + index_text({i, j}, std::max(A.size(), A[i].size())), A[i][j], y);
+    return value;
+  }
+
+  /// Ȧ ẏ.
+  VectorX quadratic(const VectorX& y, const VectorX& dy) {
+    const Equations& e = sheet_.equations;
+    VectorX sum = VectorX::Zero(static_cast<Eigen::Index>(e.A.size()));
+    for (std::size_t i = 0; i < e.A.size(); ++i)
+      for (std::size_t j = 0; j < e.A[i].size(); ++j)
+        for (Eigen::Index k = 0; k < n_; ++k)
+          sum[static_cast<Eigen::Index>(i)] += polynomial_at(derivative(e.tree, e.A[i][j], static_cast<int>(k)), y) *
+                                               dy[static_cast<Eigen::Index>(j)] * dy[k];
+    return sum;
+  }
+
+  /// Rows of the engine's independent coordinates in the tree's columns.
+  MatrixX selection() const {
+    const auto& names = engine_.independent();
+    MatrixX S = MatrixX::Zero(static_cast<Eigen::Index>(names.size()), n_);
+    for (std::size_t i = 0; i < names.size(); ++i)
+      for (const auto& [column, ratio] : follows_of(names[i]))
+        S(static_cast<Eigen::Index>(i), column) = value_of(ratio);
+    return S;
+  }
+
+  const std::vector<std::pair<int, Polynomial>>& follows_of(const std::string& coordinate) const {
+    static const std::vector<std::pair<int, Polynomial>> none;
+    const SymbolicTree& tree = sheet_.equations.tree;
+    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c)
+      if (mechanism_.coordinates[c].name == coordinate && tree.coordinate_variable[c] >= 0)
+        return tree.variables[static_cast<std::size_t>(tree.coordinate_variable[c])].follows;
+    return none;
+  }
+
+  /// A random pose, from the rough values of the spec where there are loops, moved to where these close.
+  bool find_pose(VectorX& y) {
+    const Equations& e = sheet_.equations;
+    y = random_vector(n_, e.closure.empty() ? 3 : 0.4);
+    for (const CoordinateValue& rough : mechanism_.assembly)
+      for (Eigen::Index c = 0; c < n_ && !e.closure.empty(); ++c)
+        if (e.tree.coordinates[static_cast<std::size_t>(c)] == rough.coordinate) y[c] += rough.value;
+    for (int step = 0; step < 50 && !e.closure.empty(); ++step) {
+      VectorX h(static_cast<Eigen::Index>(e.closure.size()));
+      for (std::size_t i = 0; i < e.closure.size(); ++i)
+        h[static_cast<Eigen::Index>(i)] = polynomial_at(e.closure[i], y);
+      Eigen::CompleteOrthogonalDecomposition<MatrixX> step_to;
+      step_to.setThreshold(redundant);
+      step_to.compute(jacobian(y));
+      const VectorX change = step_to.solve(h);
+      y -= change;
+      if (change.cwiseAbs().maxCoeff() < 1e-14) break;
+    }
+    for (const Polynomial& h : e.closure)
+      if (!(std::abs(polynomial_at(h, y)) < 1e-12)) return false;
+    return true;
+  }
+
+  /// The engine's state there, to its last digits; it must be in the same assembly mode.
+  bool engine_pose(VectorX& y, VectorX& q) {
+    q = selection() * y;
+    if (sheet_.equations.closure.empty()) return true;
+    std::vector<NamedValue> near;
+    for (Eigen::Index c = 0; c < n_; ++c) {
+      const int coordinate = sheet_.equations.tree.coordinates[static_cast<std::size_t>(c)];
+      near.push_back({mechanism_.coordinates[static_cast<std::size_t>(coordinate)].name, y[c]});
+    }
+    const auto found = engine_.assemble(q, near);
+    if (!found) return false;
+    for (Eigen::Index c = 0; c < n_; ++c) {
+      const double off = found.value[sheet_.equations.tree.coordinates[static_cast<std::size_t>(c)]] - y[c];
+      const double difference = std::remainder(off, 2 * std::numbers::pi);
+      if (std::abs(difference) > 1e-6) return false;
+      y[c] += difference;
+    }
+    return true;
+  }
+
+  struct TreeTerms {
+    VectorX sum, size;  ///< and of the absolute values
+  };
+  /// M ÿ + D ẏ ẏ + z from what was printed.
+  TreeTerms tree_terms(const VectorX& y, const VectorX& ddy, const VectorX& dy) {
+    const Equations& e = sheet_.equations;
+    TreeTerms terms{VectorX::Zero(n_), VectorX::Zero(n_)};
+    const auto n = static_cast<std::size_t>(n_);
+    const auto add = [&](std::size_t i, double x) {
+      terms.sum[static_cast<Eigen::Index>(i)] += x;
+      terms.size[static_cast<Eigen::Index>(i)] += std::abs(x);
+    };
+    const auto at = [](const VectorX& v, std::size_t i) { return v[static_cast<Eigen::Index>(i)]; };
+    for (std::size_t i = 0; i < n; ++i) {
+      add(i, printed_at("D" + index_text({i}, n), e.z[i], y));
+      for (std::size_t j = i; j < n; ++j) {
+        const double M = printed_at("D" + index_text({i, j}, n), e.M[i][j], y);
+        add(i, M * at(ddy, j));
+        if (j > i) add(j, M * at(ddy, i));
+      }
+      for (std::size_t j = 0; j < n; ++j)
+        for (std::size_t k = j; k < n; ++k) {
+          const double D = printed_at("D" + index_text({i, j, k}, n), e.D[i][j][k], y);
+          add(i, (j == k ? 1 : 2) * D * at(dy, j) * at(dy, k));
+        }
+    }
+    return terms;
+  }
+
+  const Sheet& sheet_;
+  const std::map<std::string, std::string>& texts_;
+  const Mechanism mechanism_;
+  InverseDynamics engine_;
+  std::mt19937_64 random_;
+  Eigen::Index n_ = 0;
+  Values values_;
+};
+
+}  // namespace
+
+std::map<std::string, double> names_at(const Sheet& sheet, const std::vector<double>& y) {
+  const Equations& e = sheet.equations;
+  std::map<std::string, double> values;
+  for (const Symbol& symbol : sheet.ring->symbols()) values[symbol.name] = symbol.value;
+  for (const Angle& angle : sheet.ring->angles()) values[angle.name] = angle.value;
+  std::vector<double> angles;
+  for (const Variable& variable : e.tree.variables) {
+    double x = variable.offset;
+    for (const auto& [column, ratio] : variable.follows) x += value_of(ratio) * y[static_cast<std::size_t>(column)];
+    if (variable.index < 0) continue;
+    values[variable.is_angle ? sheet.ring->angle(variable.index).name : sheet.ring->symbol(variable.index).name] = x;
+  }
+  for (const Relation& relation : e.tree.relations) {
+    double sum = 0;
+    for (const auto& [angle, multiple] : relation.multiples) sum += multiple * values[sheet.ring->angle(angle).name];
+    values[sheet.ring->angle(relation.angle).name] = sum;
+  }
+  std::vector<double> symbols;
+  for (const Symbol& symbol : sheet.ring->symbols()) symbols.push_back(values[symbol.name]);
+  for (const Angle& angle : sheet.ring->angles()) angles.push_back(values[angle.name]);
+  for (const auto& [symbol, square] : e.lengths)
+    values[sheet.ring->symbol(symbol).name] = std::sqrt(value_of(square, symbols, angles));
+  return values;
+}
+
+Check check_against_engine(const Sheet& sheet, const std::map<std::string, std::string>& texts,
+                           const Mechanism& mechanism, int states, std::uint64_t seed) {
+  Check check;
+  Comparison comparison(sheet, texts, mechanism, seed);
+  for (int tries = 0; check.states < states && tries < most_tries; ++tries)
+    if (comparison.compare(check.error)) ++check.states;
+  check.agrees = check.states == states && check.error < agreement;
+  if (check.states < states)
+    check.reason = "not enough poses were found at which the loops close";
+  else if (!check.agrees)
+    check.reason = "the formulas differ from the engine";
+  return check;
+}
+
+}  // namespace balance::formulas

@@ -1,0 +1,143 @@
+#pragma once
+/// Reads arithmetic in text: numbers, names, + − * / ^, parentheses, functions of one argument. Factors side by side are
+/// multiplied; products and quotients are taken from left to right. Private to formulas.
+
+#include "balance/formulas/rational.hpp"
+
+#include <cctype>
+#include <string>
+#include <utility>
+
+namespace balance::formulas {
+
+/// What numbers and names become is for `Maker`: number(text), name(text), call(function, argument), power(base, whole number).
+template <class Value, class Maker>
+class ExpressionReader {
+ public:
+  ExpressionReader(const std::string& text, Maker& make) : text_(text), make_(make) {}
+
+  /// @throws FormulaError with what is wrong
+  Value read() {
+    Value value = sum();
+    if (peek() != '\0') fail();
+    return value;
+  }
+
+ private:
+  static constexpr int deepest = 100;
+
+  char peek() {
+    while (at_ < text_.size() && text_[at_] == ' ') ++at_;
+    return at_ < text_.size() ? text_[at_] : '\0';
+  }
+  bool take(char c) {
+    if (peek() != c) return false;
+    ++at_;
+    return true;
+  }
+  [[noreturn]] void fail() const {
+    throw FormulaError("'" + text_.substr(0, 40) + "' cannot be read from character " + std::to_string(at_ + 1) +
+                       " on");
+  }
+  static bool in_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
+  static bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0 || c == '.'; }
+  /// Something that a factor begins with.
+  bool factor_follows() {
+    const char c = peek();
+    return in_name(c) || c == '.' || c == '(';
+  }
+
+  Value sum() {
+    if (++depth_ > deepest) fail();
+    Value value = signed_product();
+    for (;;) {
+      if (take('+'))
+        value = value + product();
+      else if (take('-'))
+        value = value - product();
+      else
+        break;
+    }
+    --depth_;
+    return value;
+  }
+  /// Whether the signs that stand here come to a minus.
+  bool is_negative() {
+    bool negative = false;
+    for (;;) {
+      if (take('-'))
+        negative = !negative;
+      else if (!take('+'))
+        return negative;
+    }
+  }
+  Value signed_product() {
+    const bool negative = is_negative();
+    return negative ? -product() : product();
+  }
+  Value product() {
+    Value value = power();
+    for (;;) {
+      if (take('*'))
+        value = value * signed_power();
+      else if (take('/'))
+        value = make_.quotient(value, signed_power());
+      else if (factor_follows())
+        value = value * power();
+      else
+        return value;
+    }
+  }
+  Value signed_power() {
+    const bool negative = is_negative();
+    return negative ? -power() : power();
+  }
+  Value power() {
+    Value base = factor();
+    if (!take('^')) return base;
+    const bool negative = take('-');
+    int exponent = 0, digits = 0;
+    for (peek(); at_ < text_.size() && std::isdigit(static_cast<unsigned char>(text_[at_])) != 0; ++at_, ++digits)
+      exponent = exponent * 10 + (text_[at_] - '0');
+    if (digits == 0 || digits > 2 || (at_ < text_.size() && text_[at_] == '.')) fail();
+    return make_.power(base, negative ? -exponent : exponent);
+  }
+  Value factor() {
+    const char c = peek();
+    const std::size_t begin = at_;
+    if (take('(')) {
+      Value value = sum();
+      if (!take(')')) fail();
+      return value;
+    }
+    if (is_digit(c)) return make_.number(number_text());
+    if (!in_name(c)) fail();
+    while (at_ < text_.size() && in_name(text_[at_])) ++at_;
+    const std::string name = text_.substr(begin, at_ - begin);
+    if (!make_.is_function(name) || peek() != '(') return make_.name(name);
+    ++at_;
+    Value argument = sum();
+    if (!take(')')) fail();
+    return make_.call(name, argument);
+  }
+  std::string number_text() {
+    const std::size_t begin = at_;
+    while (at_ < text_.size() && is_digit(text_[at_])) ++at_;
+    const auto digit_at = [&](std::size_t i) {
+      return i < text_.size() && std::isdigit(static_cast<unsigned char>(text_[i])) != 0;
+    };
+    if (at_ < text_.size() && (text_[at_] == 'e' || text_[at_] == 'E')) {
+      const bool sign = at_ + 1 < text_.size() && (text_[at_ + 1] == '-' || text_[at_ + 1] == '+');
+      if (digit_at(at_ + (sign ? 2 : 1)))
+        for (at_ += sign ? 2 : 1; digit_at(at_);) ++at_;
+    }
+    return text_.substr(begin, at_ - begin);
+  }
+
+  const std::string& text_;
+  Maker& make_;
+  std::size_t at_ = 0;
+  int depth_ = 0;
+};
+
+}  // namespace balance::formulas

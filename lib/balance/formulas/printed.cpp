@@ -1,0 +1,60 @@
+#include "balance/formulas/printed.hpp"
+
+namespace balance::formulas {
+
+namespace {
+
+std::string text_of(const Formula& formula, Printer& printer, const PrintOptions& options) {
+  if (options.numbers) {
+    const std::string above = printer.print_numbers(formula.value);
+    if (formula.denominator == Polynomial(1)) return above;
+    const std::string below =
+        formula.denominator_name.empty() ? printer.print_numbers(formula.denominator) : formula.denominator_name;
+    return options.style == Style::latex ? "\\frac{" + above + "}{" + below + "}" : "(" + above + ")/(" + below + ")";
+  }
+  if (formula.denominator == Polynomial(1)) return printer.print(formula.value);
+  if (formula.denominator_name.empty()) return printer.print_ratio(formula.value, formula.denominator);
+  const bool latex = options.style == Style::latex;
+  const std::string above = printer.print(formula.value);
+  if (latex) return "\\frac{" + above + "}{" + latex_name(formula.denominator_name) + "}";
+  return (formula.value.size() > 1 ? "(" + above + ")" : above) + "/" + formula.denominator_name;
+}
+
+}  // namespace
+
+std::vector<PrintedSection> print_sheet(const Sheet& sheet, const PrintOptions& options) {
+  std::vector<PrintedSection> sections;
+  Printer printer(*sheet.ring, options.style);
+  for (const SheetSection& from : sheet.sections) {
+    PrintedSection to{from.section, from.heading, {},
+                      from.zero,    from.terms,   from.is_too_long || from.terms > options.most_terms};
+    for (const Formula& formula : from.formulas)
+      if (!to.is_left_out) to.formulas.push_back({formula.label(), text_of(formula, printer, options)});
+    sections.push_back(std::move(to));
+  }
+  return sections;
+}
+
+std::map<std::string, std::string> texts_of(const std::vector<PrintedSection>& sections) {
+  std::map<std::string, std::string> texts;
+  for (const PrintedSection& section : sections)
+    for (const PrintedFormula& formula : section.formulas)
+      if (!formula.label.empty()) texts[formula.label] = formula.text;
+  return texts;
+}
+
+std::string latex_label(const std::string& label) {
+  const std::size_t digit = label.find_first_of("0123456789");
+  if (digit == 0 || digit == std::string::npos || label.find('^') != std::string::npos) {
+    const bool square = label.ends_with("^2");
+    const std::string name = square ? label.substr(0, label.size() - 2) : label;
+    const std::string text = name == "Delta" ? "\\Delta" : latex_name(name);
+    return square ? "{" + text + "}^{2}" : text;
+  }
+  std::string indices = label.substr(digit);
+  for (char& c : indices)
+    if (c == '_') c = ',';
+  return label.substr(0, digit) + "_{" + indices + "}";
+}
+
+}  // namespace balance::formulas

@@ -1,0 +1,41 @@
+#pragma once
+/// The formulas of a sheet as text.
+
+#include "balance/formulas/printer.hpp"
+#include "balance/formulas/sheet.hpp"
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace balance::formulas {
+
+struct PrintedFormula {
+  std::string label;  ///< `D12`; empty: a condition
+  std::string text;   ///< what it is equal to; of a condition what must vanish
+};
+
+struct PrintedSection {
+  Section section = Section::inertia;
+  std::string heading;
+  std::vector<PrintedFormula> formulas;
+  std::vector<std::string> zero;  ///< labels of those that vanish
+  std::size_t terms = 0;
+  bool is_left_out = false;  ///< it has too many terms
+};
+
+struct PrintOptions {
+  Style style = Style::text;
+  bool numbers = false;           ///< the spec's numbers in place of symbols
+  std::size_t most_terms = 1000;  ///< of a section; what has more is left out
+};
+
+std::vector<PrintedSection> print_sheet(const Sheet& sheet, const PrintOptions& options = {});
+
+/// Texts by label, for check_against_engine.
+std::map<std::string, std::string> texts_of(const std::vector<PrintedSection>& sections);
+
+/// `D_{12}`.
+std::string latex_label(const std::string& label);
+
+}  // namespace balance::formulas

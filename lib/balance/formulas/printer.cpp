@@ -1,0 +1,263 @@
+#include "balance/formulas/printer.hpp"
+
+#include <algorithm>
+
+namespace balance::formulas {
+
+namespace {
+
+constexpr int deepest = 7;
+
+Polynomial divided_by(const Polynomial& p, const Term& common) {
+  std::vector<Term> terms;
+  for (const Term& term : p.terms())
+    terms.push_back({term.monomial / common.monomial, common.wave != 0 ? 0 : term.wave, term.factor / common.factor});
+  return Polynomial::of_terms(p.ring(), std::move(terms));
+}
+
+Monomial positive_part(const Monomial& m) {
+  return m.part([](int, int exponent) { return exponent > 0; });
+}
+Monomial negative_part(const Monomial& m) {
+  return m.part([](int, int exponent) { return exponent < 0; });
+}
+
+/// What all terms share: powers of one sign, the wave, and the size of their numbers if that is one.
+Term content_of(const Polynomial& p) {
+  Term common = p.terms()[0];
+  common.factor = abs(common.factor);
+  for (const Term& term : p.terms()) {
+    Monomial shared;
+    for (int k = 0; k < common.monomial.size(); ++k) {
+      const int a = common.monomial.exponent(k), b = term.monomial.exponent_of(common.monomial.symbol(k));
+      if (a > 0 && b > 0) shared.push(common.monomial.symbol(k), std::min(a, b));
+      if (a < 0 && b < 0) shared.push(common.monomial.symbol(k), std::max(a, b));
+    }
+    common.monomial = shared;
+    if (term.wave != common.wave) common.wave = 0;
+    if (!(abs(term.factor) == common.factor)) common.factor = Rational(0);
+  }
+  for (const Term& term : p.terms())
+    if (term.wave != common.wave) common.wave = 0;
+  if (common.factor.sign() == 0) common.factor = Rational(1);
+  return common;
+}
+
+/// The least size of a factor, if that is below one and all others are multiples of it, else zero.
+Rational least_factor(const Polynomial& p) {
+  Rational least = abs(p.terms()[0].factor);
+  for (const Term& term : p.terms())
+    if (abs(term.factor) < least) least = abs(term.factor);
+  bool whole = least < Rational(1);
+  for (const Term& term : p.terms()) whole = whole && (term.factor / least).is_whole();
+  return whole ? least : Rational();
+}
+
+}  // namespace
+
+std::string Printer::print(const Polynomial& p) {
+  const int count = static_cast<int>(ring_->symbols().size());
+  std::string text = pretty(p, 0).text;
+  ring_->keep_symbols(count);
+  scratch_.clear();
+  return text;
+}
+
+Printer::Printed Printer::pretty(const Polynomial& p, int depth) {
+  if (p.is_zero()) return {"0", 1, false};
+  if (p.size() == 1) {
+    const Term& only = p.terms()[0];
+    Printed printed = term(only.monomial, only.factor, only.wave);
+    if (only.factor.sign() < 0) printed.text.insert(0, "-"), printed.is_sum = true;
+    return printed;
+  }
+  if (auto taken = with_number_out(p, depth)) return *taken;
+  if (auto taken = with_content_out(p, depth)) return *taken;
+  return pretty_sum(p, depth);
+}
+
+/// Half of everything, where that is shorter.
+std::optional<Printer::Printed> Printer::with_number_out(const Polynomial& p, int depth) {
+  if (number_is_out_) return std::nullopt;
+  const Term common = content_of(p);
+  Rational least = abs(p.terms()[0].factor);
+  for (const Term& term : p.terms())
+    if (abs(term.factor) < least) least = abs(term.factor);
+  bool whole = least < Rational(1) && common.monomial.is_one() && common.wave == 0 && common.factor == Rational(1);
+  for (const Term& term : p.terms()) whole = whole && (term.factor / least).is_whole();
+  if (!whole) return std::nullopt;
+  const bool negative = sorted(p)[0].factor.sign() < 0;
+  number_is_out_ = true;
+  const Printed kept = pretty(p, depth);
+  Printed taken = bracketed(pretty(Polynomial(Rational(negative ? -1 : 1) / least) * p, depth + 1));
+  number_is_out_ = false;
+  taken.text = (negative ? "-" : "") + number(least) + " " + taken.text;
+  taken.size += 1;
+  taken.is_sum = negative;
+  return taken.size < kept.size ? taken : kept;
+}
+
+std::optional<Printer::Printed> Printer::with_content_out(const Polynomial& p, int depth) {
+  Term common = content_of(p);
+  if (common.monomial.is_one() && common.wave == 0 && common.factor == Rational(1)) return std::nullopt;
+  if (const Rational least = least_factor(p); least.sign() != 0 && common.factor == Rational(1)) common.factor = least;
+  Polynomial rest = divided_by(p, common);
+  const bool negative = sorted(p)[0].factor.sign() < 0;
+  if (negative) rest = -rest;
+  const Monomial above = positive_part(common.monomial), below = negative_part(common.monomial).inverse();
+  Printed printed = bracketed(pretty(rest, depth + 1));
+  if (!above.is_one() || !(common.factor == Rational(1))) {
+    const Printed head = term(above, common.factor, 0);
+    printed.text = head.text + " " + printed.text;
+    printed.size += head.size;
+  }
+  if (common.wave != 0) {
+    printed.text += " " + waves(common.wave);
+    ++printed.size;
+  }
+  if (!below.is_one()) printed = divided(printed, term(below, 1, 0));
+  if (negative) printed.text.insert(0, "-"), printed.is_sum = true;
+  return printed;
+}
+
+Printer::Printed Printer::pretty_sum(const Polynomial& p, int depth) {
+  if (const auto root = square_root(p)) {
+    Printed printed = bracketed(pretty(*root, depth + 1));
+    printed.text = squared(printed.text);
+    return printed;
+  }
+  const auto all = [](const Term& term) { return Term{term.monomial, term.wave, 1}; };
+  if (depth > deepest) return grouped(p, all, depth);
+  const auto& terms = p.terms();
+  if (std::all_of(terms.begin(), terms.end(), [](const Term& term) { return term.wave == 0; }))
+    return without_waves(p, depth);
+  Printed printed = grouped(
+      p,
+      [](const Term& term) {
+        return Term{{}, term.wave, 1};
+      },
+      depth);
+  if (!squares_) return printed;
+  if (auto squares = in_squares(p); squares && squares->size < printed.size) return *squares;
+  return printed;
+}
+
+Printer::Printed Printer::without_waves(const Polynomial& p, int depth) {
+  const auto kind_is = [this](bool inertial) {
+    return [this, inertial](const Term& term) {
+      return Term{term.monomial.part([&](int s, int) { return is_inertial(ring_->symbol(s).kind) == inertial; }), 0, 1};
+    };
+  };
+  const auto fraction = [](const Term& term) { return Term{negative_part(term.monomial), 0, 1}; };
+  std::vector<Part> ways;
+  bool fractions = false;
+  for (const Term& term : p.terms()) fractions = fractions || !negative_part(term.monomial).is_one();
+  if (fractions) ways.emplace_back(fraction);
+  ways.emplace_back(kind_is(true));
+  ways.emplace_back(kind_is(false));
+  // Horner: the length that most terms share, to the power that all of those have
+  std::map<int, std::pair<int, int>> shared;  // symbol: terms, least power
+  for (const Term& term : p.terms())
+    for (int k = 0; k < term.monomial.size(); ++k)
+      if (term.monomial.exponent(k) > 0 && !is_inertial(ring_->symbol(term.monomial.symbol(k)).kind)) {
+        auto& [count, least] = shared.try_emplace(term.monomial.symbol(k), 0, 99).first->second;
+        ++count, least = std::min(least, term.monomial.exponent(k));
+      }
+  int most = -1;
+  for (const auto& [symbol, found] : shared)
+    if (found.first > 1 && (most < 0 || found.first > shared[most].first)) most = symbol;
+  if (most >= 0)
+    ways.emplace_back([most, least = shared[most].second](const Term& term) {
+      return Term{term.monomial.exponent_of(most) > 0 ? Monomial(most, least) : Monomial(), 0, 1};
+    });
+  std::optional<Printed> best;
+  for (const Part& way : ways) {
+    std::vector<Monomial> keys;
+    for (const Term& term : p.terms()) keys.push_back(way(term).monomial);
+    std::sort(keys.begin(), keys.end());
+    const auto count = static_cast<std::size_t>(std::unique(keys.begin(), keys.end()) - keys.begin());
+    if (count == 1 || count == p.size()) continue;
+    Printed printed = grouped(p, way, depth);
+    if (!best || printed.size < best->size) best = std::move(printed);
+    if (fractions && &way == &ways[0]) break;  // fractions are always kept apart
+  }
+  Printed plain = grouped(
+      p,
+      [](const Term& term) {
+        return Term{term.monomial, 0, 1};
+      },
+      depth);
+  return best && best->size <= plain.size ? *best : plain;
+}
+
+/// Terms by a part of them; every group prints as part · (rest).
+Printer::Printed Printer::grouped(const Polynomial& p, const Part& part, int depth) {
+  std::vector<std::pair<Term, std::vector<Term>>> groups;
+  std::map<std::pair<Monomial, WaveId>, std::size_t> index;
+  for (const Term& term : sorted(p)) {
+    const Term key = part(term);
+    const auto [at, fresh] = index.try_emplace({key.monomial, key.wave}, groups.size());
+    if (fresh) groups.push_back({key, {}});
+    groups[at->second].second.push_back({term.monomial / key.monomial, key.wave != 0 ? 0 : term.wave, term.factor});
+  }
+  std::vector<std::pair<bool, Printed>> parts;
+  for (auto& [key, terms] : groups) {
+    bool negative = false;
+    Printed printed = group(key, Polynomial::of_terms(ring_, std::move(terms)), depth, negative);
+    parts.emplace_back(negative, std::move(printed));
+  }
+  return joined(parts);
+}
+
+Printer::Printed Printer::group(const Term& key, const Polynomial& rest, int depth, bool& negative) {
+  if (rest.size() == 1) {
+    const Term& only = rest.terms()[0];
+    negative = only.factor.sign() < 0;
+    return term(key.monomial * only.monomial, only.factor, key.wave != 0 ? key.wave : only.wave);
+  }
+  const bool plain = key.monomial.is_one() && key.wave == 0;
+  negative = !plain && sorted(rest)[0].factor.sign() < 0;
+  const Printed inner = pretty(negative ? -rest : rest, depth + 1);
+  if (plain) return inner;
+  const Monomial above = positive_part(key.monomial), below = negative_part(key.monomial).inverse();
+  Printed printed = bracketed(inner);
+  if (!above.is_one()) {
+    const Printed head = term(above, 1, 0);
+    printed.text = head.text + " " + printed.text;
+    printed.size += head.size;
+  }
+  if (key.wave != 0) {
+    printed.text += " " + waves(key.wave);
+    ++printed.size;
+  }
+  return below.is_one() ? printed : divided(printed, term(below, 1, 0));
+}
+
+std::string Printer::print_ratio(const Polynomial& numerator, const Polynomial& denominator) {
+  Polynomial above = numerator, below = denominator;
+  std::string whole;
+  for (const int n : {1, -1, 2, -2}) {
+    const Polynomial rest = above - Polynomial(n) * below;
+    if (rest.size() + below.size() != above.size()) continue;
+    whole = std::to_string(n);
+    above = rest;
+    break;
+  }
+  if (above.is_zero()) return whole.empty() ? "0" : whole;
+  const Term a = content_of(above), b = content_of(below);
+  const Monomial shared = a.monomial.part([&](int s, int e) { return e > 0 && b.monomial.exponent_of(s) > 0; });
+  Monomial common;
+  for (int k = 0; k < shared.size(); ++k)
+    common.push(shared.symbol(k), std::min(shared.exponent(k), b.monomial.exponent_of(shared.symbol(k))));
+  above = divided_by(above, {common, 0, 1}), below = divided_by(below, {common, 0, 1});
+  const bool flipped = sorted(below)[0].factor.sign() < 0;
+  if (flipped) above = -above, below = -below;
+  const bool negative = sorted(above)[0].factor.sign() < 0;
+  const Printed fraction = divided(pretty(negative ? -above : above, 1), pretty(below, 1));
+  ring_->keep_symbols(static_cast<int>(ring_->symbols().size() - scratch_.size()));
+  scratch_.clear();
+  if (whole.empty()) return (negative ? "-" : "") + fraction.text;
+  return whole + (negative ? " - " : " + ") + fraction.text;
+}
+
+}  // namespace balance::formulas

@@ -1,0 +1,78 @@
+#pragma once
+/// Polynomials as text for people. Every text can be read back (text_value.hpp).
+///
+/// The rules, in this order: what all terms share is taken out (½ only where that is shorter); squares are recognised; where there
+/// are waves, terms go by wave, or by inertia with powers of sines and cosines where that is shorter; else fractions are kept
+/// apart, and of the forms grouped by inertia, by length and by Horner's rule the shortest is taken.
+
+#include "balance/formulas/polynomial.hpp"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace balance::formulas {
+
+enum class Style { text, latex };
+
+/// `theta1` as \theta_{1}, `lg2` as l_{g2}.
+std::string latex_name(const std::string& name);
+
+class Printer {
+ public:
+  explicit Printer(Ring& ring, Style style = Style::text) : ring_(&ring), style_(style) {}
+
+  std::string print(const Polynomial& p);
+  /// With the ring's values in place of all symbols but coordinates, rates and named expressions.
+  std::string print_numbers(const Polynomial& p) const;
+  /// numerator / denominator, with what cancels cancelled as far as it is seen.
+  std::string print_ratio(const Polynomial& numerator, const Polynomial& denominator);
+  std::string symbol_text(int symbol) const;
+  std::string angle_text(int angle) const;
+
+ private:
+  /// An expression ready to print, how many symbols it shows, and whether it needs brackets in a product.
+  struct Printed {
+    std::string text;
+    int size = 0;
+    bool is_sum = false;
+  };
+  using Part = std::function<Term(const Term&)>;  ///< monomial and wave that a term is grouped by
+
+  // printer.cpp
+  Printed pretty(const Polynomial& p, int depth);
+  Printed pretty_sum(const Polynomial& p, int depth);
+  Printed without_waves(const Polynomial& p, int depth);
+  std::optional<Printed> with_content_out(const Polynomial& p, int depth);
+  std::optional<Printed> with_number_out(const Polynomial& p, int depth);
+  Printed grouped(const Polynomial& p, const Part& part, int depth);
+  Printed group(const Term& key, const Polynomial& rest, int depth, bool& negative);
+
+  // printer_terms.cpp
+  std::string number(Rational value) const;
+  std::string factor(int symbol, int exponent) const;
+  std::string circular(const Circular& function, int multiple_divided_by = 1) const;
+  std::string waves(WaveId wave) const;
+  Printed term(const Monomial& monomial, Rational factor, WaveId wave) const;
+  Printed bracketed(Printed inner) const;
+  Printed divided(Printed above, const Printed& below) const;
+  Printed joined(const std::vector<std::pair<bool, Printed>>& parts) const;
+  std::vector<Term> sorted(const Polynomial& p) const;
+  std::string squared(const std::string& text) const;
+
+  // printer_squares.cpp
+  std::optional<Polynomial> square_root(const Polynomial& p) const;
+  std::optional<Polynomial> wave_root(const Polynomial& p) const;
+  std::optional<Printed> in_squares(const Polynomial& p);
+  bool by_powers(const Polynomial& p, Polynomial& result);
+  Polynomial scratch(const std::string& text, int exponent);
+
+  Ring* ring_;
+  Style style_;
+  std::map<std::string, int> scratch_;  ///< symbols that stand for text
+  bool number_is_out_ = false, squares_ = true;
+};
+
+}  // namespace balance::formulas

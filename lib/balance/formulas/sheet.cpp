@@ -1,0 +1,148 @@
+#include "balance/formulas/sheet.hpp"
+
+#include "balance/formulas/balance_conditions.hpp"
+#include "balance/formulas/solved_closures.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace balance::formulas {
+
+namespace {
+
+bool is_wanted(const SheetOptions& options, Section section) {
+  const auto& only = options.only;
+  return only.empty() || std::find(only.begin(), only.end(), section) != only.end();
+}
+
+void put(SheetSection& to, Formula formula) {
+  to.terms += formula.value.size();
+  if (formula.value.is_zero() && !formula.name.empty())
+    to.zero.push_back(formula.label());
+  else
+    to.formulas.push_back(std::move(formula));
+}
+
+SheetSection inertia(const Equations& e) {
+  SheetSection section{
+      Section::inertia, "Inertia: the torque of coordinate i has D_ij times the acceleration of j", {}, {}, 0};
+  const std::size_t n = e.M.size();
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = i; j < n; ++j) put(section, {"D", index_text({i, j}, n), e.M[i][j], 1, ""});
+  return section;
+}
+
+SheetSection velocity(const Equations& e) {
+  SheetSection section{Section::velocity,
+                       "Velocity: the torque of i has D_ijk times the rates of j and k, for both orders of j and k",
+                       {},
+                       {},
+                       0};
+  const std::size_t n = e.M.size();
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j)
+      for (std::size_t k = j; k < n; ++k) put(section, {"D", index_text({i, j, k}, n), e.D[i][j][k], 1, ""});
+  return section;
+}
+
+SheetSection gravity(const Equations& e) {
+  const bool springs = !e.tree.springs.empty();
+  SheetSection section{Section::gravity,
+                       springs ? "Weight and springs: the torque of i has D_i" : "Weight: the torque of i has D_i",
+                       {},
+                       {},
+                       0};
+  for (std::size_t i = 0; i < e.z.size(); ++i) put(section, {"D", index_text({i}, e.z.size()), e.z[i], 1, ""});
+  for (const auto& [symbol, square] : e.lengths)
+    put(section, {square.ring()->symbol(symbol).name + "^2", "", square, 1, ""});
+  return section;
+}
+
+SheetSection closures(const Equations& e) {
+  SheetSection section{
+      Section::closures, "Closures of loops: h_i = 0, and their derivatives A_ij by the coordinates", {}, {}, 0};
+  const std::size_t n = std::max(e.M.size(), e.closure.size());
+  for (std::size_t i = 0; i < e.closure.size(); ++i) put(section, {"h", index_text({i}, n), e.closure[i], 1, ""});
+  for (std::size_t i = 0; i < e.A.size(); ++i)
+    for (std::size_t j = 0; j < e.A[i].size(); ++j) put(section, {"A", index_text({i, j}, n), e.A[i][j], 1, ""});
+  return section;
+}
+
+/// The actuated columns if they are as many as is left free, else the first ones.
+std::vector<int> independent_columns(const Mechanism& mechanism, const Equations& e) {
+  std::vector<int> columns;
+  const std::size_t free = e.M.size() - std::min(e.A.size(), e.M.size());
+  for (const int actuator : mechanism.actuators)
+    for (std::size_t c = 0; c < e.M.size(); ++c)
+      if (e.tree.coordinates[c] == actuator) columns.push_back(static_cast<int>(c));
+  for (std::size_t c = 0; columns.size() < free && c < e.M.size(); ++c)
+    if (std::find(columns.begin(), columns.end(), static_cast<int>(c)) == columns.end())
+      columns.push_back(static_cast<int>(c));
+  std::sort(columns.begin(), columns.end());
+  return columns;
+}
+
+SheetSection solved(const Mechanism& mechanism, const Equations& e) {
+  SheetSection section{
+      Section::solved,
+      "Closures solved: the rate of coordinate i is the sum of C_ij times the rate of the j-th independent one",
+      {},
+      {},
+      0};
+  for (Formula& formula : solve_closures(e, independent_columns(mechanism, e))) put(section, std::move(formula));
+  return section;
+}
+
+void add_notes(const Mechanism& mechanism, Sheet& sheet) {
+  const SymbolicTree& tree = sheet.equations.tree;
+  for (const std::string& left : tree.left_out)
+    sheet.notes.push_back(left + " are not in these formulas: they are no functions of the pose");
+  if (!mechanism.couplings.empty()) sheet.notes.push_back("coordinates that follow others are moved along with these");
+  for (const Relation& relation : tree.relations) {
+    std::string sum;
+    for (const auto& [angle, multiple] : relation.multiples) {
+      sum += sum.empty() ? (multiple < 0 ? "-" : "") : (multiple < 0 ? " - " : " + ");
+      sum += (std::abs(multiple) == 1 ? "" : std::to_string(std::abs(multiple)) + " ") + sheet.ring->angle(angle).name;
+    }
+    sheet.notes.push_back(sheet.ring->angle(relation.angle).name + " = " + sum + ", up to whole turns");
+  }
+}
+
+}  // namespace
+
+const std::vector<std::string>& section_names() {
+  static const std::vector<std::string> names{"inertia", "velocity", "gravity", "closures", "solved", "conditions"};
+  return names;
+}
+
+std::string index_text(std::initializer_list<std::size_t> indices, std::size_t count) {
+  std::string text;
+  for (const std::size_t index : indices) text += (count > 9 && !text.empty() ? "_" : "") + std::to_string(index + 1);
+  return text;
+}
+
+Sheet make_sheet(const Mechanism& mechanism, const SpecTexts& texts, const SheetOptions& options) {
+  Sheet sheet;
+  sheet.ring = std::make_unique<Ring>();
+  const TreeOptions tree{Inertial::about_com, options.expressions};
+  sheet.equations = derive(*sheet.ring, symbolic_tree(*sheet.ring, mechanism, texts, tree));
+  const Equations& e = sheet.equations;
+  const auto add = [&](Section section, auto&& make) {
+    if (!is_wanted(options, section)) return;
+    SheetSection made = make();
+    if (!made.formulas.empty() || !made.zero.empty()) sheet.sections.push_back(std::move(made));
+  };
+  add(Section::inertia, [&] { return inertia(e); });
+  add(Section::velocity, [&] { return velocity(e); });
+  add(Section::gravity, [&] { return gravity(e); });
+  if (!e.closure.empty()) {
+    add(Section::closures, [&] { return closures(e); });
+    add(Section::solved, [&] { return solved(mechanism, e); });
+  }
+  if (e.closure.empty() && is_wanted(options, Section::conditions))
+    for (SheetSection& section : condition_sections(e)) sheet.sections.push_back(std::move(section));
+  add_notes(mechanism, sheet);
+  return sheet;
+}
+
+}  // namespace balance::formulas

@@ -1,0 +1,56 @@
+#pragma once
+/// All formulas of a mechanism under their names, section by section.
+
+#include "balance/formulas/equations.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace balance::formulas {
+
+enum class Section { inertia, velocity, gravity, closures, solved, conditions };
+
+/// "inertia", …, in that order.
+const std::vector<std::string>& section_names();
+
+/// name = value, or value / denominator, or value = 0 where the name is empty.
+struct Formula {
+  std::string name;     ///< `D`, `C`, …; empty: a condition
+  std::string indices;  ///< `12`, or `1_10` where there are more than nine
+  Polynomial value;
+  Polynomial denominator = 1;
+  std::string denominator_name;  ///< of one that has a formula of its own
+
+  std::string label() const { return name + indices; }
+};
+
+struct SheetSection {
+  Section section = Section::inertia;
+  std::string heading;
+  std::vector<Formula> formulas;
+  std::vector<std::string> zero;  ///< labels of those that vanish
+  std::size_t terms = 0;
+  bool is_too_long = false;  ///< it was not even made
+};
+
+/// Owns the ring that its formulas are in.
+struct Sheet {
+  std::unique_ptr<Ring> ring;
+  Equations equations;
+  std::vector<SheetSection> sections;
+  std::vector<std::string> notes;
+};
+
+struct SheetOptions {
+  std::vector<Section> only;  ///< empty: all that the mechanism has
+  Expressions expressions = Expressions::named;
+};
+
+/// @throws FormulaError for what has no formula
+Sheet make_sheet(const Mechanism& mechanism, const SpecTexts& texts, const SheetOptions& options = {});
+
+/// `12`, `1_10`.
+std::string index_text(std::initializer_list<std::size_t> indices, std::size_t count);
+
+}  // namespace balance::formulas

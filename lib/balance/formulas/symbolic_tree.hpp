@@ -1,0 +1,102 @@
+#pragma once
+/// A mechanism for the recursions over any ring: a tree of frames that each turn about or slide along a coordinate axis, its
+/// numbers polynomials of symbols, and the closures of its loops.
+
+#include "balance/formulas/polynomial.hpp"
+#include "balance/formulas/triple.hpp"
+#include "balance/model/mechanism.hpp"
+#include "balance/study/spec_texts.hpp"
+
+#include <array>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace balance::formulas {
+
+using Vector = Triple<Polynomial>;
+using Mass = MassOf<Polynomial>;
+
+/// An angle or a slide between two frames, and the independent coordinates that it follows: x = Σ ratio · y[column] + constant.
+struct Variable {
+  bool is_angle = true;
+  int index = 0;  ///< of the ring's angle or symbol
+  std::vector<std::pair<int, Polynomial>> follows;
+  double offset = 0;  ///< the constant [rad or m]
+};
+
+/// A frame on its parent. At `offset` in the parent's axes; from there it slides along or turns about one axis.
+struct Frame {
+  int parent = -1;
+  Vector offset;
+  int axis = 0;
+  int sign = 1;       ///< −1: against the axis
+  int angle = -1;     ///< of the ring; −1: it does not turn by an angle
+  int slide = -1;     ///< symbol of the ring; −1: it does not slide
+  int variable = -1;  ///< −1: it does not move
+  /// A turn by right angles: axis k of the frame is axis `axes[k]` of the parent, times `signs[k]`.
+  std::array<int, 3> axes{0, 1, 2}, signs{1, 1, 1};
+  Mass mass;  ///< of everything fixed to it, about its origin, in its axes
+};
+
+/// A place on a frame, with axes parallel to it.
+struct Place {
+  int frame = 0;
+  Vector at;
+};
+
+/// A joint that closes a loop.
+struct LoopClosure {
+  std::string joint;
+  JointType type = JointType::revolute;
+  Place a, b;  ///< first and second body's
+};
+
+struct LinearSpring {
+  Place a, b;
+  Polynomial stiffness, free_length;
+  int length = -1;  ///< symbol of its length; −1 where the free length is zero: then nothing needs it
+};
+
+/// The angle of a joint that closes a loop: Σ multiple · angles of the tree.
+struct Relation {
+  int angle = 0;
+  std::map<int, int> multiples;
+};
+
+struct SymbolicTree {
+  bool planar = true;
+  std::vector<Frame> frames;  ///< frame 0 is the world; parents first
+  std::vector<Variable> variables;
+  std::vector<std::string> columns;      ///< names of the independent coordinates of the tree, as formulas write them
+  std::vector<int> coordinates;          ///< per column: of the mechanism
+  std::vector<int> coordinate_variable;  ///< per coordinate of the mechanism; −1: of a joint that closes a loop
+  std::vector<LoopClosure> closures;
+  std::vector<LinearSpring> springs;
+  Vector gravity;
+  std::vector<int> inertial;          ///< symbols of inertial parameters, where the tree has them for each element
+  std::vector<std::string> left_out;  ///< what z does not contain: "friction", "loads"
+  std::vector<Relation> relations;
+};
+
+enum class Inertial {
+  about_com,     ///< m, lg, J about the centre of mass
+  about_origin,  ///< m, mx, my, J about the body's origin: torques are linear in them
+};
+
+/// What becomes of parameters that are expressions of others: a symbol, or what the expression says. Ratios stay symbols.
+enum class Expressions { named, put_in };
+
+struct TreeOptions {
+  Inertial inertial = Inertial::about_com;
+  Expressions expressions = Expressions::named;
+};
+
+/// @param mechanism without faults
+/// @param texts what its spec says: parameters become symbols under their names
+/// @throws FormulaError for what has no formula
+SymbolicTree symbolic_tree(Ring& ring, const Mechanism& mechanism, const SpecTexts& texts,
+                           const TreeOptions& options = {});
+
+}  // namespace balance::formulas

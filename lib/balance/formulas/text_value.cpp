@@ -1,0 +1,36 @@
+#include "balance/formulas/text_value.hpp"
+
+#include "balance/formulas/expression.hpp"
+
+#include <cmath>
+#include <cstdlib>
+
+namespace balance::formulas {
+
+namespace {
+
+struct ValueMaker {
+  const std::map<std::string, double>& values;
+
+  static double number(const std::string& text) { return std::strtod(text.c_str(), nullptr); }
+  double name(const std::string& name) const {
+    const auto known = values.find(name);
+    if (known == values.end()) throw FormulaError(name + " has no value");
+    return known->second;
+  }
+  static bool is_function(const std::string& name) { return name == "sin" || name == "cos" || name == "sqrt"; }
+  static double call(const std::string& function, double x) {
+    return function == "sin" ? std::sin(x) : function == "cos" ? std::cos(x) : std::sqrt(x);
+  }
+  static double power(double base, int exponent) { return std::pow(base, exponent); }
+  static double quotient(double a, double b) { return a / b; }
+};
+
+}  // namespace
+
+double text_value(const std::string& text, const std::map<std::string, double>& values) {
+  ValueMaker make{values};
+  return ExpressionReader<double, ValueMaker>(text, make).read();
+}
+
+}  // namespace balance::formulas

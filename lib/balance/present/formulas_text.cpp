@@ -1,0 +1,104 @@
+#include "balance/present/formulas_text.hpp"
+
+#include "balance/write/json_parts.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cctype>
+#include <set>
+
+namespace balance {
+
+namespace {
+
+using formulas::PrintedSection;
+
+std::string line_of(const formulas::PrintedFormula& formula) {
+  return formula.label.empty() ? formula.text + " = 0" : formula.label + " = " + formula.text;
+}
+
+std::string too_long(const PrintedSection& section) {
+  return fmt::format("{} terms: --code c prints them as a program, --all as formulas", section.terms);
+}
+
+/// Names in the texts, with the values that the spec gives them.
+std::string symbols_line(const FormulasView& view) {
+  std::set<std::string> names;
+  for (const PrintedSection& section : view.sections)
+    for (const auto& formula : section.formulas) {
+      std::string name;
+      for (const char c : formula.text + " ") {
+        const bool part = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+        if (!part) names.insert(name);
+        name = part ? name + c : "";
+      }
+    }
+  std::vector<std::string> values;
+  const auto& ring = *view.sheet->ring;
+  for (const auto& symbol : ring.symbols())
+    if (symbol.kind < formulas::SymbolKind::slide && names.contains(symbol.name))
+      values.push_back(fmt::format("{} = {:.6g}", symbol.name, symbol.value));
+  for (const auto& angle : ring.angles())
+    if (angle.value != 0 && names.contains(angle.name))
+      values.push_back(fmt::format("{} = {:.6g}", angle.name, angle.value));
+  return values.empty() ? "" : fmt::format("\nwhere {} in SI units\n", fmt::join(values, ", "));
+}
+
+}  // namespace
+
+std::string formulas_text(const FormulasView& view) {
+  std::string text = fmt::format("{}\n", view.title);
+  text += fmt::format("coordinates: {}\n", fmt::join(view.sheet->equations.tree.columns, ", "));
+  for (const PrintedSection& section : view.sections) {
+    text += fmt::format("\n{}\n", section.heading);
+    if (section.is_left_out) text += "  " + too_long(section) + "\n";
+    for (const auto& formula : section.formulas) text += "  " + line_of(formula) + "\n";
+    if (!section.zero.empty()) text += fmt::format("  zero: {}\n", fmt::join(section.zero, ", "));
+    if (section.formulas.empty() && section.zero.empty() && !section.is_left_out) text += "  none: always met\n";
+  }
+  text += symbols_line(view);
+  for (const std::string& note : view.sheet->notes) text += "note: " + note + "\n";
+  return text + fmt::format("checked at {} states: {:.0e}\n", view.check.states, view.check.error);
+}
+
+std::string formulas_latex(const FormulasView& view) {
+  std::string text;
+  for (const PrintedSection& section : view.sections) {
+    text += "% " + section.heading + "\n";
+    if (section.is_left_out) text += "% " + too_long(section) + "\n";
+    for (const auto& formula : section.formulas)
+      text += "\\[ " +
+              (formula.label.empty() ? formula.text + " = 0"
+                                     : formulas::latex_label(formula.label) + " = " + formula.text) +
+              " \\]\n";
+  }
+  return text;
+}
+
+std::string formulas_json(const FormulasView& view) {
+  Json json = {{"mechanism", view.title}, {"coordinates", view.sheet->equations.tree.columns}};
+  json["sections"] = Json::array();
+  for (const PrintedSection& section : view.sections) {
+    Json formulas = Json::array();
+    for (const auto& formula : section.formulas)
+      formulas.push_back({{"name", formula.label}, {"formula", formula.text}});
+    json["sections"].push_back({{"section", formulas::section_names()[static_cast<std::size_t>(section.section)]},
+                                {"meaning", section.heading},
+                                {"terms", section.terms},
+                                {"too_long", section.is_left_out},
+                                {"formulas", formulas},
+                                {"zero", section.zero}});
+  }
+  json["symbols"] = Json::object();
+  for (const auto& symbol : view.sheet->ring->symbols())
+    if (symbol.kind < formulas::SymbolKind::slide) json["symbols"][symbol.name] = symbol.value;
+  for (const auto& angle : view.sheet->ring->angles())
+    if (angle.value != 0) json["symbols"][angle.name] = angle.value;
+  json["notes"] = view.sheet->notes;
+  json["checked"] = {{"states", view.check.states}, {"error", view.check.error}};
+  json["warnings"] = view.warnings;
+  return dump(json);
+}
+
+}  // namespace balance

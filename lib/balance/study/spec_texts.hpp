@@ -1,0 +1,21 @@
+#pragma once
+/// What a spec says about its numbers, as text: from it formulas know which parameter stands where.
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+struct ParameterText {
+  std::string name;
+  std::string text;  ///< a number or an expression of other parameters; of a free one its start value
+};
+
+/// Nothing in it: a mechanism that no spec says.
+struct SpecTexts {
+  std::vector<ParameterText> parameters;       ///< in the document's order
+  std::map<std::string, std::string> numbers;  ///< scalars by key path, `bodies.link1.com[0]`
+};
+
+}  // namespace balance

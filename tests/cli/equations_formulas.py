@@ -1,0 +1,95 @@
+"""`balance equations` without a pose: formulas as text, JSON and LaTeX that TeX takes, programs that compile and pass their own tests."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from _program import CONFIGS, Case, run
+
+ARM = os.path.join(CONFIGS, "planar-rrr.yaml")
+SPATIAL = os.path.join(CONFIGS, "spatial-rrr.yaml")
+FIVE_BAR = os.path.join(CONFIGS, "5r.yaml")
+RCCC = os.path.join(CONFIGS, "rccc.yaml")
+SPRING = os.path.join(CONFIGS, "spring-balancer-two-link.yaml")
+
+
+class Formulas(Case):
+    def text(self, *call):
+        done = run("equations", *call)
+        self.assert_quiet_success(done)
+        return done.stdout
+
+    def test_it_says_at_how_many_states_it_was_checked(self):
+        self.assertRegex(self.text(ARM), r"checked at 5 states: \d+e-\d+\n$")
+
+    def test_sections_are_picked(self):
+        text = self.text(ARM, "--only", "conditions")
+        self.assertIn("m1 lg1 + l1 (m2 + m3 + m6 + m7) = 0", text)
+        self.assertNotIn("D11", text)
+
+    def test_closures_are_solved(self):
+        self.assertIn("C21 = -1 - a11 sin(B1 + P)/(a12 sin(P))", self.text(FIVE_BAR, "--only", "solved"))
+
+    def test_expressions_of_the_spec_are_put_in(self):
+        self.assertIn("zero: D1, D2, D3", self.text(ARM, "--only", "gravity", "--expand"))
+
+    def test_json(self):
+        found = json.loads(self.text(SPATIAL, "--json"))
+        names = [formula["name"] for section in found["sections"] for formula in section["formulas"]]
+        self.assertIn("D211", names)
+        self.assertEqual(found["symbols"]["l1"], 0.3)
+        self.assertLess(found["checked"]["error"], 1e-9)
+
+    def test_numbers(self):
+        found = json.loads(self.text(ARM, "--json", "--numbers", "--only", "inertia"))
+        value = {formula["name"]: formula["formula"] for formula in found["sections"][0]["formulas"]}
+        self.assertAlmostEqual(float(value["D33"]), 0.0715, places=12)
+
+    def test_what_has_no_formula_says_so(self):
+        done = run("equations", RCCC)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("no formulas", done.stderr)
+        self.assertEqual(done.stdout, "")
+
+    def test_wrong_options(self):
+        for call in (["--only", "torques"], ["--code", "fortran"], ["--rates", "J1=1"], ["--at", "start", "--expand"]):
+            done = run("equations", ARM, *call)
+            self.assertEqual(done.returncode, 2, call)
+            self.assertEqual(done.stdout, "")
+
+    @unittest.skipUnless(shutil.which("cc"), "no C compiler")
+    def test_programs_in_c_pass_their_own_test(self):
+        for spec in (ARM, SPATIAL, FIVE_BAR, SPRING):
+            with tempfile.TemporaryDirectory() as folder:
+                source, program = os.path.join(folder, "arm.c"), os.path.join(folder, "arm")
+                with open(source, "w") as file:
+                    file.write(self.text(spec, "--code", "c"))
+                subprocess.run(["cc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", source, "-lm", "-o", program], check=True)
+                subprocess.run([program], check=True, stdout=subprocess.DEVNULL)
+
+    def test_programs_in_python_pass_their_own_test(self):
+        for spec in (ARM, FIVE_BAR, SPRING):
+            subprocess.run([sys.executable, "-"], input=self.text(spec, "--code", "python"), text=True, check=True,
+                           stdout=subprocess.DEVNULL)
+
+    @unittest.skipUnless(shutil.which("pdflatex"), "no TeX")
+    def test_tex_takes_the_formulas(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with open(os.path.join(folder, "page.tex"), "w") as file:
+                file.write("\\documentclass{article}\\usepackage{amsmath}\\begin{document}\n")
+                for spec in (ARM, SPATIAL, FIVE_BAR, SPRING):
+                    file.write(self.text(spec, "--latex"))
+                file.write("\\end{document}\n")
+            done = subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "page.tex"], cwd=folder, text=True,
+                                  check=False, capture_output=True)
+            self.assertEqual(done.returncode, 0, done.stdout[-2000:])
+            self.assertIsNone(re.search(r"^!", done.stdout, re.MULTILINE))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,96 @@
+#include "reading.hpp"
+
+#include "balance/formulas/code.hpp"
+
+#include <doctest/doctest.h>
+
+#include <filesystem>
+
+using namespace reading;
+
+namespace {
+
+Mechanism arm(const std::vector<Vector3>& axes, const std::vector<Vector3>& places) {
+  Mechanism m;
+  m.space = SpaceKind::spatial;
+  m.gravity = {0, 0, -9.81};
+  m.bodies.push_back({.name = "ground"});
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    Body body{.name = "link" + std::to_string(i + 1), .mass = 1, .com = {0.1, 0.2, 0.3}};
+    body.inertia << 1, 0.1, 0.2, 0.1, 1.5, 0.3, 0.2, 0.3, 1.2;
+    m.bodies.push_back(body);
+    Joint joint{.name = "J" + std::to_string(i + 1), .first = static_cast<int>(i), .second = static_cast<int>(i) + 1};
+    joint.point_first = places[i], joint.axis = axes[i];
+    m.joints.push_back(joint);
+    m.actuators.push_back(static_cast<int>(i));
+  }
+  m.coordinates = list_coordinates(m.space, m.joints);
+  return m;
+}
+
+const Vector3 x = Vector3::UnitX(), y = Vector3::UnitY(), z = Vector3::UnitZ(), o = Vector3::Zero();
+
+}  // namespace
+
+TEST_CASE("the formulas of every planar config say what the engine says, with symbols and with numbers") {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(BALANCE_CONFIGS)) {
+    if (entry.path().extension() != ".yaml") continue;
+    const std::string config = entry.path().filename().string();
+    if (read_spec_file(entry.path().string()).mechanism.space != SpaceKind::planar) continue;
+    for (const bool numbers : {false, true}) {
+      const Sheets s = sheets(config, {}, {}, {.numbers = numbers});
+      const Check check = check_against_engine(s.sheet, s.texts, s.study.mechanism);
+      CHECK_MESSAGE(check.agrees, config << ": " << check.reason << " " << check.error);
+      CHECK(check.states == 5);
+    }
+    ++count;
+  }
+  CHECK(count > 20);
+}
+
+TEST_CASE("the formulas of arms and loops in space say what the engine says") {
+  for (const char* config : {"spatial-rrr.yaml", "scara.yaml", "bricard.yaml", "spatial-slider-crank.yaml",
+                             "four-bar-in-space.yaml", "starters/spatial-arm.yaml"}) {
+    const Sheets s = sheets(config);
+    const Check check = check_against_engine(s.sheet, s.texts, s.study.mechanism);
+    CHECK_MESSAGE(check.agrees, config << ": " << check.reason << " " << check.error);
+  }
+}
+
+TEST_CASE("a wrong letter in a formula is noticed") {
+  const Sheets s = sheets("rr.yaml");
+  auto texts = s.texts;
+  std::string& text = texts.at("D12");
+  text.replace(text.find("cos"), 3, "sin");
+  CHECK_FALSE(check_against_engine(s.sheet, texts, s.study.mechanism).agrees);
+}
+
+// Counts of an independent trial with another representation; they are a property of the ring, not of the program.
+TEST_CASE("the numbers of terms are those of the one form that there is") {
+  const auto counts = [](const Mechanism& mechanism) {
+    Ring ring;
+    const TermCount c =
+        count_terms(derive(ring, symbolic_tree(ring, mechanism, {}, {.inertial = Inertial::about_origin})));
+    return std::vector<std::size_t>{c.M, c.D, c.z};
+  };
+  CHECK(counts(arm({z, y, y, y, z, y}, {o, 0.1 * y, 0.4 * z - 0.1 * y, 0.4 * z, 0.1 * y, 0.1 * z})) ==
+        std::vector<std::size_t>{800, 2426, 58});
+  const auto of_config = [](const char* config) {
+    const TermCount c = count_terms(sheets(config).sheet.equations);
+    return std::vector<std::size_t>{c.M, c.D, c.z};
+  };
+  CHECK(of_config("rr.yaml") == std::vector<std::size_t>{24, 9, 11});
+  CHECK(of_config("scara-design.yaml") == std::vector<std::size_t>{27, 6, 7});
+  CHECK(of_config("3rrr.yaml") == std::vector<std::size_t>{72, 44, 0});  // it lies in a horizontal plane
+}
+
+TEST_CASE("mechanisms whose formulas would fill the memory are refused in time, and still have a program") {
+  std::vector<Vector3> axes, places;
+  for (int k = 0; k < 24; ++k) axes.push_back(k % 2 == 0 ? z : y), places.emplace_back(0.1, 0.2, 0.3);
+  const Mechanism snake = arm(axes, places);
+  CHECK_THROWS_AS(make_sheet(snake, {}), FormulaError);
+  CodeSize size;
+  CHECK(program_text(snake, {}, Language::c, &size).find("torques") != std::string::npos);
+  CHECK(size.per_state < 24 * 400);
+}
