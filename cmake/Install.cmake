@@ -75,8 +75,9 @@ if(BALANCE_PYTHON_MODULE)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${Python_VERSION_MINOR}~), python3 (<< 3.${python_after}), python3-numpy")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-xarray, python3-pandas, ${balance_package}")
   string(CONCAT CPACK_DEBIAN_PYTHON_DESCRIPTION
-         "balanced mechanisms: module for Python\n"
-         "Balancing conditions and designs of mechanisms, their torques, reactions and shaking forces, as NumPy arrays and xarray datasets.")
+         "The Python module balance_mechanisms: balancing conditions and designs of\n"
+         "mechanisms, their torques, reactions and shaking forces, as NumPy arrays\n"
+         "and xarray datasets.")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${CMAKE_CURRENT_SOURCE_DIR}/cmake/debian/python/postinst
                                                 ${CMAKE_CURRENT_SOURCE_DIR}/cmake/debian/python/prerm)
 endif()

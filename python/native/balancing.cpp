@@ -106,8 +106,9 @@ DesignStudyOptions design_options(const Spec& spec, const GoalWords& words, cons
                                 one_of(goal_names()) + ") or something to minimize is needed");
   if (study.free_numbers.empty())
     throw SpecError({.place = {.file = spec.file},
-                     .message = "there is nothing to design: no number is free; write {free: [lower, upper]} in place of a "
-                                "number, for instance mass: {free: [0, 10]} of a counterweight"});
+                     .message =
+                         "there is nothing to design: no number is free; write {free: [lower, upper]} in place of a "
+                         "number, for instance mass: {free: [0, 10]} of a counterweight"});
   return options;
 }
 
@@ -178,8 +179,7 @@ BalanceQuestion question_of(const GoalWords& words, const Study& study) {
       question.goals.push_back(goal);
   }
   require_one_of(strategies, words.strategy, "strategy");
-  for (const std::string& name : words.without)
-    require_one_of(names_to_leave_out(study.mechanism), name, "without");
+  for (const std::string& name : words.without) require_one_of(names_to_leave_out(study.mechanism), name, "without");
   question.modular = words.strategy == "modular";
   question.without = words.without;
   question.seed = words.seed;
@@ -202,14 +202,15 @@ void bind_balancing(py::module_& m) {
       .def("runs", &runs_of, py::arg("after"))
       .def("json", [](const Design& one) { return design_json(one.view, {}); })
       .def("text", [](const Design& one) { return design_text(one.view); })
-      .def("write",
-           [](const Design& one, const std::string& path, bool force) {
-             WriteOptions options;
-             options.existing = force ? Existing::replace : Existing::keep;
-             options.cancelled = [] { return PyErr_CheckSignals() != 0; };
-             write_design(path, one.view, one.description, options);
-           },
-           py::arg("path"), py::arg("force"));
+      .def(
+          "write",
+          [](const Design& one, const std::string& path, bool force) {
+            WriteOptions options;
+            options.existing = force ? Existing::replace : Existing::keep;
+            options.cancelled = [] { return PyErr_CheckSignals() != 0; };
+            write_design(path, one.view, one.description, options);
+          },
+          py::arg("path"), py::arg("force"));
 }
 
 }  // namespace balance::python

@@ -58,7 +58,8 @@ py::tuple export_robot(const std::shared_ptr<Spec>& spec, const std::string& tex
 }  // namespace
 
 void bind_foreign(py::module_& m) {
-  m.def("read_text", [](const std::string& path) { return read_text_file(path, "spec"); }, py::arg("path"));
+  m.def(
+      "read_text", [](const std::string& path) { return read_text_file(path, "spec"); }, py::arg("path"));
   py::list starters;
   for (const app::Starter& one : app::starters())
     starters.append(py::make_tuple(std::string(one.kind), std::string(one.text)));
@@ -66,7 +67,8 @@ void bind_foreign(py::module_& m) {
   m.def("import_robot", &import_robot, py::arg("path"), py::arg("loops"), py::arg("fixed_base"), py::arg("actuate"));
   m.def("export_robot", &export_robot, py::arg("spec"), py::arg("text"), py::arg("file"), py::arg("loops"),
         py::arg("fixed_base"), py::arg("actuate"));
-  m.def("parts_csv", [](const Spec& spec) { return parts_csv(spec.study().mechanism); }, py::arg("spec"));
+  m.def(
+      "parts_csv", [](const Spec& spec) { return parts_csv(spec.study().mechanism); }, py::arg("spec"));
 }
 
 }  // namespace balance::python

@@ -86,11 +86,10 @@ std::shared_ptr<Run> run_patiently(const std::shared_ptr<Spec>& spec, const Traj
       [spec, trajectory, wish, controller](Errand& errand) {
         const Mechanism& mechanism = spec->study().mechanism;
         const auto told = [&](double part) { errand.tell(part); };
-        Result result =
-            controller ? control(mechanism, trajectory, *controller,
-                                 {.settle = wish.settle, .most_steps = wish.steps, .progress = told})
-            : wish.formulation == "natural" ? simulate_natural(mechanism, trajectory, told)
-                                            : simulate(mechanism, trajectory, told);
+        Result result = controller                      ? control(mechanism, trajectory, *controller,
+                                                                  {.settle = wish.settle, .most_steps = wish.steps, .progress = told})
+                        : wish.formulation == "natural" ? simulate_natural(mechanism, trajectory, told)
+                                                        : simulate(mechanism, trajectory, told);
         if (wish.poses && result.time.size() > 0) add_body_poses(mechanism, result);
         return result;
       },

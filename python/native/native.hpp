@@ -31,8 +31,10 @@ struct Spec {
   const Study& study() const { return space->start; }
   /// `name=value` for each override.
   std::vector<std::string> set() const;
-  const Trajectory& trajectory(const std::string& name) const;  ///< "": the first @throws SpecError, std::invalid_argument
-  const Controller& controller(const std::string& name) const;  ///< "": as `balance control` @throws std::invalid_argument
+  const Trajectory& trajectory(
+      const std::string& name) const;  ///< "": the first @throws SpecError, std::invalid_argument
+  const Controller& controller(
+      const std::string& name) const;  ///< "": as `balance control` @throws std::invalid_argument
 };
 
 /// A run, never changed: arrays that Python sees are its own memory.

@@ -10,7 +10,7 @@
 namespace balance::python {
 namespace {
 
-constexpr Eigen::Index rows_at_once = 8192;   // between two looks whether somebody still waits
+constexpr Eigen::Index rows_at_once = 8192;    // between two looks whether somebody still waits
 constexpr Eigen::Index least_of_a_part = 512;  // a thread is not worth less
 
 class Part {

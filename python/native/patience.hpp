@@ -41,16 +41,14 @@ enum class Leaving { allowed, never };
 /// @param work owns what it works on, unless it never is left, and knows nothing of Python
 /// @param progress None, or what is called with the part that is done, now and then
 /// @throws whatever the work throws; KeyboardInterrupt; what `progress` raises
-void run_patiently(std::function<void(Errand&)> work, const py::object& progress,
-                   Leaving leaving = Leaving::allowed);
+void run_patiently(std::function<void(Errand&)> work, const py::object& progress, Leaving leaving = Leaving::allowed);
 
 /// The same for work that comes to a value.
 template <class Work>
 auto patiently(Work work, const py::object& progress = py::none(), Leaving leaving = Leaving::allowed) {
   using Value = decltype(work(std::declval<Errand&>()));
   auto value = std::make_shared<std::optional<Value>>();
-  run_patiently([value, work = std::move(work)](Errand& errand) { value->emplace(work(errand)); }, progress,
-                leaving);
+  run_patiently([value, work = std::move(work)](Errand& errand) { value->emplace(work(errand)); }, progress, leaving);
   return std::move(**value);
 }
 

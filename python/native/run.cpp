@@ -97,8 +97,8 @@ py::dict labels_of_all(const Run& run) {
 py::list metrics_of(const Run& run) {
   py::list all;
   for (const Metric& one : run.result.metrics)
-    all.append(py::make_tuple(one.quantity, one.unit, one.peak, one.peak_time, one.rms, one.mean, one.range,
-                              one.round_off));
+    all.append(
+        py::make_tuple(one.quantity, one.unit, one.peak, one.peak_time, one.rms, one.mean, one.range, one.round_off));
   return all;
 }
 
@@ -146,16 +146,18 @@ void bind_run(py::module_& m) {
       .def_property_readonly("metrics", &metrics_of)
       .def_property_readonly("description", &description_of)
       .def("values", &values_of, py::arg("name"))
-      .def("write_hdf5",
-           [](const Run& run, const std::string& path, bool force, bool compress) {
-             write_result(path, run.result, run.description, write_options(force, compress));
-           },
-           py::arg("path"), py::arg("force"), py::arg("compress"))
-      .def("write_csv",
-           [](const Run& run, const std::string& path, bool force) {
-             write_csv(path, run.result, write_options(force, false));
-           },
-           py::arg("path"), py::arg("force"))
+      .def(
+          "write_hdf5",
+          [](const Run& run, const std::string& path, bool force, bool compress) {
+            write_result(path, run.result, run.description, write_options(force, compress));
+          },
+          py::arg("path"), py::arg("force"), py::arg("compress"))
+      .def(
+          "write_csv",
+          [](const Run& run, const std::string& path, bool force) {
+            write_csv(path, run.result, write_options(force, false));
+          },
+          py::arg("path"), py::arg("force"))
       .def("text", [](const Run& run) { return summary_text(run.result, run.description); })
       .def("json", [](const Run& run) { return result_json(run.result, run.description, {}); });
 }

@@ -36,8 +36,8 @@ InverseOptions options_of(const std::vector<std::string>& independent, const std
   return options;
 }
 
-std::shared_ptr<Door> open_door(const std::shared_ptr<Mechanism>& mechanism, const std::vector<std::string>& independent,
-                                const std::vector<double>& about) {
+std::shared_ptr<Door> open_door(const std::shared_ptr<Mechanism>& mechanism,
+                                const std::vector<std::string>& independent, const std::vector<double>& about) {
   const py::gil_scoped_release free;
   return std::make_shared<Door>(mechanism, InverseDynamics(*mechanism, options_of(independent, about)));
 }

@@ -27,8 +27,8 @@ void efforts(benchmark::State& timer, const std::string& config) {
   }
 }
 
-BENCHMARK_CAPTURE(efforts, spatial_rrr, "spatial-rrr.yaml")->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(efforts, scara, "scara.yaml")->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(efforts, spatial_rrr, "spatial-rrr.yaml")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(efforts, scara, "scara.yaml")->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace balance
