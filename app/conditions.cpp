@@ -1,6 +1,6 @@
+#include "answers.hpp"
 #include "command.hpp"
 #include "console.hpp"
-#include "views.hpp"
 
 #include "balance/conditions/latex.hpp"
 #include "balance/present/conditions_json.hpp"
@@ -28,7 +28,7 @@ void add_options(CLI::App& parser, ConditionsOptions& o) {
 
 ExitCode run(const ConditionsOptions& options) {
   const DesignSpace space = read_space(options.spec);
-  const ConditionsView view = derive_view(options.goal, options.spec, space, !options.numbers);
+  const ConditionsView view = conditions_or_throw(options.goal, space, !options.numbers);
   for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
   if (options.spec.json)
     print(conditions_json(view, space.start.warnings));

@@ -1,7 +1,7 @@
+#include "answers.hpp"
 #include "console.hpp"
 #include "design_options.hpp"
 #include "signals.hpp"
-#include "views.hpp"
 
 #include "balance/present/design_hdf5.hpp"
 #include "balance/present/design_json.hpp"
@@ -44,7 +44,7 @@ ExitCode run(const DesignCommandOptions& options) {
   const DesignStatus status = report.outcome.status;
   const bool done = status == DesignStatus::balanced || status == DesignStatus::not_asked;
   const std::string spec = balanced_spec(space.start, report.outcome.x);
-  const DesignView view = make_view(options.goal, wanted, space, spec, std::move(report));
+  const DesignView view = make_view(wanted, space, spec, std::move(report));
   const std::vector<std::string> files = write_files(options, space, spec, view);
   if (options.spec.json) {
     print(design_json(view, files));

@@ -3,10 +3,8 @@
 #include "failure.hpp"
 #include "suggestion.hpp"
 
-#include "balance/analysis/start_pose.hpp"
 #include "balance/base/nearest.hpp"
-#include "balance/conditions/modular.hpp"
-#include "balance/conditions/nearby.hpp"
+#include "balance/conditions/known_terms.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -85,21 +83,11 @@ bool is_modular(const GoalOptions& options) {
   return options.strategy == "modular";
 }
 
-Derive make_derive(const std::vector<Goal>& goals, bool modular, const ConditionOptions& options,
-                   const std::vector<CoordinateValue>& start) {
-  return [=](const Mechanism& any) {
-    const Mechanism mechanism = assembled_at(any, start);
-    return modular ? derive_modular_conditions(mechanism, goals, options)
-                   : derive_conditions(mechanism, goals, options);
-  };
-}
-
-Derive make_derive_nearby(const Derive& derive, bool modular, const ConditionOptions& options,
-                          const std::vector<CoordinateValue>& start, const Mechanism& mechanism,
-                          const Conditions& conditions) {
-  if (modular) return derive;
-  return nearby_or(
-      derive, [start](const Mechanism& any) { return assembled_at(any, start); }, mechanism, conditions, options);
+BalanceQuestion choose_question(const GoalOptions& options, const Study& study, WithoutGoal without) {
+  return {.goals = choose_goals(options, study, without),
+          .modular = is_modular(options),
+          .seed = options.seed,
+          .without = choose_without(options, study.mechanism)};
 }
 
 }  // namespace balance::app

@@ -1,12 +1,11 @@
 #pragma once
-/// What `balance conditions` and `balance design` share: goals, the strategy and the derivation that they stand for.
+/// What `balance conditions` and `balance design` share: goals and the strategy.
 
 #include "command.hpp"
 
-#include "balance/conditions/naming.hpp"
+#include "balance/answers/question.hpp"
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 
 namespace balance::app {
@@ -39,14 +38,8 @@ std::vector<std::string> choose_without(const GoalOptions& options, const Mechan
 /// @throws UsageError unless the strategy is `complete` or `modular`
 bool is_modular(const GoalOptions& options);
 
-/// Derives the conditions of a mechanism the same way again and again.
-using Derive = std::function<Conditions(const Mechanism&)>;
-/// @param start coordinates that mechanisms are assembled at
-Derive make_derive(const std::vector<Goal>& goals, bool modular, const ConditionOptions& options,
-                   const std::vector<CoordinateValue>& start);
-/// The same for mechanisms that differ little from one whose conditions are known.
-Derive make_derive_nearby(const Derive& derive, bool modular, const ConditionOptions& options,
-                          const std::vector<CoordinateValue>& start, const Mechanism& mechanism,
-                          const Conditions& conditions);
+/// All of these.
+BalanceQuestion choose_question(const GoalOptions& options, const Study& study,
+                                WithoutGoal without = WithoutGoal::needs_goal);
 
 }  // namespace balance::app

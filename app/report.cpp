@@ -1,11 +1,11 @@
 #include "report_options.hpp"
 
+#include "answers.hpp"
 #include "console.hpp"
 #include "control_options.hpp"
 #include "design_options.hpp"
 #include "failure.hpp"
 #include "signals.hpp"
-#include "views.hpp"
 
 #include "balance/analysis/check.hpp"
 #include "balance/analysis/control.hpp"
@@ -128,7 +128,7 @@ void add_design(const ReportOptions& options, const DesignSpace& space, Page& pa
   wanted.trajectories = false;  // run here, with their samples
   DesignReport report = design_or_throw(space, wanted);
   const std::string balanced = balanced_spec(space.start, report.outcome.x);
-  const DesignView view = make_view(options.goal, wanted, space, balanced, std::move(report));
+  const DesignView view = make_view(wanted, space, balanced, std::move(report));
   page.before = view.report.study_before.mechanism;
   page.after = view.report.study_after.mechanism;
   page.design = design_json(view, {});
@@ -145,7 +145,7 @@ Page make_page(const ReportOptions& options, const DesignSpace& space) {
     add_design(options, space, page);
     return page;
   }
-  if (has_goal) page.conditions = conditions_json(derive_view(options.goal, options.spec, space), {});
+  if (has_goal) page.conditions = conditions_json(conditions_or_throw(options.goal, space), {});
   run_all(options, study, nullptr, page);
   return page;
 }

@@ -25,6 +25,20 @@ if(GZIP_PROGRAM)
   install(FILES ${changelog}.gz DESTINATION ${document_dir})
 endif()
 
+if(BALANCE_PYTHON_MODULE)
+  set(python_document_dir ${CMAKE_INSTALL_DATAROOTDIR}/doc/python3-${balance_package})
+  install(FILES cmake/debian/copyright DESTINATION ${python_document_dir} COMPONENT python)
+  if(GZIP_PROGRAM)
+    set(python_changelog ${CMAKE_CURRENT_BINARY_DIR}/python/changelog.Debian)
+    install(
+      CODE "execute_process(COMMAND ${CMAKE_COMMAND} -D \"CHANGELOG=${CMAKE_CURRENT_SOURCE_DIR}/CHANGELOG.md\" -D PACKAGE=python3-${balance_package}
+        -D VERSION=${PROJECT_VERSION}-${balance_release} -D \"CONTACT=${balance_contact}\" -D \"OUTPUT=${python_changelog}\" -D \"GZIP=${GZIP_PROGRAM}\"
+        -P \"${CMAKE_CURRENT_SOURCE_DIR}/cmake/DebianChangelog.cmake\" COMMAND_ERROR_IS_FATAL ANY)"
+      COMPONENT python)
+    install(FILES ${python_changelog}.gz DESTINATION ${python_document_dir} COMPONENT python)
+  endif()
+endif()
+
 install(EXPORT balanceTargets NAMESPACE balance:: DESTINATION ${package_dir})
 configure_package_config_file(cmake/balanceConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/balanceConfig.cmake
                               INSTALL_DESTINATION ${package_dir})
@@ -47,10 +61,27 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXE
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+# One package of everything but the Python module, one of that.
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_NAME ${balance_package})
+set(CPACK_DEBIAN_UNSPECIFIED_DESCRIPTION "${CPACK_PACKAGE_DESCRIPTION}")
 # Debian's `balance`, a TCP load balancer, installs a program of the same name.
-set(CPACK_DEBIAN_PACKAGE_CONFLICTS balance)
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS gnuplot-nox) # balance plot
-string(CONCAT CPACK_DEBIAN_PACKAGE_SUGGESTS
+set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_CONFLICTS balance)
+set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_RECOMMENDS gnuplot-nox) # balance plot
+if(BALANCE_PYTHON_MODULE)
+  math(EXPR python_after "${Python_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-${balance_package})
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${Python_VERSION_MINOR}~), python3 (<< 3.${python_after}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-xarray, python3-pandas, ${balance_package}")
+  string(CONCAT CPACK_DEBIAN_PYTHON_DESCRIPTION
+         "The Python module balance_mechanisms: balancing conditions and designs of\n"
+         "mechanisms, their torques, reactions and shaking forces, as NumPy arrays\n"
+         "and xarray datasets.")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${CMAKE_CURRENT_SOURCE_DIR}/cmake/debian/python/postinst
+                                                ${CMAKE_CURRENT_SOURCE_DIR}/cmake/debian/python/prerm)
+endif()
+string(CONCAT CPACK_DEBIAN_UNSPECIFIED_PACKAGE_SUGGESTS
        "libeigen3-dev, libyaml-cpp-dev, libfmt-dev, nlohmann-json3-dev, libhdf5-dev, libssl-dev, zlib1g-dev, "
        "libnlopt-dev, coinor-libclp-dev, libpugixml-dev")
 include(CPack)

@@ -158,7 +158,7 @@ class Mistakes(ImportCase):
 
     def test_mjcf_that_cannot_be_read(self):
         body = '<mujoco><worldbody><body name="b">{}</body></worldbody></mujoco>'
-        self.refused(body.format("<joint/><geom size='1'/>"), "mj_saveLastXML", name="r.xml")
+        self.refused(body.format("<joint/><geom type='mesh' mesh='m'/>"), "mj_saveLastXML", name="r.xml")
         self.refused(body.format("<freejoint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"), "--base fixed", name="r.xml")
         self.refused(body.format("<joint class='none'/>"), "there is no default class 'none'", name="r.xml")
         self.refused(body.format("<replicate/>"), "mj_saveLastXML", name="r.xml")

@@ -243,9 +243,9 @@ FenceState FencedWorker::look() {
   return state_ = FenceState::timeout;
 }
 
-void wait_for_any(const std::vector<const FencedWorker*>& all) {
+void wait_for_any(const std::vector<const FencedWorker*>& all, std::chrono::milliseconds most) {
   std::vector<pollfd> events;
-  std::chrono::milliseconds wait = std::chrono::minutes(1);
+  std::chrono::milliseconds wait = most;
   for (const FencedWorker* one : all) one->watch(events, wait);
   ::poll(events.data(), events.size(), static_cast<int>(wait.count()));
 }

@@ -70,6 +70,8 @@ class FencedWorker {
 };
 
 /// Waits until one of them may have done its task or ended, or a limit has passed.
-void wait_for_any(const std::vector<const FencedWorker*>& all);
+/// @param most how long at most
+void wait_for_any(const std::vector<const FencedWorker*>& all,
+                  std::chrono::milliseconds most = std::chrono::minutes(1));
 
 }  // namespace balance

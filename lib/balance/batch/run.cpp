@@ -3,11 +3,13 @@
 #include "balance/base/error.hpp"
 #include "balance/batch/fence.hpp"
 #include "balance/batch/folder.hpp"
+#include "balance/write/pending_file.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <deque>
 #include <filesystem>
 #include <memory>
@@ -82,7 +84,8 @@ class Crew {
       std::vector<const FencedWorker*> working;
       for (const Hand& hand : hands)
         if (hand.worker) working.push_back(hand.worker.get());
-      wait_for_any(working);
+      wait_for_any(working, options_.cancelled ? std::chrono::milliseconds(100) : std::chrono::minutes(1));
+      if (options_.cancelled && options_.cancelled()) throw Cancelled("the batch was stopped; what is finished is kept");
       for (Hand& hand : hands)
         if (hand.worker && hand.worker->look() != FenceState::busy && !go_on(hand, busy > 1)) --busy;
     }

@@ -27,6 +27,7 @@ struct BatchOptions {
   std::optional<Shard> shard;                          ///< nothing: all cases
   bool force = false;                                  ///< use a folder that holds other things
   std::function<void(const BatchProgress&)> progress;  ///< called after every case, by one thread at a time
+  std::function<bool()> cancelled;                     ///< asked ten times a second if set; true ends the batch
   CaseLimits limits;
   Keep keep = Keep::series;
   bool retry_failed = false;  ///< compute cases again that had no result although nothing has changed
@@ -41,6 +42,7 @@ struct BatchOutcome {
 /// a limit is recorded as failed, and the others go on. The records and files are the same whatever options.jobs and however often
 /// the batch was interrupted. Children are copies of the calling thread, as FencedWork tells.
 /// @throws SystemError if the folder cannot be used; failures of cases are in their records
+/// @throws Cancelled if options.cancelled says so: what is finished is kept
 /// @throws std::invalid_argument if it would replace what it reads: see input_in_the_way
 BatchOutcome run_batch(const Plan& plan, const BatchOptions& options);
 

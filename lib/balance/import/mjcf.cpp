@@ -1,6 +1,7 @@
 #include "balance/import/mjcf.hpp"
 
 #include "balance/base/nearest.hpp"
+#include "balance/import/mjcf_geoms.hpp"
 #include "balance/import/mjcf_relations.hpp"
 #include "balance/import/mjcf_source.hpp"
 #include "balance/import/read_robot.hpp"
@@ -31,7 +32,8 @@ class MjcfReader {
       : tree_(include_all(document)),
         read_(faults_),
         defaults_(tree_.root, faults_),
-        angles_(tree_.root, read_, faults_) {
+        angles_(tree_.root, read_, faults_),
+        geoms_(tree_.root, read_, defaults_, angles_) {
     robot_.format = "MJCF";
     robot_.file = document.file;
   }
@@ -71,9 +73,6 @@ class MjcfReader {
     };
     if (is("coordinate", "global"))
       read_.fault(at, "coordinate", "expected local coordinates: save the model with MuJoCo first");
-    if (is("inertiafromgeom", "true"))
-      read_.fault(at, "inertiafromgeom",
-                  "expected bodies with <inertial>: save the model with MuJoCo (mj_saveLastXML), which writes them");
     for (const char* change : {"settotalmass", "boundmass", "boundinertia", "balanceinertia"})
       if (at.attribute(change) != nullptr && !is(change, "false") && !is(change, "-1") && !is(change, "0"))
         note(Level::warning, at, "compiler", "compiler",
@@ -125,7 +124,7 @@ class MjcfReader {
       if (child.name == "geom") body.shape = true;
     }
     const Pose pose = branch.frame * pose_of(element);
-    if (!body.inertial) check_mass_of_geoms(element, inner, body, !joints.empty());
+    if (geoms_.overrule() || (geoms_.count() && !body.inertial)) weigh_geoms(element, inner, body, !joints.empty());
     inner.parent = add_chain(element, joints, branch.parent, pose, std::move(body), inner.child_class);
     read_children(element, inner);
   }
@@ -144,22 +143,27 @@ class MjcfReader {
     body.body.inertia = 0.5 * (I + I.transpose());
   }
 
-  /// A body's mass may follow from its shapes, which are not read.
-  void check_mass_of_geoms(const XmlElement& element, const Branch& branch, RobotBody& body, bool moves) {
-    const auto heavy = [&](const XmlElement& child) {
-      if (child.name != "geom") return false;
-      const XmlElement geom = defaults_.resolved(child, branch.child_class);
-      const auto zero = [&](const char* name) {
-        return geom.attribute(name) != nullptr && read_.number(geom, name, 1) == 0;
-      };
-      return !zero("mass") && !zero("density");
-    };
-    if (std::none_of(element.children.begin(), element.children.end(), heavy)) return;
-    body.unweighed = true;
-    if (moves)
-      read_.fault(element, "",
-                  "expected <inertial>: its mass follows from geoms, which are not read; save the model with MuJoCo "
-                  "(mj_saveLastXML), which writes it");
+  /// A body's mass may follow from its shapes.
+  void weigh_geoms(const XmlElement& element, const Branch& branch, RobotBody& body, bool moves) {
+    const GeomMass found = geoms_.weigh(element, branch.child_class);
+    const std::string subject = fmt::format("body {}", in_quotes(body.body.name));
+    if (!found.unknown.empty()) {
+      body.unweighed = true;
+      if (moves)
+        read_.fault(element, "",
+                    fmt::format("expected <inertial>: its mass follows from {}, which is not read; save the model with "
+                                "MuJoCo (mj_saveLastXML), which writes it",
+                                found.unknown));
+      return;
+    }
+    if (found.geoms == 0) return;
+    body.inertial = true;
+    body.body.mass = found.mass;
+    body.body.com = found.com;
+    body.body.inertia = found.inertia;
+    note(Level::note, element, "geoms", subject,
+         fmt::format("its mass of {:.6g} kg follows from {} geom{}", found.mass, found.geoms,
+                     found.geoms == 1 ? "" : "s"));
   }
 
   /// Each joint carries what comes after it; all but the last carry nothing else. @return the body's index
@@ -258,6 +262,7 @@ class MjcfReader {
   ElementReader read_;
   MjcfDefaults defaults_;
   MjcfAngles angles_;
+  MjcfGeoms geoms_;
   Robot robot_;
 };
 

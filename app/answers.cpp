@@ -1,0 +1,29 @@
+#include "answers.hpp"
+
+#include "failure.hpp"
+
+#include "balance/base/error.hpp"
+
+#include <stdexcept>
+#include <utility>
+
+namespace balance::app {
+
+ConditionsView conditions_or_throw(const GoalOptions& goal, const DesignSpace& space, bool named) {
+  ConditionsAnswer answer = derive_view(choose_question(goal, space.start), space, named);
+  if (answer.refusal) throw MechanismFailure(answer.refusal.status, answer.refusal.reason);
+  return std::move(answer.view);
+}
+
+DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions& options) {
+  try {
+    DesignReport report = design_study(space, options);
+    if (const Refusal refusal = refusal_of(report)) throw MechanismFailure(refusal.status, refusal.reason);
+    return report;
+  } catch (const std::invalid_argument& error) {
+    // The library was asked something that the spec should not have asked.
+    throw SpecError({.place = {.file = space.start.spec_file, .key = "design"}, .message = error.what()});
+  }
+}
+
+}  // namespace balance::app

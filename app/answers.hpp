@@ -1,0 +1,18 @@
+#pragma once
+/// Conditions and designs as commands need them: there, or a failure of the program.
+
+#include "goals.hpp"
+
+#include "balance/answers/views.hpp"
+
+namespace balance::app {
+
+/// The conditions of the goals that the options name, or else the spec's.
+/// @param named whether coefficients get the names of the lengths that they are made of
+/// @throws UsageError as choose_question; MechanismFailure if there are none to derive
+ConditionsView conditions_or_throw(const GoalOptions& goal, const DesignSpace& space, bool named = true);
+
+/// @throws MechanismFailure if the mechanism has no design; SpecError if the spec asks for what makes no sense
+DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions& options);
+
+}  // namespace balance::app

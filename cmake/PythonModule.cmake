@@ -1,0 +1,21 @@
+# The Python module (python/): where pybind11 and Python's headers are missing everything else is built.
+option(BALANCE_PYTHON_MODULE "Build the Python module balance_mechanisms (needs pybind11 and Python's headers)" ON)
+if(BALANCE_PYTHON_MODULE AND (BALANCE_SIMULATE_ONLY OR BALANCE_SANITIZE OR BALANCE_COVERAGE))
+  set(BALANCE_PYTHON_MODULE OFF) # an interpreter cannot load what is sanitized
+endif()
+if(BALANCE_PYTHON_MODULE)
+  if(NOT Python_EXECUTABLE AND EXISTS /usr/bin/python3)
+    set(Python_EXECUTABLE /usr/bin/python3) # the system's, whatever else stands in the path
+  endif()
+  find_package(Python 3.9 QUIET COMPONENTS Interpreter Development.Module)
+  if(Python_FOUND)
+    find_package(pybind11 2.10 QUIET CONFIG)
+  endif()
+  if(NOT Python_FOUND OR NOT pybind11_FOUND)
+    set(BALANCE_PYTHON_MODULE OFF)
+    message(STATUS "the Python module is left out: it needs pybind11-dev and python3-dev (and BALANCE_PYTHON_MODULE=ON)")
+  endif()
+endif()
+if(BALANCE_PYTHON_MODULE)
+  add_subdirectory(python)
+endif()

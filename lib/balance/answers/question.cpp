@@ -1,0 +1,26 @@
+#include "balance/answers/question.hpp"
+
+#include "balance/analysis/start_pose.hpp"
+#include "balance/conditions/modular.hpp"
+#include "balance/conditions/nearby.hpp"
+
+namespace balance {
+
+Derive make_derive(const std::vector<Goal>& goals, bool modular, const ConditionOptions& options,
+                   const std::vector<CoordinateValue>& start) {
+  return [=](const Mechanism& any) {
+    const Mechanism mechanism = assembled_at(any, start);
+    return modular ? derive_modular_conditions(mechanism, goals, options)
+                   : derive_conditions(mechanism, goals, options);
+  };
+}
+
+Derive make_derive_nearby(const Derive& derive, bool modular, const ConditionOptions& options,
+                          const std::vector<CoordinateValue>& start, const Mechanism& mechanism,
+                          const Conditions& conditions) {
+  if (modular) return derive;
+  return nearby_or(
+      derive, [start](const Mechanism& any) { return assembled_at(any, start); }, mechanism, conditions, options);
+}
+
+}  // namespace balance

@@ -1,0 +1,38 @@
+#pragma once
+/// Conditions and designs with everything that is told about them, gathered from a spec.
+
+#include "balance/answers/question.hpp"
+#include "balance/present/design_view.hpp"
+#include "balance/study/design_space.hpp"
+
+#include <string>
+
+namespace balance {
+
+/// Why a mechanism cannot have what was asked: no conditions, no design.
+struct Refusal {
+  std::string status;  ///< "not-assembled", "mismatch", "overflow", …; empty: it is not refused
+  std::string reason;  ///< one sentence
+
+  explicit operator bool() const { return !status.empty(); }
+};
+
+struct ConditionsAnswer {
+  Refusal refusal;
+  ConditionsView view;  ///< means something unless refused
+};
+
+/// The conditions of the goals with the names of their coefficients, judged with the numbers that the study holds.
+/// @param named whether coefficients get the names of the lengths that they are made of
+ConditionsAnswer derive_view(const BalanceQuestion& question, const DesignSpace& space, bool named = true);
+
+/// Why a design has no numbers to show.
+Refusal refusal_of(const DesignReport& report);
+
+/// @param options that the design was made with
+/// @param balanced the text of the designed spec
+/// @param report one that is not refused
+DesignView make_view(const DesignStudyOptions& options, const DesignSpace& space, const std::string& balanced,
+                     DesignReport report);
+
+}  // namespace balance

@@ -1,0 +1,26 @@
+"""Balanced mechanisms: balancing conditions, designs, torques, reactions and shaking forces.
+
+    import balance_mechanisms as bm
+
+    spec = bm.load("3rrr.yaml", set={"l": 0.2})
+    run = spec.simulate("cycloid")
+    print(run.metrics["shaking_force"].peak)
+
+SI units, world axes. docs/python.md describes the module, docs/spec.md the language of specs.
+"""
+
+from balance_mechanisms import _native
+from balance_mechanisms._answers import Answer, Batch, Check, Comparison, Condition, Conditions, Design
+from balance_mechanisms._errors import MechanismError, MotionError, SpecError
+from balance_mechanisms._files import Exported, batch, compare, export, import_, kinds, new, parts, read
+from balance_mechanisms._imported import Imported
+from balance_mechanisms._mechanism import InverseDynamics, Mechanism
+from balance_mechanisms._run import Metric, Quantity, Run
+from balance_mechanisms._spec import Spec, load
+
+__version__: str = _native.version
+GOALS = tuple(_native.goal_names)
+
+__all__ = ["GOALS", "Answer", "Batch", "Check", "Comparison", "Condition", "Conditions", "Design", "Exported",
+           "Imported", "InverseDynamics", "Mechanism", "MechanismError", "Metric", "MotionError", "Quantity", "Run",
+           "Spec", "SpecError", "batch", "compare", "export", "import_", "kinds", "load", "new", "parts", "read"]

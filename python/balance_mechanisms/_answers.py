@@ -1,0 +1,266 @@
+"""What conditions, designs, checks, comparisons, batches and imports come to."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, NamedTuple, Tuple
+
+import numpy
+
+from balance_mechanisms import _native
+from balance_mechanisms._run import Run
+
+if TYPE_CHECKING:
+    import pandas
+
+    from balance_mechanisms._spec import Spec
+
+
+class Answer:
+    """What the program would print, taken apart: `to_dict()` is its JSON, `str()` its text."""
+
+    def __init__(self, document: str, text: str) -> None:
+        self._json = document
+        self._text = text
+
+    def __str__(self) -> str:
+        return self._text
+
+    def to_json(self) -> str:
+        """What the program prints with `--json`."""
+        return self._json
+
+    def to_dict(self) -> Dict[str, Any]:
+        """The same as Python's values; what is not known is None."""
+        found: Dict[str, Any] = json.loads(self._json)
+        return found
+
+
+class Check(Answer):
+    """What a mechanism is before anything moves."""
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom, by rank."""
+        return int(self.to_dict()["degrees_of_freedom"])
+
+
+class Condition(NamedTuple):
+    """One balancing condition."""
+
+    text: str
+    latex: str
+    terms: Dict[str, float]
+    residual: float
+    met: bool
+    free: Tuple[str, ...]
+
+
+class Conditions(Answer):
+    """Necessary and sufficient conditions on masses, centres of mass, inertias and stiffnesses."""
+
+    def __init__(self, found: Mapping[str, Any]) -> None:
+        super().__init__(found["json"], found["text"])
+        self._latex: str = found["latex"]
+        self._impossible: str | None = found["impossible"]
+        self._matrix: numpy.ndarray = found["matrix"]
+        self._matrix.flags.writeable = False
+
+    def __len__(self) -> int:
+        return len(self.conditions)
+
+    def __repr__(self) -> str:
+        return f"<balance_mechanisms.Conditions: {len(self)}>"
+
+    @property
+    def conditions(self) -> List[Condition]:
+        """One by one. `terms` are coefficients by parameter, `residual` is scaled, `free` are free numbers that it depends on."""
+        return [Condition(one["text"], one["latex"], {term["parameter"]: term["coefficient"] for term in one["terms"]},
+                          one["residual"], one["met"], tuple(one["free"])) for one in self.to_dict()["conditions"]]
+
+    @property
+    def rank(self) -> int:
+        """How many there are."""
+        return int(self.to_dict()["rank"])
+
+    @property
+    def parameters(self) -> List[str]:
+        """What the columns of `matrix` are, but for known terms behind them."""
+        names: List[str] = self.to_dict()["parameters"]
+        return names
+
+    @property
+    def matrix(self) -> numpy.ndarray:
+        """R of R p = 0, reduced; a row per condition [SI]."""
+        return self._matrix
+
+    @property
+    def impossible(self) -> str | None:
+        """Why no masses whatever can meet them, where that is proved; else None."""
+        return self._impossible
+
+    @property
+    def staying(self) -> List[Dict[str, Any]]:
+        """What no masses and springs can balance (friction, loads), with the efforts that it leaves."""
+        left: List[Dict[str, Any]] = self.to_dict()["staying"]
+        return left
+
+    def latex(self) -> str:
+        """An align* environment; needs amsmath."""
+        return self._latex
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """A row per condition: its text, residual, whether it is met, free numbers."""
+        import pandas
+
+        columns = ["text", "residual", "met", "free"]
+        return pandas.DataFrame([[getattr(one, name) for name in columns] for one in self.conditions], columns=columns)
+
+
+class Design(Answer):
+    """Numbers that balance a mechanism, or the best compromise and the reason why there is nothing better."""
+
+    def __init__(self, native: _native.Design, spec: Spec) -> None:
+        super().__init__(native.json(), native.text())
+        self._native = native
+        self._spec = spec
+
+    def __repr__(self) -> str:
+        return f"<balance_mechanisms.Design: {self.status}>"
+
+    @property
+    def status(self) -> str:
+        """`balanced`, `compromise`, `impossible`, `not-found` or `not-asked` (there was no goal)."""
+        return self._native.status
+
+    @property
+    def optimality(self) -> str:
+        """`proved-best`, `local-best`, `stopped` or `not-asked`."""
+        return self._native.optimality
+
+    @property
+    def reason(self) -> str:
+        """Why it is no better, in a sentence or two."""
+        return self._native.reason
+
+    @property
+    def values(self) -> Dict[str, float]:
+        """The free numbers by their path in the spec: SI, parameters as written."""
+        return dict(self._native.values)
+
+    @property
+    def spec_text(self) -> str:
+        """The spec with these numbers in place of its free ones."""
+        return self._native.spec_text
+
+    @property
+    def spec(self) -> Spec:
+        """That spec, read."""
+        return self._spec._again(self.spec_text)
+
+    @property
+    def before(self) -> Dict[str, Run]:
+        """Runs of the mechanism before, by trajectory."""
+        return {name: Run(run) for name, run in self._native.runs(False).items()}
+
+    @property
+    def after(self) -> Dict[str, Run]:
+        """Runs of the designed mechanism, by trajectory."""
+        return {name: Run(run) for name, run in self._native.runs(True).items()}
+
+    def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
+        """Writes the design file: numbers, conditions, all runs (docs/file-format.md)."""
+        self._native.write(os.fspath(path), force)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """A row per free number: bounds, value before, value."""
+        import pandas
+
+        return pandas.DataFrame(self.to_dict()["free_numbers"]).set_index("path")
+
+
+class Comparison(Answer):
+    """Runs side by side, and whether requirements hold."""
+
+    def __init__(self, found: Mapping[str, Any]) -> None:
+        super().__init__(found["json"], found["text"])
+        self._csv: str = found["csv"]
+        self._markdown: str = found["markdown"]
+        self._holds: bool = found["holds"]
+
+    def __repr__(self) -> str:
+        return f"<balance_mechanisms.Comparison: {'holds' if self.holds else 'does not hold'}>"
+
+    @property
+    def holds(self) -> bool:
+        """Whether all requirements do."""
+        return self._holds
+
+    @property
+    def requirements(self) -> List[Dict[str, Any]]:
+        """What became of each requirement."""
+        judged: List[Dict[str, Any]] = self.to_dict()["requirements"]
+        return judged
+
+    def to_markdown(self) -> str:
+        """Tables for a page."""
+        return self._markdown
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """A row per quantity, figure and run: unit, value, ratio to the base."""
+        import pandas
+
+        rows = pandas.DataFrame(list(csv.DictReader(io.StringIO(self._csv))))
+        return rows.assign(**{name: [float(text or "nan") for text in rows[name]] for name in ("value", "ratio")})
+
+
+class Batch(Answer):
+    """What a suite came to."""
+
+    def __init__(self, found: Mapping[str, Any], folder: str) -> None:
+        super().__init__(found["json"], found["text"])
+        self._found = found
+        self._folder = folder
+
+    def __repr__(self) -> str:
+        return f"<balance_mechanisms.Batch in {self._folder!r}: {len(self.cases)} cases, exit code {self.exit_code}>"
+
+    @property
+    def exit_code(self) -> int:
+        """0: all cases are done and the requirements hold; 1: a requirement is missed or a design is only a compromise; else 3, 4, 5."""
+        return int(self._found["exit_code"])
+
+    @property
+    def holds(self) -> bool:
+        """Whether everything is done and all requirements hold."""
+        return self.exit_code == 0
+
+    @property
+    def folder(self) -> str:
+        """Where the results are."""
+        return self._folder
+
+    @property
+    def cases(self) -> Dict[str, str]:
+        """How every case ended, by its name."""
+        return {name: status for name, status, _ in self._found["cases"]}
+
+    @property
+    def messages(self) -> Dict[str, str]:
+        """What is to be said of cases that did not end well, by their names."""
+        return {name: message for name, _, message in self._found["cases"] if message}
+
+    def run(self, case: str) -> Run:
+        """The result of a case."""
+        if case not in self.cases:
+            raise KeyError(f"{case!r}: the suite has {', '.join(self.cases)}")
+        return Run(_native.read_result(os.path.join(self._folder, case + ".h5")))
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """The table summary.csv: a row per case and quantity. Of a whole suite, not of a shard."""
+        import pandas
+
+        return pandas.read_csv(os.path.join(self._folder, "summary.csv"), float_precision="round_trip")

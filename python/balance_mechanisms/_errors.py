@@ -1,0 +1,52 @@
+"""What goes wrong, as exceptions: a wrong spec, and what a mechanism cannot do."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from balance_mechanisms._run import Run
+
+
+class SpecError(ValueError):
+    """A spec, a suite or a foreign file is wrong; the text has a line for each mistake.
+
+    `file`, `line`, `column` (from 1; 0: no place of its own) and `key` are those of the first mistake; `mistakes` has all, each with
+    file, line, column, key, message, expected, found and hint.
+    """
+
+    def __init__(self, message: str, mistakes: list[dict[str, Any]]) -> None:
+        super().__init__(message)
+        self.mistakes = mistakes
+        first = mistakes[0]
+        self.file: str = first["file"]
+        self.line: int = first["line"]
+        self.column: int = first["column"]
+        self.key: str = first["key"]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return SpecError, (str(self), self.mistakes)
+
+
+class MechanismError(RuntimeError):
+    """The mechanism cannot have what was asked: no conditions, no design, no assembly. `status` is one word, `reason` a sentence."""
+
+    def __init__(self, reason: str, status: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+        self.status = status
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return MechanismError, (self.reason, self.status)
+
+
+class MotionError(MechanismError):
+    """The mechanism cannot make a motion. `time` is where it stopped [s]; `run` is what was computed until there, or None."""
+
+    def __init__(self, reason: str, status: str, time: float, run: Run | None = None) -> None:
+        super().__init__(reason, status)
+        self.time = time
+        self.run = run
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return MotionError, (self.reason, self.status, self.time)  # runs do not travel

@@ -1,0 +1,118 @@
+"""Files: results, suites, robots."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Dict, List, Mapping, NamedTuple, Sequence, Tuple, Union
+
+from balance_mechanisms import _native
+from balance_mechanisms._answers import Batch, Comparison
+from balance_mechanisms._imported import Imported
+from balance_mechanisms._run import Run
+from balance_mechanisms._spec import Path, Progress, Spec
+
+Runs = Union[Mapping[str, Union[Run, Path]], Sequence[Union[Run, Path]]]
+
+
+def read(path: Path) -> Run:
+    """Reads a result file; `design.h5:after/cycloid` is one run of a design file.
+
+    :raises OSError: if it is none of this program's, or damaged
+    """
+    return Run(_native.read_result(os.fspath(path)))
+
+
+def _named(runs: Runs) -> List[Tuple[str, Run]]:
+    if isinstance(runs, Mapping) and not isinstance(runs, Run):
+        return [(name, one if isinstance(one, Run) else read(one)) for name, one in runs.items()]
+    all_runs: List[Tuple[str, Run]] = []
+    for k, one in enumerate(runs):
+        if isinstance(one, Run):
+            name = "base" if k == 0 else one.description["trajectory"] or f"run {k}"
+        else:
+            name, one = os.path.splitext(os.path.basename(os.fspath(one)))[0], read(one)
+        taken = {other for other, _ in all_runs}
+        all_runs.append((name if name not in taken else f"{name} {k}", one))
+    return all_runs
+
+
+def compare(runs: Runs, require: Union[str, Sequence[str]] = ()) -> Comparison:
+    """Compares runs with the first of them, the base (docs/compare.md).
+
+    :param runs: runs or paths of result files; in a dict by the names that requirements call them
+    :param require: what must hold: `peak(shaking_force) <= 0.9 * base`
+    """
+    texts = [require] if isinstance(require, str) else list(require)
+    return Comparison(_native.compare([(name, run._native) for name, run in _named(runs)], texts))
+
+
+def batch(suite: Path, *, jobs: int = 1, folder: Path | None = None, shard: Tuple[int, int] | None = None,
+          force: bool = False, metrics_only: bool = False, retry_failed: bool = False, case_timeout: float = 3600,
+          progress: Progress | None = None) -> Batch:
+    """Runs the cases of a suite (docs/suite.md), each in a process of its own; goes on where it was interrupted.
+
+    :param jobs: cases at once
+    :param folder: where results go; as of the program `<suite>-results` beside the working folder
+    :param shard: (index, count): only a part of the cases
+    :param force: use a folder that holds other things
+    :param metrics_only: keep figures, no samples
+    :param case_timeout: [s]; 0: none
+    """
+    name = os.fspath(suite)
+    place = os.fspath(folder) if folder is not None else os.path.splitext(os.path.basename(name))[0] + "-results"
+    return Batch(_native.batch(name, place, jobs, shard, force, metrics_only, retry_failed, case_timeout, progress), place)
+
+
+def import_(path: Path, *, loops: Path | None = None, base: str = "", actuate: Sequence[str] = ()) -> Imported:
+    """Makes a spec from a file of another program: URDF, MJCF, MBSE, Chrono (docs/import.md).
+
+    :param loops: a file with closures of a URDF
+    :param base: `fixed`: what floats in the file is held where it is
+    :param actuate: joints with motors, by the file's names
+    """
+    found = _native.import_robot(os.fspath(path), "" if loops is None else os.fspath(loops), _is_fixed(base),
+                                 list(actuate))
+    return Imported(found, os.fspath(path))
+
+
+class Exported(NamedTuple):
+    """A foreign file with other masses: its text, what changed, and what it cannot say."""
+
+    text: str
+    changed: List[str]
+    notes: List[str]
+
+
+def export(spec: Spec, path: Path, *, loops: Path | None = None, base: str = "",
+           actuate: Sequence[str] = ()) -> Exported:
+    """The file that the spec was imported from, with the masses of the spec; nothing else of its text changes.
+
+    :param path: of that file; `loops`, `base` and `actuate` as it was imported
+    """
+    name = os.fspath(path)
+    return Exported(*_native.export_robot(spec._native, _native.read_text(name), name,
+                                          "" if loops is None else os.fspath(loops), _is_fixed(base), list(actuate)))
+
+
+def parts(spec: Spec) -> str:
+    """Counterweights and discs as CSV: name, kind, body, place in the body [m], mass [kg], inertia [kg m^2]."""
+    return _native.parts_csv(spec._native)
+
+
+def _is_fixed(base: str) -> bool:
+    if base not in ("", "fixed"):
+        raise ValueError(f"base: must be fixed, is {base!r}")
+    return base == "fixed"
+
+
+def kinds() -> Dict[str, str]:
+    """The specs to start from, with what each is."""
+    return {kind: text.split("\n", 1)[0].lstrip("# ") for kind, text in _native.starters}
+
+
+def new(kind: str) -> str:
+    """The text of a commented spec to start from; `kinds` lists them."""
+    found: Any = dict(_native.starters).get(kind)
+    if found is None:
+        raise ValueError(f"there is no starter {kind!r}: expected {', '.join(kinds())}")
+    return str(found)

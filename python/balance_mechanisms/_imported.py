@@ -1,0 +1,53 @@
+"""What an import comes to."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping
+
+if TYPE_CHECKING:
+    from balance_mechanisms._spec import Spec
+
+
+class Imported:
+    """A spec made from a foreign file, and what is to be said of that file."""
+
+    def __init__(self, found: Mapping[str, Any], file: str) -> None:
+        self._found = dict(found)
+        self._file = file
+
+    def __repr__(self) -> str:
+        return f"<balance_mechanisms.Imported from {self._file!r}: {self.format}>"
+
+    @property
+    def format(self) -> str:
+        """`URDF`, `MJCF`, `MBSE` or `Chrono`."""
+        return str(self._found["format"])
+
+    @property
+    def spec_text(self) -> str:
+        """The spec, with comments that name the lines it is from."""
+        return str(self._found["spec_text"])
+
+    @property
+    def spec(self) -> Spec:
+        """That spec, read."""
+        from balance_mechanisms._spec import load
+
+        return load(self.spec_text, file=os.path.splitext(self._file)[0] + ".yaml")
+
+    @property
+    def findings(self) -> List[Dict[str, Any]]:
+        """Warnings and notes: level, code, file, line, subject, message."""
+        return list(self._found["findings"])
+
+    @property
+    def warnings(self) -> List[str]:
+        """The warnings in words, one that the loops could not be closed among them."""
+        texts = [f"{one['file']}:{one['line']}: {one['subject']}: {one['message']}" for one in self.findings
+                 if one["level"] == "warning"]
+        return texts + ([self._found["not_assembled"]] if self._found["not_assembled"] else [])
+
+    def to_dict(self) -> Dict[str, Any]:
+        """Everything: format, findings, ignored, renamed, bodies, joints, loops, total_mass, dof, actuators, assembly, spec_text."""
+        return dict(self._found)

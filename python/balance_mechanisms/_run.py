@@ -1,0 +1,229 @@
+"""Runs: samples as read-only arrays on the memory of the library, figures, files."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, NamedTuple, Tuple
+
+import numpy
+
+from balance_mechanisms import _native
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+
+class Metric(NamedTuple):
+    """The figures of one quantity's magnitude. What is no larger than `round_off` is 0."""
+
+    quantity: str
+    unit: str
+    peak: float
+    peak_time: float
+    rms: float
+    mean: float
+    range: float
+    round_off: float
+
+
+class Quantity(NamedTuple):
+    """What a sampled quantity is: its name, its unit (`mixed`: see `units`, one per column), its dimensions behind `time`."""
+
+    name: str
+    long_name: str
+    unit: str
+    units: Tuple[str, ...]
+    dimensions: Tuple[str, ...]
+    round_off: Tuple[float, ...]
+    about: Tuple[float, ...] | None
+
+
+FIGURES = {"peak": "largest magnitude", "peak_time": "time of the largest magnitude",
+           "rms": "root of the time average of the squared magnitude", "mean": "time average of the magnitude",
+           "range": "largest minus smallest value (vectors: magnitude)",
+           "round_off": "what is no larger counts as 0 in the figures"}
+
+DIMENSIONS = {"coordinate": "joint coordinate", "joint": "joint", "actuator": "actuated joint coordinate",
+              "axis": "axis of the world", "quaternion": "component of the quaternion",
+              "sliding": "joint coordinate with a sliding variable", "body": "moving body"}
+
+UNITS = {"coordinate_unit": ("coordinate", "unit of the joint coordinate"),
+         "actuator_unit": ("actuator", "unit of the actuator's torque or force"),
+         "sliding_unit": ("sliding", "unit of the sliding variable")}
+
+
+def common_unit(units: List[str]) -> str:
+    return "1" if not units else units[0] if len(set(units)) == 1 else "mixed"
+
+
+class Run(Mapping[str, numpy.ndarray]):
+    """One run along one trajectory: `run.torque` or `run["torque"]`, rows at `run.time`, names and units as in the result file.
+
+    Arrays are read-only views of the library's memory, which lives as long as one of them does. World axes, SI units.
+    """
+
+    def __init__(self, native: _native.Run) -> None:
+        self._native = native
+
+    def __getitem__(self, name: str) -> numpy.ndarray:
+        """The samples of a quantity, or `time`."""
+        values = self._native.values(name) if isinstance(name, str) else None
+        if values is None:
+            raise KeyError(f"{name!r}: the run has {', '.join(self)}")
+        return values
+
+    def __getattr__(self, name: str) -> numpy.ndarray:
+        values = None if name.startswith("_") else self._native.values(name)
+        if values is None:
+            raise AttributeError(f"the run has no {name!r}")
+        return values
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(["time", *self._native.quantities])
+
+    def __len__(self) -> int:
+        return 1 + len(self._native.quantities)
+
+    def __dir__(self) -> List[str]:
+        return sorted({*super().__dir__(), *self})
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    __hash__ = object.__hash__
+
+    def __repr__(self) -> str:
+        about = self._native.description
+        name = f"{about['title']!r}" + (f" along {about['trajectory']!r}" if about["trajectory"] else "")
+        return f"<balance_mechanisms.Run of {name}: {self._native.rows} samples>"
+
+    @property
+    def status(self) -> str:
+        """`done`, or the word for why it ended early."""
+        return self._native.status
+
+    @property
+    def notes(self) -> List[str]:
+        """What somebody should know who uses the numbers."""
+        return self._native.notes
+
+    @property
+    def description(self) -> Dict[str, str]:
+        """Where it comes from: title, trajectory, law, drive, spec, and the command of the program that computes the same."""
+        return self._native.description
+
+    @property
+    def labels(self) -> Dict[str, List[str]]:
+        """Names along every dimension but `time`."""
+        return self._native.labels
+
+    @property
+    def quantities(self) -> Dict[str, Quantity]:
+        """What every sampled quantity is."""
+        return {name: Quantity(name, one["long_name"], one["unit"], tuple(one["units"]), tuple(one["dimensions"]),
+                               tuple(one["round_off"]), tuple(one["about"]) if "about" in one else None)
+                for name, one in self._native.quantities.items()}
+
+    @property
+    def metrics(self) -> Dict[str, Metric]:
+        """Peak, rms, mean and range of every quantity, by its name: `run.metrics["torque[A1]"].peak`."""
+        return {one[0]: Metric(*one) for one in self._native.metrics}
+
+    @property
+    def energy(self) -> float:
+        """What the actuators move back and forth, the integral of the sum of |power| [J]."""
+        return self._native.energy
+
+    def text(self) -> str:
+        """What `balance simulate` prints."""
+        return self._native.text()
+
+    def to_json(self) -> str:
+        """What `balance simulate --json` prints."""
+        return self._native.json()
+
+    def write(self, path: str | os.PathLike[str], *, force: bool = False, compress: bool = False) -> None:
+        """Writes the result file (docs/file-format.md), or a table where the name ends in `.csv`; complete or not at all.
+
+        :param force: replace a file that exists
+        :param compress: compress an HDF5 file; slow
+        :raises OSError: if it cannot be written, or exists
+        """
+        name = os.fspath(path)
+        if name.endswith(".csv"):
+            if compress:
+                raise ValueError("compress: a table is not compressed")
+            self._native.write_csv(name, force)
+        else:
+            self._native.write_hdf5(name, force, compress)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The samples as an `xarray.Dataset`, with names, dimensions, units and attributes as in the result file. Nothing is copied."""
+        import xarray
+
+        own = self._native
+        coordinates: Dict[str, Any] = {"time": ("time", self["time"], {"units": "s", "long_name": "time"})}
+        for dimension, names in own.labels.items():
+            coordinates[dimension] = (dimension, numpy.array(names, dtype=object),
+                                      {"units": "1", "long_name": DIMENSIONS[dimension]})
+        variables: Dict[str, Any] = {}
+        for name, one in self.quantities.items():
+            attributes: Dict[str, Any] = {"units": one.unit, "long_name": one.long_name}
+            if one.about is not None:
+                attributes["about"] = numpy.array(one.about)
+            if one.round_off:
+                attributes["round_off"] = one.round_off[0] if len(one.round_off) == 1 else numpy.array(one.round_off)
+            variables[name] = (("time", *one.dimensions), self[name], attributes)
+        for name, (dimension, long_name) in UNITS.items():
+            units = getattr(own, f"{dimension}_units")
+            if common_unit(units) == "mixed":
+                variables[name] = (dimension, numpy.array(units, dtype=object), {"units": "1", "long_name": long_name})
+        iterations = own.values("newton_iterations")
+        if iterations is not None:
+            variables["newton_iterations"] = ("time", iterations,
+                                              {"units": "1", "long_name": "Newton iterations for the position"})
+        attributes = {"Conventions": "balance-1", **self.description}
+        return xarray.Dataset(variables, coordinates, attributes)
+
+    def metrics_to_xarray(self) -> xarray.Dataset:
+        """The figures as in the result file's group `metrics`."""
+        import xarray
+
+        rows = list(self.metrics.values())
+        units = [one.unit for one in rows]
+        unit = common_unit(units)
+        variables: Dict[str, Any] = {
+            "energy": ((), self.energy,
+                       {"units": "J", "long_name": "energy moved by the actuators, the integral of the sum of |power|"}),
+            "unit": ("quantity", numpy.array(units, dtype=object), {"units": "1", "long_name": "unit of the quantity"})}
+        for figure, long_name in FIGURES.items():
+            variables[figure] = ("quantity", numpy.array([getattr(one, figure) for one in rows]),
+                                 {"units": "s" if figure == "peak_time" else unit, "long_name": long_name})
+        names = numpy.array([one.quantity for one in rows], dtype=object)
+        return xarray.Dataset(variables, {"quantity": ("quantity", names, {"units": "1", "long_name": "quantity"})})
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """The samples as a table: a row per time, columns such as `torque[A1]`, `joint_force[B1].x`, `shaking_force.y`."""
+        import pandas
+
+        columns: Dict[str, numpy.ndarray] = {}
+        for name, one in self.quantities.items():
+            values = self[name].reshape(len(self["time"]), -1)
+            for k, label in enumerate(_column_labels(one.dimensions, self.labels)):
+                columns[name + label] = values[:, k]
+        return pandas.DataFrame(columns, index=pandas.Index(self["time"], name="time"))
+
+    def metrics_to_dataframe(self) -> pandas.DataFrame:
+        """The figures as a table, a row per quantity."""
+        import pandas
+
+        return pandas.DataFrame(list(self.metrics.values()), columns=Metric._fields).set_index("quantity")
+
+
+def _column_labels(dimensions: Tuple[str, ...], labels: Mapping[str, List[str]]) -> List[str]:
+    all_labels = [""]
+    for dimension in dimensions:
+        dotted = dimension in ("axis", "quaternion")
+        all_labels = [label + (f".{name}" if dotted else f"[{name}]") for label in all_labels for name in labels[dimension]]
+    return all_labels

@@ -1,0 +1,205 @@
+"""Specs: what is read, and what can be asked of it."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple, Union
+
+from balance_mechanisms import _native
+from balance_mechanisms._answers import Check, Conditions, Design
+from balance_mechanisms._errors import MotionError
+from balance_mechanisms._mechanism import Mechanism
+from balance_mechanisms._run import Run
+
+Path = Union[str, "os.PathLike[str]"]
+Goals = Union[str, Sequence[str], None]
+Progress = Callable[[float], Any]
+
+
+def _words(names: Goals) -> List[str]:
+    return [] if names is None else [names] if isinstance(names, str) else list(names)
+
+
+class Spec:
+    """A spec that was read: docs/spec.md. Immutable; several threads may use one. It pickles as its text, overrides and place.
+
+    Made by `load`.
+    """
+
+    def __init__(self, native: _native.Spec) -> None:
+        self._native = native
+        self._mechanism = Mechanism(native.mechanism, self)
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        # Files that the text names lie in its folder, wherever another process works.
+        return _read, (self.text, os.path.abspath(self.file), self._native.set)
+
+    def __repr__(self) -> str:
+        return f"<balance_mechanisms.Spec {self.file!r}: {self.name!r}>"
+
+    def _again(self, text: str) -> Spec:
+        """Another text in the place of this one, with nothing overridden."""
+        return _read(text, self.file, [])
+
+    @property
+    def name(self) -> str:
+        """The mechanism's title."""
+        return self._native.name
+
+    @property
+    def file(self) -> str:
+        """What messages call it."""
+        return self._native.file
+
+    @property
+    def text(self) -> str:
+        """As read."""
+        return self._native.text
+
+    @property
+    def set(self) -> Dict[str, str]:
+        """Parameters that were overridden."""
+        return dict(self._native.set)
+
+    @property
+    def warnings(self) -> List[str]:
+        """What is legal but suspicious."""
+        return self._native.warnings
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """With the start values of free numbers."""
+        return self._mechanism
+
+    @property
+    def trajectories(self) -> List[Dict[str, Any]]:
+        """Name, law, drive, duration [s] and samples of each."""
+        return self._native.trajectories
+
+    @property
+    def controllers(self) -> List[Dict[str, Any]]:
+        """Name, type and period [s] of each."""
+        return self._native.controllers
+
+    @property
+    def free_numbers(self) -> List[Dict[str, Any]]:
+        """Path, lower, upper and start (SI; parameters as written) of each number that is left open."""
+        return self._native.free_numbers
+
+    @property
+    def goals(self) -> List[str]:
+        """What `design: goal` says."""
+        return self._native.goals
+
+    def check(self, *, verify: bool = False, progress: Progress | None = None) -> Check:
+        """What the mechanism is: degrees of freedom, loops, redundant constraints, assembly modes.
+
+        :param verify: run all trajectories by both formulations, too (planar mechanisms)
+        :raises MotionError: if the loops cannot be closed
+        """
+        status, reason, document, text = self._native.check(verify, progress)
+        if status != "done":
+            raise MotionError(reason, status, 0)
+        return Check(document, text)
+
+    def conditions(self, goal: Goals = None, *, strategy: str = "complete", without: Goals = None,
+                   seed: int | None = None, named: bool = True) -> Conditions:
+        """The complete balancing conditions.
+
+        :param goal: one of `GOALS`, or several that must hold together; None: the spec's
+        :param strategy: `complete`, or `modular`: each chain by itself
+        :param without: what the goals leave out: friction, loads, springs, payloads, … or names of single ones
+        :param seed: of random configurations
+        :param named: write coefficients with the names of the lengths that they are made of
+        :raises MechanismError: if there are none (the loops cannot be closed, the goal needs actuators, …)
+        """
+        return Conditions(_native.conditions(self._native, _words(goal), _words(without), strategy, seed, named))
+
+    def design(self, goal: Goals = None, *, minimize: Any = None, seed: int | None = None, strategy: str = "complete",
+               without: Goals = None, algorithm: str = "", trajectories: bool = True) -> Design:
+        """Numbers in place of the free ones that meet all conditions of the goal, the best of them if something is to be small.
+
+        :param goal: as for `conditions`
+        :param minimize: as in the spec: `added-mass`, `{"rms": "torque", "along": "cycloid"}`, a list of such; None: the spec's
+        :param seed: of random configurations and searches
+        :param algorithm: of the search; "": the spec's
+        :param trajectories: run every trajectory before and after
+        :raises MechanismError: if nothing can be said at all; a compromise is an answer, with its status
+        """
+        wish = "" if minimize is None else minimize if isinstance(minimize, str) else json.dumps(minimize)
+        words = ["balance", "design", os.path.basename(self.file)]
+        for option, values in (("--goal", _words(goal)), ("--minimize", [wish] if wish else []),
+                               ("--strategy", [strategy] if strategy != "complete" else []),
+                               ("--without", _words(without)), ("--algorithm", [algorithm] if algorithm else []),
+                               ("--seed", [] if seed is None else [str(seed)]),
+                               ("--set", [f"{name}={value}" for name, value in self._native.set])):
+            words += [word for value in values for word in (option, value)]
+        native = _native.design(self._native, _words(goal), _words(without), strategy, seed, wish, algorithm,
+                                trajectories, shlex.join(words))
+        return Design(native, self)
+
+    def simulate(self, trajectory: str = "", *, samples: int | None = None, duration: float | None = None,
+                 about: Sequence[float] | None = None, formulation: str = "tree", poses: bool = False,
+                 progress: Progress | None = None) -> Run:
+        """Moves the mechanism along a trajectory: torques, reactions, shaking forces.
+
+        :param trajectory: of the spec; "": its first
+        :param samples: both ends included
+        :param duration: [s]
+        :param about: point that moments are about [m]
+        :param formulation: `tree`, or `natural`: the second, independent one (planar mechanisms)
+        :param poses: where every body is, too
+        :param progress: called now and then with the part that is done, 0 to 1
+        :raises MotionError: unreachable, singular, …
+        """
+        return _moved(_native.simulate(self._native, trajectory, samples, duration, _point(about), formulation, poses,
+                                       progress))
+
+    def control(self, controller: str = "", trajectory: str = "", *, samples: int | None = None,
+                duration: float | None = None, about: Sequence[float] | None = None, settle: float = 0, steps: int = 0,
+                poses: bool = False, progress: Progress | None = None) -> Run:
+        """Lets a controller lead the mechanism, which moves by its own dynamics, along a trajectory.
+
+        :param controller: of the spec, or a built-in one; "": the spec's first, else computed-torque
+        :param settle: hold the last pose so much longer [s]
+        :param steps: that the integration may take; 0: the default
+        :raises MotionError: if it ends early; `run` is then what was computed until there
+        """
+        return _moved(_native.control(self._native, controller, trajectory, samples, duration, _point(about), settle,
+                                      steps, poses, progress))
+
+
+def _point(about: Sequence[float] | None) -> List[float] | None:
+    return None if about is None else [float(number) for number in about]
+
+
+def _moved(native: _native.Run) -> Run:
+    run = Run(native)
+    if native.status != "done":
+        raise MotionError(native.reason, native.status, native.end, run if native.rows > 0 else None)
+    return run
+
+
+def _read(text: str, file: str, overrides: Sequence[Tuple[str, str]]) -> Spec:
+    return Spec(_native.Spec(text, file, list(overrides)))
+
+
+def load(source: Path, set: Mapping[str, Any] | None = None, *, file: str | None = None) -> Spec:
+    """Reads a spec.
+
+    :param source: its path; or its text, if it has more than one line
+    :param set: parameters to override: numbers, or expressions over the other parameters
+    :param file: what messages call a text; files that it names are looked for in this name's folder
+    :raises SpecError: with everything that is wrong
+    :raises OSError: if the file cannot be read
+    """
+    overrides = [(name, value if isinstance(value, str) else repr(float(value)) if isinstance(value, float)
+                  else str(value)) for name, value in (set or {}).items()]
+    if isinstance(source, str) and "\n" in source:
+        return _read(source, file or "spec.yaml", overrides)
+    if file is not None:
+        raise ValueError("file: is for a text; a path has its own name")
+    name = os.fspath(source)
+    return _read(_native.read_text(name), name, overrides)

@@ -1,0 +1,216 @@
+#include "arrays.hpp"
+#include "native.hpp"
+#include "patience.hpp"
+
+#include "balance/analysis/start_pose.hpp"
+#include "balance/base/error.hpp"
+#include "balance/base/nearest.hpp"
+#include "balance/base/version.hpp"
+#include "balance/conditions/impossibility.hpp"
+#include "balance/conditions/known_terms.hpp"
+#include "balance/conditions/latex.hpp"
+#include "balance/present/conditions_json.hpp"
+#include "balance/present/conditions_text.hpp"
+#include "balance/present/design_hdf5.hpp"
+#include "balance/present/design_json.hpp"
+#include "balance/present/design_text.hpp"
+#include "balance/present/names.hpp"
+#include "balance/write/balanced_spec.hpp"
+#include "balance/write/run_description.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace balance::python {
+namespace {
+
+/// Conditions with what users ask of them, found once.
+struct Found {
+  Refusal refusal;
+  std::string json, text, latex, impossible;
+  Samples matrix;
+};
+
+[[noreturn]] void refuse(const Refusal& refusal) {
+  const py::object type = py::module_::import("balance_mechanisms._errors").attr("MechanismError");
+  PyErr_SetObject(type.ptr(), type(refusal.reason, refusal.status).ptr());
+  throw py::error_already_set();
+}
+
+py::dict conditions(const std::shared_ptr<Spec>& spec, const std::vector<std::string>& goals,
+                    const std::vector<std::string>& without, const std::string& strategy,
+                    std::optional<std::uint64_t> seed, bool named) {
+  const Study& study = spec->study();
+  BalanceQuestion question = question_of({goals, without, strategy, seed}, study);
+  if (question.goals.empty()) question.goals = study.design.goals;
+  if (question.goals.empty())
+    throw std::invalid_argument(spec->file + " has no design: goal, so a goal is needed: " + one_of(goal_names()));
+  Found found = patiently([spec, question, named](Errand&) {
+    const ConditionsAnswer answer = derive_view(question, *spec->space, named);
+    Found all;
+    all.refusal = answer.refusal;
+    if (answer.refusal) return all;
+    all.json = conditions_json(answer.view, spec->study().warnings);
+    all.text = conditions_text(answer.view);
+    all.latex = conditions_latex(answer.view.conditions, answer.view.names);
+    all.matrix = answer.view.conditions.matrix;
+    const Mechanism start = assembled_at(spec->study().mechanism, start_coordinates(spec->study()));
+    if (const auto proof = prove_impossible(answer.view.conditions, start)) all.impossible = proof->sentence;
+    return all;
+  });
+  if (found.refusal) refuse(found.refusal);
+  py::dict all;
+  all["json"] = found.json;
+  all["text"] = found.text;
+  all["latex"] = found.latex;
+  all["impossible"] = found.impossible.empty() ? py::object(py::none()) : py::str(found.impossible);
+  all["matrix"] = owned(std::move(found.matrix));
+  return all;
+}
+
+const std::vector<std::string> strategies{"complete", "modular"};
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// @throws std::invalid_argument unless it is one of them
+void require_one_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
+  if (!contains(names, name))
+    throw std::invalid_argument(
+        fmt::format("{} {}: expected {}{}", what, in_quotes(name), one_of(names), nearest_hint(name, names)));
+}
+
+DesignStudyOptions design_options(const Spec& spec, const GoalWords& words, const std::string& minimize,
+                                  const std::string& algorithm, bool trajectories) {
+  const Study& study = spec.study();
+  const BalanceQuestion question = question_of(words, study);
+  DesignStudyOptions options;
+  options.modular = question.modular;
+  options.without = question.without;
+  options.goals = question.goals.empty() ? study.design.goals : question.goals;
+  if (!minimize.empty()) options.minimize = read_objective(minimize, study);
+  options.search = study.design.search;
+  if (words.seed) options.search.seed = *words.seed;
+  options.trajectories = trajectories;
+  if (contains(global_methods(), algorithm)) {
+    options.search.global = algorithm;
+  } else if (!algorithm.empty()) {
+    require_one_of(local_methods(), algorithm, "algorithm");
+    options.search.local = algorithm;
+  }
+  if (options.goals.empty() && options.minimize.empty() && study.design.minimize.empty())
+    throw std::invalid_argument(spec.file + " has neither design: goal nor design: minimize, so a goal (" +
+                                one_of(goal_names()) + ") or something to minimize is needed");
+  if (study.free_numbers.empty())
+    throw SpecError({.place = {.file = spec.file},
+                     .message =
+                         "there is nothing to design: no number is free; write {free: [lower, upper]} in place of a "
+                         "number, for instance mass: {free: [0, 10]} of a counterweight"});
+  return options;
+}
+
+struct Made {
+  Refusal refusal;
+  std::shared_ptr<Design> design;
+};
+
+std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vector<std::string>& goals,
+                               const std::vector<std::string>& without, const std::string& strategy,
+                               std::optional<std::uint64_t> seed, const std::string& minimize,
+                               const std::string& algorithm, bool trajectories, const std::string& command) {
+  const DesignStudyOptions options =
+      design_options(*spec, {goals, without, strategy, seed}, minimize, algorithm, trajectories);
+  Made made = patiently([spec, options](Errand&) {
+    Made all;
+    DesignReport report = design_study(*spec->space, options);
+    all.refusal = refusal_of(report);
+    if (all.refusal) return all;
+    all.design = std::make_shared<Design>();
+    all.design->spec_text = balanced_spec(spec->study(), report.outcome.x);
+    all.design->view = make_view(options, *spec->space, all.design->spec_text, std::move(report));
+    return all;
+  });
+  if (made.refusal) refuse(made.refusal);
+  made.design->description.title = spec->study().mechanism.name;
+  made.design->description.version = version();
+  made.design->description.spec_text = spec->text;
+  made.design->description.command_line = command;
+  return made.design;
+}
+
+py::list values_of(const Design& design) {
+  const DesignReport& report = design.view.report;
+  py::list all;
+  for (std::size_t i = 0; i < report.numbers.size(); ++i)
+    all.append(py::make_tuple(report.numbers[i].path, report.outcome.x[static_cast<Eigen::Index>(i)]));
+  return all;
+}
+
+/// @param after of the designed mechanism
+py::dict runs_of(const Design& design, bool after) {
+  const DesignReport& report = design.view.report;
+  const Study& study = after ? report.study_after : report.study_before;
+  py::dict all;
+  for (const TrajectoryComparison& one : report.comparisons) {
+    auto run = std::make_shared<Run>();
+    run->result = after ? one.after : one.before;
+    for (const Trajectory& trajectory : study.trajectories)
+      if (trajectory.name == one.trajectory)
+        run->description =
+            describe_simulation(study, trajectory, {.spec_file = study.spec_file, .trajectory = one.trajectory});
+    run->description.title = design.description.title;
+    run->description.spec_text = after ? design.spec_text : design.description.spec_text;
+    all[py::str(one.trajectory)] = run;
+  }
+  return all;
+}
+
+}  // namespace
+
+BalanceQuestion question_of(const GoalWords& words, const Study& study) {
+  BalanceQuestion question;
+  for (const std::string& name : words.goals) {
+    require_one_of(goal_names(), name, "goal");
+    const Goal goal = *find_goal(name);
+    if (std::find(question.goals.begin(), question.goals.end(), goal) == question.goals.end())
+      question.goals.push_back(goal);
+  }
+  require_one_of(strategies, words.strategy, "strategy");
+  for (const std::string& name : words.without) require_one_of(names_to_leave_out(study.mechanism), name, "without");
+  question.modular = words.strategy == "modular";
+  question.without = words.without;
+  question.seed = words.seed;
+  return question;
+}
+
+void bind_balancing(py::module_& m) {
+  m.def("conditions", &conditions, py::arg("spec"), py::arg("goals"), py::arg("without"), py::arg("strategy"),
+        py::arg("seed"), py::arg("named"));
+  m.def("design", &design, py::arg("spec"), py::arg("goals"), py::arg("without"), py::arg("strategy"), py::arg("seed"),
+        py::arg("minimize"), py::arg("algorithm"), py::arg("trajectories"), py::arg("command"));
+  m.attr("goal_names") = goal_names();
+  py::class_<Design, std::shared_ptr<Design>>(m, "Design")
+      .def_readonly("spec_text", &Design::spec_text)
+      .def_property_readonly("status", [](const Design& one) { return name_of(one.view.report.outcome.status); })
+      .def_property_readonly("optimality",
+                             [](const Design& one) { return name_of(one.view.report.outcome.optimality); })
+      .def_property_readonly("reason", [](const Design& one) { return one.view.report.outcome.reason; })
+      .def_property_readonly("values", &values_of)
+      .def("runs", &runs_of, py::arg("after"))
+      .def("json", [](const Design& one) { return design_json(one.view, {}); })
+      .def("text", [](const Design& one) { return design_text(one.view); })
+      .def(
+          "write",
+          [](const Design& one, const std::string& path, bool force) {
+            WriteOptions options;
+            options.existing = force ? Existing::replace : Existing::keep;
+            options.cancelled = [] { return PyErr_CheckSignals() != 0; };
+            write_design(path, one.view, one.description, options);
+          },
+          py::arg("path"), py::arg("force"));
+}
+
+}  // namespace balance::python

@@ -1,0 +1,154 @@
+#include "native.hpp"
+#include "patience.hpp"
+
+#include "balance/base/nearest.hpp"
+#include "balance/batch/folder.hpp"
+#include "balance/batch/run.hpp"
+#include "balance/batch/summary.hpp"
+#include "balance/compare/comparison.hpp"
+#include "balance/present/comparison_json.hpp"
+#include "balance/present/comparison_text.hpp"
+#include "balance/read/requirement.hpp"
+#include "balance/read/result_file.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace balance::python {
+namespace {
+
+using NamedPythonRun = std::pair<std::string, std::shared_ptr<Run>>;
+
+std::vector<Verdict> judge_texts(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
+  RunNames names;
+  for (const NamedRun& run : runs) names.all.push_back(run.name);
+  names.base = names.all.front();
+  const std::vector<MetricTable> tables = tabulate(runs);
+  const std::vector<std::string> quantities = list_quantity_names(tables);
+  std::vector<Verdict> verdicts;
+  for (const std::string& text : texts) {
+    try {
+      const Requirement requirement = read_requirement(text, names);
+      check_quantities(requirement, quantities);
+      for (Verdict& verdict : judge_all(requirement, tables)) verdicts.push_back(std::move(verdict));
+    } catch (const RequirementError& error) {
+      throw std::invalid_argument("require " + in_quotes(text) + ": " + error.what());
+    }
+  }
+  return verdicts;
+}
+
+struct Compared {
+  ComparedRuns runs;
+  std::vector<Verdict> verdicts;
+};
+
+py::dict compare(const std::vector<NamedPythonRun>& given, const std::vector<std::string>& require) {
+  if (given.size() < 2) throw std::invalid_argument("two results at least are needed to compare, the base first");
+  const Compared compared = patiently([given, require](Errand&) {
+    std::vector<NamedRun> runs;
+    for (const auto& [name, run] : given) {
+      const FileDescription& d = run->description;
+      runs.push_back({name, "", d.title, d.trajectory, d.law, d.drive, run->result});
+    }
+    return Compared{compare_runs(runs), judge_texts(require, runs)};
+  });
+  py::dict all;
+  all["json"] = comparison_json(compared.runs, compared.verdicts);
+  all["text"] = comparison_text(compared.runs, compared.verdicts, ShownQuantities::main);
+  all["markdown"] = comparison_markdown(compared.runs, compared.verdicts, ShownQuantities::main);
+  all["csv"] = comparison_csv(compared.runs);
+  all["holds"] = all_hold(compared.verdicts);
+  return all;
+}
+
+std::shared_ptr<Run> read_result(const std::string& name) {
+  RunFile file = patiently([name](Errand&) { return read_result_file(name); });
+  auto run = std::make_shared<Run>();
+  run->result = std::move(file.result);
+  run->description = {.title = file.title,
+                      .version = file.version,
+                      .spec_text = file.spec_text,
+                      .command_line = file.command_line,
+                      .trajectory = file.trajectory,
+                      .law = file.law,
+                      .drive = file.drive,
+                      .formulation = file.formulation,
+                      .controller = file.controller,
+                      .controller_type = file.controller_type};
+  if (!file.ended_early.empty()) run->result.outcome.notes.push_back("ended early: " + file.ended_early);
+  return run;
+}
+
+std::optional<Shard> shard_of(const std::optional<std::pair<int, int>>& given) {
+  if (!given) return std::nullopt;
+  if (given->first < 1 || given->second < given->first)
+    throw std::invalid_argument("shard: must be (index, count) with 1 <= index <= count");
+  return Shard{given->first, given->second};
+}
+
+struct BatchWords {
+  std::string suite, folder;
+  unsigned jobs = 1;
+  std::optional<Shard> shard;
+  bool force = false, metrics_only = false, retry_failed = false;
+  double case_seconds = 0;
+};
+
+py::dict batch(const BatchWords& words, const py::object& progress) {
+  const Summary summary = patiently(
+      [words](Errand& errand) {
+        const Plan plan = make_plan(read_suite_file(words.suite));
+        BatchOptions options;
+        options.folder = words.folder;
+        options.jobs = words.jobs;
+        options.shard = words.shard;
+        options.force = words.force;
+        options.keep = words.metrics_only ? Keep::metrics_only : Keep::series;
+        options.retry_failed = words.retry_failed;
+        options.limits.seconds = words.case_seconds;
+        options.cancelled = [&] { return errand.is_abandoned(); };
+        options.progress = [&](const BatchProgress& now) {
+          errand.note(static_cast<double>(now.finished) / static_cast<double>(std::max<std::size_t>(now.total, 1)));
+        };
+        BatchOutcome outcome = run_batch(plan, options);
+        if (words.shard) {
+          Summary part;
+          part.name = plan.suite.name;
+          part.cases = std::move(outcome.records);
+          return part;
+        }
+        Summary all = summarise(plan.suite, std::move(outcome.records));
+        write_summary(words.folder, all);
+        return all;
+      },
+      progress);
+  py::dict all;
+  all["json"] = words.shard ? std::string() : summary_json(summary);
+  all["text"] = words.shard ? std::string() : summary_text(summary);
+  all["exit_code"] = summary.exit_code();
+  py::list cases;
+  for (const CaseRecord& one : summary.cases) cases.append(py::make_tuple(one.name, one.status, one.message));
+  all["cases"] = cases;
+  return all;
+}
+
+}  // namespace
+
+void bind_comparing(py::module_& m) {
+  m.def("compare", &compare, py::arg("runs"), py::arg("require"));
+  m.def("read_result", &read_result, py::arg("name"));
+  m.def(
+      "batch",
+      [](const std::string& suite, const std::string& folder, unsigned jobs,
+         const std::optional<std::pair<int, int>>& shard, bool force, bool metrics_only, bool retry_failed,
+         double case_seconds, const py::object& progress) {
+        if (jobs < 1) throw std::invalid_argument("jobs: must be positive");
+        if (!(case_seconds >= 0)) throw std::invalid_argument("case_timeout: must not be negative");
+        return batch({suite, folder, jobs, shard_of(shard), force, metrics_only, retry_failed, case_seconds}, progress);
+      },
+      py::arg("suite"), py::arg("folder"), py::arg("jobs"), py::arg("shard"), py::arg("force"), py::arg("metrics_only"),
+      py::arg("retry_failed"), py::arg("case_timeout"), py::arg("progress"));
+}
+
+}  // namespace balance::python

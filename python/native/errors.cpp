@@ -1,0 +1,53 @@
+#include "native.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/write/pending_file.hpp"
+
+namespace balance::python {
+namespace {
+
+/// `--minimize` is an option of the program; here it is an argument.
+std::string as_argument(const SpecPlace& place) { return place.is_option() ? place.file.substr(2) : place.file; }
+
+py::dict mistake_of(const Mistake& mistake) {
+  py::dict all;
+  all["file"] = as_argument(mistake.place);
+  all["line"] = mistake.place.line;
+  all["column"] = mistake.place.column;
+  all["key"] = mistake.place.key;
+  all["message"] = mistake.message;
+  all["expected"] = mistake.expected;
+  all["found"] = mistake.found;
+  all["hint"] = mistake.hint;
+  return all;
+}
+
+std::string text_of(const SpecError& error) {
+  const std::string text = error.what();
+  return error.mistakes().front().place.is_option() ? text.substr(2) : text;
+}
+
+void raise(const SpecError& error) {
+  py::list mistakes;
+  for (const Mistake& mistake : error.mistakes()) mistakes.append(mistake_of(mistake));
+  const py::object type = py::module_::import("balance_mechanisms._errors").attr("SpecError");
+  PyErr_SetObject(type.ptr(), type(text_of(error), mistakes).ptr());
+}
+
+void translate(std::exception_ptr pointer) {
+  try {
+    if (pointer) std::rethrow_exception(pointer);
+  } catch (const SpecError& error) {
+    raise(error);
+  } catch (const SystemError& error) {
+    PyErr_SetString(PyExc_OSError, error.what());
+  } catch (const Cancelled& error) {
+    if (PyErr_Occurred() == nullptr) PyErr_SetString(PyExc_KeyboardInterrupt, error.what());
+  }
+}
+
+}  // namespace
+
+void bind_errors(py::module_&) { py::register_local_exception_translator(&translate); }
+
+}  // namespace balance::python

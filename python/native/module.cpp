@@ -1,0 +1,18 @@
+#include "native.hpp"
+
+#include "balance/base/version.hpp"
+
+PYBIND11_MODULE(_native, m) {
+  m.doc() = "What balance_mechanisms is made of. Use that.";
+  m.attr("version") = balance::version();
+  balance::python::bind_errors(m);
+  balance::python::bind_patience(m);
+  balance::python::bind_mechanism(m);
+  balance::python::bind_run(m);
+  balance::python::bind_spec(m);
+  balance::python::bind_states(m);
+  balance::python::bind_moves(m);
+  balance::python::bind_balancing(m);
+  balance::python::bind_comparing(m);
+  balance::python::bind_foreign(m);
+}

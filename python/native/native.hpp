@@ -1,0 +1,77 @@
+#pragma once
+/// What the sources of the Python module share: its classes, and how work is done while the interpreter goes on. The classes that users see are
+/// written in Python on top of these (python/balance_mechanisms).
+
+#include "balance/answers/views.hpp"
+#include "balance/model/mechanism.hpp"
+#include "balance/result/result.hpp"
+#include "balance/spec/read_spec.hpp"
+#include "balance/write/write_options.hpp"
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace balance::python {
+
+namespace py = pybind11;
+
+/// A spec that was read, never changed.
+struct Spec {
+  std::string text;  ///< as read
+  std::string file;  ///< what messages call it
+  ReadOptions read;
+  std::shared_ptr<const DesignSpace> space;
+
+  const Study& study() const { return space->start; }
+  /// `name=value` for each override.
+  std::vector<std::string> set() const;
+  const Trajectory& trajectory(
+      const std::string& name) const;  ///< "": the first @throws SpecError, std::invalid_argument
+  const Controller& controller(
+      const std::string& name) const;  ///< "": as `balance control` @throws std::invalid_argument
+};
+
+/// A run, never changed: arrays that Python sees are its own memory.
+struct Run {
+  Result result;
+  FileDescription description;
+};
+
+/// A design with everything that is told of it, never changed.
+struct Design {
+  DesignView view;
+  std::string spec_text;  ///< balanced
+  FileDescription description;
+};
+
+/// A mechanism that keeps alive what it is a part of.
+using SharedMechanism = std::shared_ptr<const Mechanism>;
+
+/// Python's keyword arguments that say what is asked for conditions and designs.
+struct GoalWords {
+  std::vector<std::string> goals, without;
+  std::string strategy;
+  std::optional<std::uint64_t> seed;
+};
+
+/// @throws std::invalid_argument for names that do not exist
+BalanceQuestion question_of(const GoalWords& words, const Study& study);
+
+void bind_errors(py::module_& m);
+void bind_patience(py::module_& m);
+void bind_spec(py::module_& m);
+void bind_mechanism(py::module_& m);
+void bind_states(py::module_& m);
+void bind_run(py::module_& m);
+void bind_moves(py::module_& m);
+void bind_balancing(py::module_& m);
+void bind_comparing(py::module_& m);
+void bind_foreign(py::module_& m);
+
+}  // namespace balance::python

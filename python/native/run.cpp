@@ -1,0 +1,165 @@
+#include "arrays.hpp"
+#include "native.hpp"
+
+#include "balance/motion/names.hpp"
+#include "balance/result/quantities.hpp"
+#include "balance/result/round_off.hpp"
+#include "balance/write/json.hpp"
+#include "balance/write/result_csv.hpp"
+#include "balance/write/result_hdf5.hpp"
+#include "balance/write/text.hpp"
+
+namespace balance::python {
+namespace {
+
+using SharedRun = std::shared_ptr<Run>;
+
+/// Names of the dimensions behind `time`, as in the file.
+std::vector<std::string> dimensions_of(Columns columns) {
+  switch (columns) {
+    case Columns::single: return {};
+    case Columns::coordinate: return {"coordinate"};
+    case Columns::actuator: return {"actuator"};
+    case Columns::axis: return {"axis"};
+    case Columns::quaternion: return {"quaternion"};
+    case Columns::joint: return {"joint"};
+    case Columns::joint_axis: return {"joint", "axis"};
+    case Columns::sliding: return {"sliding"};
+    case Columns::body: return {"body"};
+    case Columns::body_axis: return {"body", "axis"};
+    case Columns::body_quaternion: return {"body", "quaternion"};
+  }
+  return {};
+}
+
+std::vector<std::string> labels_of(const std::string& dimension, const Result& r) {
+  if (dimension == "coordinate") return r.coordinate_names;
+  if (dimension == "actuator") return r.actuator_names;
+  if (dimension == "joint") return r.joint_names;
+  if (dimension == "sliding") return r.sliding_names;
+  if (dimension == "body") return r.body_names;
+  if (dimension == "axis") return axis_labels(r.axes);
+  return quaternion_labels();
+}
+
+py::list round_off_of(const Result& r, const Quantity& quantity) {
+  py::list all;
+  VectorX TermSizes::*const size = term_size_of(quantity.member);
+  if (size == nullptr) return all;
+  for (const double value : r.round_off.*size) all.append(value);
+  return all;
+}
+
+/// What it is called, measured in and made of: everything but its numbers.
+py::dict describe(const Result& r, const Quantity& quantity) {
+  py::dict one;
+  one["long_name"] = quantity.long_name;
+  one["unit"] = common_unit(quantity.units);
+  one["units"] = quantity.units;
+  one["dimensions"] = dimensions_of(quantity.columns);
+  one["round_off"] = round_off_of(r, quantity);
+  if (quantity.about) one["about"] = std::vector<double>(r.about.data(), r.about.data() + r.axes);
+  return one;
+}
+
+py::dict quantities_of(const Run& run) {
+  py::dict all;
+  for (const Quantity& quantity : list_quantities(run.result))
+    all[py::str(quantity.name)] = describe(run.result, quantity);
+  return all;
+}
+
+py::object values_of(const SharedRun& run, const std::string& name) {
+  const Result& r = run->result;
+  const py::object owner = py::cast(run);
+  const py::ssize_t rows = r.time.size();
+  if (name == "time") return read_only(r.time.data(), {rows}, owner);
+  if (name == "newton_iterations" && r.newton_iterations.size() > 0)
+    return read_only(r.newton_iterations.data(), {rows}, owner);
+  for (const Quantity& quantity : list_quantities(r)) {
+    if (quantity.name != name) continue;
+    std::vector<py::ssize_t> shape{rows};
+    for (const std::string& dimension : dimensions_of(quantity.columns))
+      shape.push_back(static_cast<py::ssize_t>(labels_of(dimension, r).size()));
+    return read_only(quantity.samples->data(), shape, owner);
+  }
+  return py::none();
+}
+
+py::dict labels_of_all(const Run& run) {
+  py::dict all;
+  for (const Quantity& quantity : list_quantities(run.result))
+    for (const std::string& dimension : dimensions_of(quantity.columns))
+      all[py::str(dimension)] = labels_of(dimension, run.result);
+  return all;
+}
+
+py::list metrics_of(const Run& run) {
+  py::list all;
+  for (const Metric& one : run.result.metrics)
+    all.append(
+        py::make_tuple(one.quantity, one.unit, one.peak, one.peak_time, one.rms, one.mean, one.range, one.round_off));
+  return all;
+}
+
+py::dict description_of(const Run& run) {
+  const FileDescription& d = run.description;
+  py::dict all;
+  all["title"] = d.title;
+  all["balance_version"] = d.version;
+  all["spec"] = d.spec_text;
+  all["command_line"] = d.command_line;
+  all["trajectory"] = d.trajectory;
+  all["law"] = d.law;
+  all["drive"] = d.drive;
+  all["formulation"] = d.formulation;
+  if (!d.controller.empty()) all["controller"] = d.controller;
+  if (!d.controller.empty()) all["controller_type"] = d.controller_type;
+  return all;
+}
+
+/// With the interpreter's lock: HDF5 is not safe for threads, and other modules that use it rely on that lock.
+WriteOptions write_options(bool force, bool compress) {
+  WriteOptions options;
+  options.existing = force ? Existing::replace : Existing::keep;
+  options.compression = compress ? Compression::gzip : Compression::none;
+  options.cancelled = [] { return PyErr_CheckSignals() != 0; };
+  return options;
+}
+
+}  // namespace
+
+void bind_run(py::module_& m) {
+  py::class_<Run, SharedRun>(m, "Run")
+      .def_property_readonly("status", [](const Run& run) { return name_of(run.result.outcome.status); })
+      .def_property_readonly("end", [](const Run& run) { return run.result.outcome.time; })
+      .def_property_readonly("reason", [](const Run& run) { return run.result.outcome.reason; })
+      .def_property_readonly("notes", [](const Run& run) { return run.result.outcome.notes; })
+      .def_property_readonly("rows", [](const Run& run) { return run.result.time.size(); })
+      .def_property_readonly("energy", [](const Run& run) { return run.result.energy; })
+      .def_property_readonly("axes", [](const Run& run) { return run.result.axes; })
+      .def_property_readonly("coordinate_units", [](const Run& run) { return run.result.coordinate_units; })
+      .def_property_readonly("actuator_units", [](const Run& run) { return run.result.actuator_units; })
+      .def_property_readonly("sliding_units", [](const Run& run) { return run.result.sliding_units; })
+      .def_property_readonly("quantities", &quantities_of)
+      .def_property_readonly("labels", &labels_of_all)
+      .def_property_readonly("metrics", &metrics_of)
+      .def_property_readonly("description", &description_of)
+      .def("values", &values_of, py::arg("name"))
+      .def(
+          "write_hdf5",
+          [](const Run& run, const std::string& path, bool force, bool compress) {
+            write_result(path, run.result, run.description, write_options(force, compress));
+          },
+          py::arg("path"), py::arg("force"), py::arg("compress"))
+      .def(
+          "write_csv",
+          [](const Run& run, const std::string& path, bool force) {
+            write_csv(path, run.result, write_options(force, false));
+          },
+          py::arg("path"), py::arg("force"))
+      .def("text", [](const Run& run) { return summary_text(run.result, run.description); })
+      .def("json", [](const Run& run) { return result_json(run.result, run.description, {}); });
+}
+
+}  // namespace balance::python

@@ -1,0 +1,151 @@
+#include "arrays.hpp"
+#include "native.hpp"
+#include "parallel_rows.hpp"
+#include "patience.hpp"
+
+#include "balance/inverse/inverse_dynamics.hpp"
+#include "balance/motion/names.hpp"
+
+#include <mutex>
+
+namespace balance::python {
+namespace {
+
+/// The library's way in, which goes from state to state; one thread at a time.
+struct Door {
+  Door(SharedMechanism its_mechanism, InverseDynamics its_inverse)
+      : mechanism(std::move(its_mechanism)), inverse(std::move(its_inverse)) {}
+
+  SharedMechanism mechanism;
+  InverseDynamics inverse;
+  std::mutex mutex;
+
+  /// Without the interpreter's lock, and alone.
+  template <class Work>
+  auto alone(Work work) {
+    const py::gil_scoped_release free;
+    const std::lock_guard lock(mutex);
+    return work(inverse);
+  }
+};
+
+InverseOptions options_of(const std::vector<std::string>& independent, const std::vector<double>& about) {
+  InverseOptions options;
+  options.independent = independent;
+  for (std::size_t i = 0; i < about.size() && i < 3; ++i) options.about[static_cast<Eigen::Index>(i)] = about[i];
+  return options;
+}
+
+std::shared_ptr<Door> open_door(const std::shared_ptr<Mechanism>& mechanism,
+                                const std::vector<std::string>& independent, const std::vector<double>& about) {
+  const py::gil_scoped_release free;
+  return std::make_shared<Door>(mechanism, InverseDynamics(*mechanism, options_of(independent, about)));
+}
+
+/// (status, time, reason): how Python hears of an outcome.
+py::tuple told(const MotionOutcome& outcome) {
+  return py::make_tuple(name_of(outcome.status), outcome.time, outcome.reason);
+}
+
+py::list told(const std::vector<FailedRow>& failures) {
+  py::list all;
+  for (const FailedRow& one : failures) all.append(py::make_tuple(one.row, told(one.outcome)));
+  return all;
+}
+
+/// Rows of numbers for every thread; what callers keep alive meanwhile.
+EffortQuestion question_of(const Numbers& q, const Numbers& dq, const Numbers& ddq, const Numbers& time) {
+  return {rows_of(q), rows_of(dq), rows_of(ddq), vector_of(time)};
+}
+
+py::tuple efforts(const std::shared_ptr<Mechanism>& mechanism, const std::vector<std::string>& independent,
+                  const Numbers& q, const Numbers& dq, const Numbers& ddq, const Numbers& time, unsigned threads) {
+  EffortAnswers answers;
+  const EffortQuestion question = question_of(q, dq, ddq, time);
+  const InverseOptions options = options_of(independent, {});
+  if (question.q.rows() <= 64) {
+    const py::gil_scoped_release free;  // done before a thread is made
+    answers = InverseDynamics(*mechanism, options).effort_rows(question.q, question.dq, question.ddq, question.time);
+  } else {
+    answers = patiently(
+        [mechanism, options, question, threads](Errand& errand) {
+          return effort_rows(*mechanism, options, question, threads, [&] { return errand.is_abandoned(); });
+        },
+        py::none(), Leaving::never);  // the arrays are the caller's
+  }
+  return py::make_tuple(owned(std::move(answers.efforts)), told(answers.failures));
+}
+
+std::shared_ptr<Run> rows(Door& door, const Numbers& q, const Numbers& dq, const Numbers& ddq, const Numbers& time,
+                          py::list failures) {
+  const EffortQuestion question = question_of(q, dq, ddq, time);
+  StateAnswers answers = door.alone(
+      [&](InverseDynamics& inverse) { return inverse.at_rows(question.q, question.dq, question.ddq, question.time); });
+  for (const py::handle one : told(answers.failures)) failures.append(one);
+  auto run = std::make_shared<Run>();
+  run->result = std::move(answers.result);
+  run->description.title = door.mechanism->name;
+  return run;
+}
+
+py::array matrix(const MatrixX& m) {
+  Samples byrows = m;
+  return owned(std::move(byrows));
+}
+
+py::tuple mass_matrix(Door& door, const Numbers& q) {
+  const VectorX at = vector_of(q);
+  const auto found = door.alone([&](InverseDynamics& inverse) { return inverse.mass_matrix(at); });
+  return py::make_tuple(told(found.outcome), matrix(found.value));
+}
+
+py::tuple bias(Door& door, const Numbers& q, const Numbers& dq, double time) {
+  const VectorX at = vector_of(q), rate = vector_of(dq);
+  const auto found = door.alone([&](InverseDynamics& inverse) { return inverse.bias(at, rate, time); });
+  return py::make_tuple(told(found.outcome), copied(found.value));
+}
+
+py::tuple regressor(Door& door, const Numbers& q, const Numbers& dq, const Numbers& ddq, double time) {
+  const VectorX at = vector_of(q), rate = vector_of(dq), acceleration = vector_of(ddq);
+  const auto found =
+      door.alone([&](InverseDynamics& inverse) { return inverse.regressor(at, rate, acceleration, time); });
+  const EffortRegressor& r = found.value;
+  py::dict all;
+  py::list names;
+  for (const Parameter& one : r.parameters) names.append(one.name);
+  all["parameters"] = names;
+  all["values"] = copied(r.values);
+  all["effort"] = matrix(r.effort);
+  all["shaking_force"] = matrix(r.shaking_force);
+  all["shaking_moment"] = matrix(r.shaking_moment);
+  all["other"] = copied(r.other);
+  return py::make_tuple(told(found.outcome), all);
+}
+
+py::tuple assemble(Door& door, const Numbers& q, const std::vector<std::pair<std::string, double>>& near) {
+  std::vector<NamedValue> values;
+  for (const auto& [name, value] : near) values.push_back({name, value});
+  const VectorX at = vector_of(q);
+  const auto found = door.alone([&](InverseDynamics& inverse) { return inverse.assemble(at, values); });
+  return py::make_tuple(told(found.outcome), copied(found.value));
+}
+
+}  // namespace
+
+void bind_states(py::module_& m) {
+  m.def("efforts", &efforts, py::arg("mechanism"), py::arg("independent"), py::arg("q"), py::arg("dq"), py::arg("ddq"),
+        py::arg("time"), py::arg("threads"));
+  py::class_<Door, std::shared_ptr<Door>>(m, "Door")
+      .def(py::init(&open_door), py::arg("mechanism"), py::arg("independent"), py::arg("about"))
+      .def_property_readonly("dof", [](const Door& door) { return door.inverse.degrees_of_freedom(); })
+      .def_property_readonly("independent", [](const Door& door) { return door.inverse.independent(); })
+      .def_property_readonly("actuators", [](const Door& door) { return door.inverse.actuators(); })
+      .def_property_readonly("notes", [](const Door& door) { return door.inverse.notes(); })
+      .def("assemble", &assemble, py::arg("q"), py::arg("near"))
+      .def("rows", &rows, py::arg("q"), py::arg("dq"), py::arg("ddq"), py::arg("time"), py::arg("failures"))
+      .def("mass_matrix", &mass_matrix, py::arg("q"))
+      .def("bias", &bias, py::arg("q"), py::arg("dq"), py::arg("time"))
+      .def("regressor", &regressor, py::arg("q"), py::arg("dq"), py::arg("ddq"), py::arg("time"));
+}
+
+}  // namespace balance::python

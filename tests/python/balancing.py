@@ -1,0 +1,92 @@
+"""Conditions and designs are those of the program."""
+
+import json
+import unittest
+
+import numpy
+
+import balance_mechanisms as bm
+
+from _module import Case, config
+
+
+class Conditions(Case):
+    def test_they_are_the_program_s(self):
+        found = bm.load(config("5r.yaml")).conditions("static")
+        told = json.loads(self.program("conditions", config("5r.yaml"), "--goal", "static", "--json"))
+        self.assertEqual(found.to_dict(), told)
+        self.assertEqual(len(found), told["rank"])
+        self.assertEqual(found.latex(), self.program("conditions", config("5r.yaml"), "--goal", "static", "--latex"))
+        self.assertEqual([one.text for one in found.conditions], [one["text"] for one in told["conditions"]])
+
+    def test_the_matrix_times_the_parameters_is_what_is_left(self):
+        spec = bm.load(config("5r.yaml"))
+        found = spec.conditions("static")
+        own = numpy.array([spec.mechanism.parameters[name] for name in found.parameters])
+        left = found.matrix[:len(found), :len(own)] @ own
+        scale = numpy.array([one["scale"] for one in found.to_dict()["conditions"]])
+        numpy.testing.assert_allclose(left / scale, [one.residual for one in found.conditions], atol=1e-12)
+
+    def test_tables_and_proofs(self):
+        found = bm.load(config("5r-impossible.yaml")).conditions("dynamic")
+        self.assertIsNotNone(found.impossible)
+        self.assertIn("cannot", found.impossible)
+        table = found.to_dataframe()
+        self.assertEqual(list(table["met"]), [one.met for one in found.conditions])
+        self.assertIsNone(bm.load(config("5r.yaml")).conditions("static").impossible)
+
+    def test_words_that_do_not_exist_are_told(self):
+        spec = bm.load(config("5r.yaml"))
+        for words in ({"goal": "sttaic"}, {"goal": "static", "strategy": "none"}, {"goal": "static", "without": "none"}):
+            with self.assertRaisesRegex(ValueError, "expected"):
+                spec.conditions(**words)
+
+    def test_no_conditions_is_an_error_of_its_own(self):
+        with self.assertRaises(bm.MechanismError) as caught:
+            bm.load(config("3rrr.yaml"), set={"l": 0.02}).conditions("force")
+        self.assertEqual(caught.exception.status, "not-assembled")
+        self.assertEqual(str(caught.exception), caught.exception.reason)
+
+
+class Designs(Case):
+    def test_it_is_the_program_s(self):
+        spec = bm.load(config("5r-design.yaml"))
+        design = spec.design(seed=1)
+        self.program("design", config("5r-design.yaml"), "--seed", "1", "-o", self.path("balanced.yaml"),
+                     "--h5", self.path("program.h5"))
+        with open(self.path("balanced.yaml"), encoding="utf-8") as file:
+            self.assertEqual(design.spec_text, file.read())
+        self.assertEqual(design.status, "balanced")
+        design.write(self.path("python.h5"))
+        with open(self.path("python.h5"), "rb") as one, open(self.path("program.h5"), "rb") as other:
+            self.assertEqual(one.read(), other.read())
+        for name, value in design.values.items():
+            row = design.to_dataframe().loc[name]
+            self.assertEqual(row["value"], value)
+            self.assertTrue(row["lower"] <= value <= row["upper"])
+
+    def test_the_designed_spec_meets_the_conditions_and_moves_as_told(self):
+        design = bm.load(config("rr-design.yaml")).design(seed=1)
+        self.assertEqual(design.status, "balanced")
+        again = design.spec
+        self.assertTrue(all(one.met for one in again.conditions(design.to_dict()["goal"]).conditions))
+        for name, run in design.after.items():
+            numpy.testing.assert_allclose(again.simulate(name).torque, run.torque, atol=1e-9)
+        self.assertEqual(set(design.before), set(design.after))
+
+    def test_what_is_to_be_small_may_be_said_in_python(self):
+        spec = bm.load(config("rr-design.yaml"))
+        by_text = spec.design(minimize="{rms: torque, along: cycloid}", seed=1, trajectories=False)
+        by_dict = spec.design(minimize={"rms": "torque", "along": "cycloid"}, seed=1, trajectories=False)
+        self.assertEqual(by_text.values, by_dict.values)
+        with self.assertRaises(bm.SpecError) as caught:
+            spec.design(minimize={"rms": "no_such", "along": "cycloid"})
+        self.assertEqual(caught.exception.file, "minimize")
+
+    def test_a_spec_without_free_numbers_is_told(self):
+        with self.assertRaises(bm.SpecError):
+            bm.load(config("3rrr.yaml")).design("static")
+
+
+if __name__ == "__main__":
+    unittest.main()
