@@ -129,29 +129,27 @@ void put(const std::vector<std::pair<MatrixX, VectorX>>& parts, double sign, Eig
 
 void ConeRows::at_most(const Eigen::Ref<const VectorX>& coefficients, double limit) {
   linear_.emplace_back(coefficients.transpose(), VectorX::Constant(1, limit));
+  ++count_linear_;
 }
 
 void ConeRows::at_most(const Eigen::Ref<const MatrixX>& rows, const Eigen::Ref<const VectorX>& limits) {
   linear_.emplace_back(rows, limits);
+  count_linear_ += rows.rows();
 }
 
 void ConeRows::in_cone(const Eigen::Ref<const MatrixX>& rows, const Eigen::Ref<const VectorX>& constant) {
   cones_.emplace_back(rows, constant);
+  count_conic_ += rows.rows();
 }
 
 ConeProgram ConeRows::finish(VectorX cost) const {
   ConeProgram program;
   program.cost = std::move(cost);
+  program.linear = count_linear_;
+  for (const auto& part : cones_) program.cones.push_back(part.first.rows());
+  program.matrix.resize(count_linear_ + count_conic_, variables_);
+  program.right.resize(count_linear_ + count_conic_);
   Eigen::Index row = 0;
-  for (const auto& part : linear_) program.linear += part.first.rows();
-  row = program.linear;
-  for (const auto& part : cones_) {
-    program.cones.push_back(part.first.rows());
-    row += part.first.rows();
-  }
-  program.matrix.resize(row, variables_);
-  program.right.resize(row);
-  row = 0;
   put(linear_, 1, row, program);
   put(cones_, -1, row, program);
   return program;

@@ -24,10 +24,13 @@ class ConeRows {
   void at_most(const Eigen::Ref<const MatrixX>& rows, const Eigen::Ref<const VectorX>& limits);
   /// (t, v) = constant + rows x with t ≥ |v|
   void in_cone(const Eigen::Ref<const MatrixX>& rows, const Eigen::Ref<const VectorX>& constant);
+  /// Rows so far.
+  Eigen::Index linear() const { return count_linear_; }
+  Eigen::Index conic() const { return count_conic_; }
   ConeProgram finish(VectorX cost) const;
 
  private:
-  Eigen::Index variables_;
+  Eigen::Index variables_, count_linear_ = 0, count_conic_ = 0;
   std::vector<std::pair<MatrixX, VectorX>> linear_, cones_;
 };
 

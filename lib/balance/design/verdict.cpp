@@ -14,7 +14,9 @@ std::string list_what_was_tried(const Budget& budget, Aim aim) {
   if (budget.solutions > 0 && aim == Aim::objective)
     parts.push_back(counted(budget.solutions, "exact design", "exact designs"));
   if (budget.geometries > 0) parts.push_back(counted(budget.geometries, "set of lengths", "sets of lengths"));
-  if (budget.descents > 0) parts.push_back(counted(budget.descents, "local search", "local searches"));
+  if (budget.descents > 0)
+    parts.push_back(counted(budget.descents, "local search", "local searches") +
+                    (budget.alike > 0 ? fmt::format(" ({} to the same lengths)", budget.alike) : ""));
   if (budget.evaluations > 0) parts.push_back(counted(budget.evaluations, "evaluation", "evaluations"));
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
