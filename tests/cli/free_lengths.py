@@ -45,7 +45,7 @@ class FreeLengths(Case):
         return json.loads(done.stdout)
 
     def peaks(self, spec):
-        done = run("simulate", spec, "--json")
+        done = run("simulate", spec, "--json", "-t", "swing")
         self.assert_quiet_success(done)
         return {metric["quantity"]: metric["peak"] for metric in json.loads(done.stdout)["metrics"]}
 
