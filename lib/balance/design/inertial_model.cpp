@@ -2,12 +2,12 @@
 
 #include "balance/design/features.hpp"
 #include "balance/design/gauss_newton.hpp"
+#include "balance/design/places.hpp"
 #include "balance/design/restricted.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 namespace balance::designing {
 
@@ -15,39 +15,6 @@ namespace {
 
 /// Second differences below this part of the values are round-off.
 constexpr double straight = 1e-9;
-/// Samples of the places that a CoM may take, per number.
-constexpr int places_of_one = 65, places_of_two = 17;
-
-/// Points of a grid over the box of n numbers, as columns.
-MatrixX grid(int n) {
-  const int each = n == 1 ? places_of_one : places_of_two;
-  const auto part = [&](int k) { return -1 + 2.0 * k / (each - 1); };
-  MatrixX points(n, n == 1 ? each : each * each);
-  for (Eigen::Index k = 0; k < points.cols(); ++k) {
-    points(0, k) = part(static_cast<int>(k) % each);
-    if (n == 2) points(1, k) = part(static_cast<int>(k) / each);
-  }
-  return points;
-}
-
-/// Directions in which a convex set is measured.
-MatrixX compass(int dimension) {
-  constexpr int around = 32;
-  if (dimension == 3) {
-    MatrixX all(26, 3);
-    Eigen::Index row = 0;
-    for (int k = 0; k < 27; ++k)
-      if (const Vector3 d(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1); d.norm() > 0) all.row(row++) = d.normalized();
-    return all;
-  }
-  MatrixX all(around, 2);
-  for (int k = 0; k < around; ++k) {
-    const double angle = 2 * std::numbers::pi * k / around;
-    all.row(k) << std::cos(angle), std::sin(angle);
-  }
-  return all;
-}
-
 }  // namespace
 
 InertialModel::InertialModel(const Context& context, const VectorX& anchor, const std::vector<bool>& matters)
@@ -150,7 +117,14 @@ void InertialModel::divide(const VectorX& anchor, const std::vector<bool>& matte
     else
       outer_.insert(outer_.end(), lift.numbers.begin(), lift.numbers.end());
   }
-  // the number that bends most goes out, until the others are straight
+  straighten(inner, matters);
+  linear_ = inner;
+  std::sort(outer_.begin(), outer_.end());
+}
+
+/// The number that bends most goes out, until the others are straight.
+void InertialModel::straighten(std::vector<int>& inner, const std::vector<bool>& matters) {
+  const VectorX& base = context_.survey.base;
   while (!inner.empty()) {
     std::vector<int> count(inner.size(), 0);
     for (std::size_t i = 0; i < inner.size(); ++i)
@@ -161,8 +135,6 @@ void InertialModel::divide(const VectorX& anchor, const std::vector<bool>& matte
     outer_.push_back(inner[static_cast<std::size_t>(most - count.begin())]);
     inner.erase(inner.begin() + (most - count.begin()));
   }
-  linear_ = inner;
-  std::sort(outer_.begin(), outer_.end());
 }
 
 VectorX InertialModel::place(const Lift& lift, const VectorX& u) const {
@@ -173,7 +145,7 @@ VectorX InertialModel::place(const Lift& lift, const VectorX& u) const {
 /// Where the CoM may be. @return false if that depends on other numbers, or is too much to sample
 bool InertialModel::sample(Lift& lift, const VectorX& anchor) const {
   const auto n = static_cast<int>(lift.numbers.size());
-  if (n > 2) return false;
+  if (n > most_grid_numbers) return false;
   const MatrixX points = grid(n);
   VectorX u = context_.survey.base, other = anchor;
   for (const int i : inertial_numbers(context_)) other[i] = std::max(0.3, std::abs(anchor[i]));

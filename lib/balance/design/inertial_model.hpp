@@ -48,6 +48,7 @@ class InertialModel {
   };
   VectorX features(const VectorX& u) const;
   void divide(const VectorX& anchor, const std::vector<bool>& matters);
+  void straighten(std::vector<int>& inner, const std::vector<bool>& matters);
   bool curved(int i, int j, const VectorX& base, const std::vector<bool>& matters) const;
   std::optional<Lift> lift_of(int number, const std::vector<bool>& matters) const;
   bool sample(Lift& lift, const VectorX& anchor) const;

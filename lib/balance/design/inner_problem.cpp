@@ -108,19 +108,22 @@ InnerSolution InnerProblem::at(const VectorX& u) const {
   if (solution.cone.status != ConeStatus::solved) return solution;
   solution.found = true;
   solution.unknowns = solution.cone.x.head(builder.unknowns());
-  VectorX w(builder.unknowns() + 1);
+  measure(*here, solution);
+  if (wants_residual())
+    solution.pull = -basis * solution.cone.multipliers.segment(builder.first_of_residual(), basis.cols());
+  return solution;
+}
+
+/// What the unknowns come to.
+void InnerProblem::measure(const InnerData& data, InnerSolution& solution) const {
+  VectorX w(solution.unknowns.size() + 1);
   w << solution.unknowns, 1;
-  for (const LinearFigure& figure : here->figures) {
-    const double value = figure.weight * figure(w);
-    solution.figure += value;
-    solution.value += value / size_;
-  }
-  if (!wants_residual()) return solution;
-  solution.left = here->rows * solution.unknowns - here->right;
+  for (const LinearFigure& figure : data.figures) solution.figure += figure.weight * figure(w);
+  solution.value = solution.figure / size_;
+  if (!wants_residual()) return;
+  solution.left = data.rows * solution.unknowns - data.right;
   solution.residual = solution.left.norm();
   solution.value += (aim_ == Aim::both ? of_residual : 1) * solution.residual;
-  solution.pull = -basis * solution.cone.multipliers.segment(builder.first_of_residual(), basis.cols());
-  return solution;
 }
 
 double InnerProblem::lagrangian(const InnerSolution& solution, const InnerData& data) const {

@@ -42,6 +42,7 @@ class InnerProblem {
   bool wants_figure() const { return aim_ != Aim::residual; }
   bool wants_residual() const { return aim_ != Aim::figure; }
   std::optional<InnerData> data(const VectorX& u) const;
+  void measure(const InnerData& data, InnerSolution& solution) const;
   double lagrangian(const InnerSolution& solution, const InnerData& data) const;
   MatrixX movable(const InnerSolution& solution) const;
   MatrixX differences(const VectorX& u, Eigen::Index rows, const std::function<VectorX(const InnerData&)>& of) const;

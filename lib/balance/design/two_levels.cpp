@@ -22,8 +22,8 @@ constexpr int fewest_points = 48, points_per_number = 24, most_descents = 12, mo
               descent_evaluations = 60;
 /// Starts nearer to each other than this, in unit coordinates, are one.
 constexpr double apart = 0.15;
-/// Ends nearer than this are one.
-constexpr double same_end = 1e-2;
+/// Ends whose values differ by less than this part are as good as each other.
+constexpr double same_end = 1e-5;
 /// Part of the time that looking around may take.
 constexpr double for_looking = 0.3;
 /// Numbers that the model is not made for: its classification takes their square.
@@ -152,13 +152,12 @@ class TwoLevels {
     if (solution.found) ends_.push_back(solution);
   }
 
-  /// Of the local searches so far those that end where the best does.
+  /// Of the local searches so far those that end as well as the best does.
   int count_alike() const {
     const auto worse = [](const InnerSolution& a, const InnerSolution& b) { return a.value < b.value; };
     const auto best = std::min_element(ends_.begin(), ends_.end(), worse);
     return static_cast<int>(std::count_if(ends_.begin(), ends_.end(), [&](const InnerSolution& end) {
-      return std::abs(end.value - best->value) <= 1e-6 * std::abs(best->value) &&
-             (outer_of(end.u) - outer_of(best->u)).norm() < same_end;
+      return std::abs(end.value - best->value) <= same_end * std::abs(best->value);
     }));
   }
 
