@@ -92,6 +92,7 @@ DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& 
   problem.options.loose_springs = find_loose_springs(problem);
   if (terms.empty()) return problem;
   problem.objective = build_objective(space, terms, space.start_values(), problem.options.loose_springs);
+  problem.figures_at = build_figures(space, terms, problem.options.loose_springs);
   problem.objective_at = [&space, terms](const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose) {
     return build_objective(space.held(x, kept), terms, x(kept), loose);
   };

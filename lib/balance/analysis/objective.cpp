@@ -74,12 +74,12 @@ CostFunction linear(VectorX coefficients) {
 }
 
 /// Of everything that moves, or of what was added to balance it: counterweights and discs.
-CostFunction size_function(ObjectiveTerm::Size size, const Mechanism& mechanism, const LooseSprings& loose) {
+VectorX size_coefficients(ObjectiveTerm::Size size, const Mechanism& mechanism, const LooseSprings& loose) {
   const auto parameters = list_parameters(mechanism, loose);
   VectorX coefficients =
       size == ObjectiveTerm::Size::added_inertia ? inertia_coefficients(parameters) : mass_coefficients(parameters);
   if (size != ObjectiveTerm::Size::total_mass) coefficients.array() *= is_added(mechanism, parameters).array();
-  return linear(std::move(coefficients));
+  return coefficients;
 }
 
 /// Along a motion that stays the same; empty if it does not, or if the quantity is not linear in the parameters.
@@ -160,7 +160,55 @@ void require_quantity(const Trial& trial, const ObjectiveTerm& term) {
   }
 }
 
+/// As often looked at as a search over lengths needs.
+constexpr long enough_samples = 201;
+
+/// One term; nothing where the trajectory cannot be followed.
+std::optional<LinearFigure> figure_at(const Trial& trial, const ObjectiveTerm& term, const LooseSprings& loose) {
+  LinearFigure figure{term.weight, {}, term.figure, {}};
+  if (term.size != ObjectiveTerm::Size::none) {
+    figure.coefficients = size_coefficients(term.size, trial.mechanism, loose);
+    return figure;
+  }
+  Trajectory trajectory = trajectory_of(trial, term);
+  trajectory.samples = std::min(trajectory.samples, enough_samples);
+  auto series = TrajectoryCost(trial.mechanism, trajectory, loose).rows(term.quantity);
+  if (!series) return std::nullopt;
+  figure.series = std::move(*series);
+  return figure;
+}
+
+/// A convex function of the parameters, whatever the motion is.
+bool is_of_parameters(const Trial& trial, const ObjectiveTerm& term) {
+  if (term.size != ObjectiveTerm::Size::none) return term.weight >= 0;
+  return term.weight >= 0 && (term.figure == Figure::rms || term.figure == Figure::peak) &&
+         is_linear_quantity(trial.mechanism, term.quantity) && !depends_on_masses(trajectory_of(trial, term));
+}
+
 }  // namespace
+
+std::function<std::optional<std::vector<LinearFigure>>(const VectorX& x)> build_figures(
+    const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const LooseSprings& loose) {
+  const Trial start = space.trial(space.start_values());
+  const auto all = [&](const ObjectiveTerm& term) { return is_of_parameters(start, term); };
+  if (!std::all_of(terms.begin(), terms.end(), all)) return {};
+  return [space, terms, loose](const VectorX& x) -> std::optional<std::vector<LinearFigure>> {
+    std::vector<LinearFigure> figures;
+    try {
+      const Trial trial = finite_trial(space, x);
+      for (const ObjectiveTerm& term : terms) {
+        std::optional<LinearFigure> figure = figure_at(trial, term, loose);
+        if (!figure) return std::nullopt;
+        figures.push_back(std::move(*figure));
+      }
+    } catch (const SpecError&) {
+      return std::nullopt;  // an expression of the spec has no value here
+    } catch (const std::invalid_argument&) {
+      return std::nullopt;  // nor is there a motion
+    }
+    return figures;
+  };
+}
 
 Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const VectorX& start,
                           const LooseSprings& loose) {
@@ -171,7 +219,8 @@ Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveT
   for (const ObjectiveTerm& term : terms) {
     const bool size = term.size != ObjectiveTerm::Size::none;
     Part part{term.weight,
-              size ? size_function(term.size, before.mechanism, loose) : along_fixed_motion(space, before, term, loose),
+              size ? linear(size_coefficients(term.size, before.mechanism, loose))
+                   : along_fixed_motion(space, before, term, loose),
               term};
     if (!part.of_parameters) require_quantity(before, term);  // says now what does not exist
     objective.convex = objective.convex && part.of_parameters && is_convex(term);

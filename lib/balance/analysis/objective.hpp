@@ -15,6 +15,11 @@ namespace balance {
 Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const VectorX& start,
                           const LooseSprings& loose);
 
+/// The same terms one by one at the lengths and along the motion of x, from few samples.
+/// @return null if a term is no convex function of the parameters alone
+std::function<std::optional<std::vector<LinearFigure>>(const VectorX& x)> build_figures(
+    const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const LooseSprings& loose);
+
 /// Mass of everything that moves [kg], and the sum of its moments of inertia about the frames' origins (space: half the
 /// trace) [kg m^2], as coefficients of the parameters.
 VectorX mass_coefficients(const std::vector<Parameter>& parameters);

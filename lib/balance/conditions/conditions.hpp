@@ -85,6 +85,11 @@ class GoalResidual {
   /// @return false if a sample cannot be assembled with these numbers; then the residual is unchanged
   bool evaluate(const Mechanism& mechanism, VectorX& residual);
 
+  /// The rows by themselves, which depend on the geometry alone and are smooth in it, also where their rank falls.
+  /// @param rows the residual per unit [SI] of every term (list_terms); less what the goal's own unknowns take up
+  /// @return false as above; then the rows are unchanged
+  bool rows(const Mechanism& mechanism, MatrixX& rows) const;
+
   struct Implementation;
 
  private:

@@ -5,6 +5,7 @@
 #include "balance/conditions/rows.hpp"
 
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 
@@ -18,10 +19,10 @@ struct Station {
   VectorX push;  ///< scaled; its part along the allowed velocities is the velocity probed
 };
 
-/// What is left of A π when the extra unknowns are chosen as well as they can be.
-VectorX left_over(const MatrixX& rows, const VectorX& parameters) {
-  const VectorX all = rows.leftCols(parameters.size()) * parameters;
-  const Eigen::Index extra = rows.cols() - parameters.size();
+/// What is left of A π when the extra unknowns are chosen as well as they can be, for every column of π.
+MatrixX left_over(const MatrixX& rows, const MatrixX& parameters) {
+  MatrixX all = rows.leftCols(parameters.rows()) * parameters;
+  const Eigen::Index extra = rows.cols() - parameters.rows();
   if (extra == 0) return all;
   const MatrixX others = rows.rightCols(extra);
   return all - others * others.colPivHouseholderQr().solve(all);
@@ -31,7 +32,10 @@ VectorX left_over(const MatrixX& rows, const VectorX& parameters) {
 
 struct GoalResidual::Implementation {
   virtual ~Implementation() = default;
-  virtual bool evaluate(const Mechanism& mechanism, VectorX& residual) = 0;
+  /// @param use is shown the stacked rows in natural units, and per term what one SI unit of it counts there
+  using Use = std::function<void(const MatrixX& rows, const VectorX& per_unit)>;
+  virtual bool collect(const Mechanism& mechanism, const Use& use) = 0;
+  virtual VectorX values(const Mechanism& mechanism) const = 0;
 };
 
 namespace {
@@ -64,19 +68,24 @@ class Stations : public GoalResidual::Implementation {
       configuration = first;
       if (loops && tries > 0 && !near(first, random, configuration)) continue;
       stations_.push_back({configuration.y, random.normal(tree_.columns)});
-      VectorX residual;
-      if (!evaluate_at(mechanism, tree_, {stations_.back()}, residual)) stations_.pop_back();
+      MatrixX rows;
+      if (!rows_at(mechanism, tree_, {stations_.back()}, rows)) stations_.pop_back();
     }
     if (stations_.empty()) throw std::invalid_argument("no configuration of the mechanism was found");
   }
 
-  bool evaluate(const Mechanism& mechanism, VectorX& residual) override {
+  bool collect(const Mechanism& mechanism, const Use& use) override {
     Tree<S> tree = compile<S>(mechanism, mechanism.actuators);
     if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows) return false;
     for (const int ball : tree_.balls)
       tree.nodes[static_cast<std::size_t>(ball)].R_PF = tree_.nodes[static_cast<std::size_t>(ball)].R_PF;
-    return evaluate_at(mechanism, tree, stations_, residual);
+    MatrixX rows;
+    if (!rows_at(mechanism, tree, stations_, rows)) return false;
+    use(rows, counts_.cwiseQuotient(units_.parameter) / units_.mass);
+    return true;
   }
+
+  VectorX values(const Mechanism& mechanism) const override { return term_values(mechanism, options_.loose_springs); }
 
  private:
   /// A configuration reached from another one in a single step of random length and direction: far enough away to tell
@@ -96,11 +105,11 @@ class Stations : public GoalResidual::Implementation {
     return went.dot(direction) * (way < 0 ? -1 : 1) > 0.7 * went.norm() && went.norm() < 2 * std::abs(way);
   }
 
-  bool evaluate_at(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<Station>& stations,
-                   VectorX& residual) {
+  bool rows_at(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<Station>& stations, MatrixX& all) {
     GoalRows<S> goal_rows(mechanism, tree, units_, goals_, options_, freedoms_);
     System<S> closures(tree, Drive<S>{});
-    MatrixX all(0, goal_rows.parameters() + goal_rows.extra()), rows;
+    all.resize(0, goal_rows.parameters() + goal_rows.extra());
+    MatrixX rows;
     for (const Station& station : stations) {
       Configuration here;
       if (!settle(closures, station.y, freedoms_, here)) return false;
@@ -110,10 +119,6 @@ class Stations : public GoalResidual::Implementation {
       all.conservativeResize(all.rows() + rows.rows(), Eigen::NoChange);
       all.bottomRows(rows.rows()) = rows;
     }
-    const VectorX parameters =
-        term_values(mechanism, options_.loose_springs).cwiseProduct(counts_).cwiseQuotient(units_.parameter) /
-        units_.mass;
-    residual = left_over(all, parameters);
     return true;
   }
 
@@ -143,7 +148,15 @@ GoalResidual::GoalResidual(GoalResidual&&) noexcept = default;
 GoalResidual& GoalResidual::operator=(GoalResidual&&) noexcept = default;
 
 bool GoalResidual::evaluate(const Mechanism& mechanism, VectorX& residual) {
-  return implementation_->evaluate(mechanism, residual);
+  return implementation_->collect(mechanism, [&](const MatrixX& rows, const VectorX& per_unit) {
+    residual = left_over(rows, implementation_->values(mechanism).cwiseProduct(per_unit));
+  });
+}
+
+bool GoalResidual::rows(const Mechanism& mechanism, MatrixX& rows) const {
+  return implementation_->collect(mechanism, [&](const MatrixX& all, const VectorX& per_unit) {
+    rows = left_over(all, per_unit.asDiagonal().toDenseMatrix());
+  });
 }
 
 }  // namespace balance

@@ -18,6 +18,7 @@ struct FigureSource {
 
   virtual ~FigureSource() = default;
   virtual std::optional<CostFunction> figure(Figure figure, const std::string& name) const = 0;
+  virtual std::optional<std::vector<PlaceRows>> rows(const std::string& name) const = 0;
 };
 
 template <class S>
@@ -43,6 +44,24 @@ class FixedMotion : public FigureSource {
       series.push_back({RowSpace(triangle.finish(), units_), std::nullopt});
     if (figure != Figure::rms) keep_samples(*quantity, series);
     return worst_of(figure, std::move(series), units_.size.size() - 1);
+  }
+
+  std::optional<std::vector<PlaceRows>> rows(const std::string& name) const override {
+    const std::optional<CostQuantity> quantity = find_cost_quantity(mechanism_, name);
+    if (outcome.status != MotionStatus::done || !quantity) return std::nullopt;
+    std::vector<PlaceRows> series(series_of(*quantity));
+    Eigen::Index place = 0;
+    collect(*quantity, [&](const MatrixX& rows, double weight) {
+      const Eigen::Index each = rows.rows() / static_cast<Eigen::Index>(series.size());
+      for (std::size_t s = 0; s < series.size(); ++s) {
+        PlaceRows& one = series[s];
+        if (place == 0) one = {MatrixX(places_ * each, rows.cols()), each, VectorX(places_)};
+        one.rows.middleRows(place * each, each) = rows.middleRows(static_cast<Eigen::Index>(s) * each, each);
+        one.share[place] = weight;
+      }
+      ++place;
+    });
+    return series;
   }
 
  private:
@@ -137,6 +156,14 @@ const MotionOutcome& TrajectoryCost::outcome() const { return implementation_->s
 
 std::optional<CostFunction> TrajectoryCost::figure(Figure figure, const std::string& quantity) const {
   return implementation_->source->figure(figure, quantity);
+}
+
+std::optional<std::vector<PlaceRows>> TrajectoryCost::rows(const std::string& quantity) const {
+  return implementation_->source->rows(quantity);
+}
+
+bool is_linear_quantity(const Mechanism& mechanism, const std::string& quantity) {
+  return find_cost_quantity(mechanism, quantity).has_value();
 }
 
 bool depends_on_masses(const Trajectory& trajectory) {

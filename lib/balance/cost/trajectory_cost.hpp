@@ -5,7 +5,7 @@
 #include "balance/dynamics/parameter.hpp"
 #include "balance/motion/motion.hpp"
 #include "balance/motion/trajectory.hpp"
-#include "balance/result/figure.hpp"
+#include "balance/result/linear_figure.hpp"
 
 #include <functional>
 #include <memory>
@@ -40,10 +40,17 @@ class TrajectoryCost {
   /// @return nothing if the quantity is not linear in the parameters or does not exist
   std::optional<CostFunction> figure(Figure figure, const std::string& quantity) const;
 
+  /// The quantity's rows as they are, one series per actuator where the worst one counts. Goes along the motion once.
+  /// @return nothing as above
+  std::optional<std::vector<PlaceRows>> rows(const std::string& quantity) const;
+
  private:
   struct Implementation;
   std::shared_ptr<const Implementation> implementation_;
 };
+
+/// The mechanism has such a quantity, and it is linear in the parameters.
+bool is_linear_quantity(const Mechanism& mechanism, const std::string& quantity);
 
 /// The prescribed motion itself depends on where the mass is (drive com, or a pose that is stated by the CoM).
 bool depends_on_masses(const Trajectory& trajectory);

@@ -25,6 +25,7 @@ class Budget {
   int solutions = 0;     ///< different ones found
   int descents = 0;      ///< local searches
   int evaluations = 0;   ///< of the objective in searches
+  int alike = 0;         ///< of the local searches over lengths: ended as well as the best one
   int geometries = 0;    ///< lengths and ratios at which the other numbers were solved for
 
  private:

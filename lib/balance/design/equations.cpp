@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 namespace balance::designing {
 
@@ -158,6 +159,19 @@ Equations geometric_equations(const Context& context, const VectorX& from) {
     return true;
   };
   return equations;
+}
+
+Equations equations_near(const Context& context, const VectorX& u, const Equations& otherwise) {
+  if (otherwise.conditions == 0) return otherwise;
+  try {
+    Equations equations = geometric_equations(context, u);
+    if (equations.conditions > 0) return equations;
+  } catch (const SpecError&) {
+    // an expression of the spec has no value here
+  } catch (const std::invalid_argument&) {
+    // the mechanism has no configuration to ask at
+  }
+  return otherwise;
 }
 
 double worst(const Equations& equations, const VectorX& values) {

@@ -35,6 +35,9 @@ Equations fixed_equations(const Context& context, const FixedRows& rows, std::ve
 /// @param start unit coordinates of a mechanism that has conditions
 Equations geometric_equations(const Context& context, const VectorX& start);
 
+/// The same at configurations of the mechanism at u, if it has any; else `otherwise`.
+Equations equations_near(const Context& context, const VectorX& u, const Equations& otherwise);
+
 /// Largest size of the conditions' rows among an equation's values.
 double worst(const Equations& equations, const VectorX& values);
 

@@ -1,10 +1,11 @@
 #include "balance/design/geometric.hpp"
 
-#include "balance/base/error.hpp"
 #include "balance/design/exact.hpp"
 #include "balance/design/optimum.hpp"
 #include "balance/design/restricted.hpp"
 #include "balance/design/seek.hpp"
+#include "balance/design/trial.hpp"
+#include "balance/design/two_levels.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,17 +18,10 @@ namespace {
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 /// Exact designs whose lengths are looked at, and joint descents for them besides the start's.
 constexpr int most_designs = 4, joint_starts = 12;
+/// Of the designs that two levels find.
+constexpr std::size_t most_looks = 3;
 /// Lengths moved by this part of their range show whether designs exist around.
 constexpr double nearby = 1e-3;
-
-/// Numbers at one geometry, solved for by themselves.
-struct Trial {
-  VectorX u;              ///< all numbers
-  bool possible = false;  ///< no obstacle
-  bool balanced = false;
-  double figure = none;    ///< the objective
-  double residual = none;  ///< norm of what is left of the goal at the equations' samples
-};
 
 class GeometrySearch {
  public:
@@ -36,37 +30,46 @@ class GeometrySearch {
         anchor_(anchor),
         equations_(equations),
         merit_(merit),
+        trials_(context, equations, merit),
         lengths_(geometric_numbers(context)),
         others_(inertial_numbers(context)) {}
 
   GeometricDesign run() {
-    std::vector<VectorX> exact = find_designs();
     Trial best;
-    for (const VectorX& u : exact) {
-      improve(best, as_it_is(u));
-      if (merit_ == nullptr && best.balanced) break;
-      improve(best, at(u));
-      if (const auto special = at_special_lengths(context_, u); special && !best.balanced) improve(best, at(*special));
-    }
-    if (!best.balanced) improve(best, balanced_elsewhere());
-    if (merit_ != nullptr && best.balanced) best = improved(best);
+    const bool able = try_two_levels(best);
+    if (!best.balanced)
+      for (const VectorX& u : find_designs()) {
+        consider(best, u);
+        if (merit_ == nullptr && best.balanced) break;
+      }
+    if (!best.balanced) trials_.improve(best, balanced_elsewhere());
+    if (merit_ != nullptr && best.balanced) best = improved(best, able);
     if (!best.balanced) best = compromise(best);
     return report(best);
   }
 
  private:
-  bool wants_figure() const { return merit_ != nullptr && !context_.problem.objective->size; }
-
-  /// Balanced before not, then by the objective, or by what is left.
-  double cost(const Trial& trial) const {
-    if (trial.balanced) return merit_ != nullptr ? trial.figure : 0;
-    return wants_figure() ? trial.figure : trial.residual;
+  /// @return the problem is of the kind that it is made for
+  bool try_two_levels(Trial& best) {
+    const TwoLevelDesigns designs = search_two_levels(context_, anchor_, merit_, false);
+    std::size_t looked = 0;
+    for (const VectorX& u : designs.balanced) {
+      if (best.balanced && (merit_ == nullptr || ++looked >= most_looks || context_.budget.spent())) break;
+      if (!context_.obstacle(u).empty()) continue;
+      consider(best, equations_.conditions > 0 ? gauss_newton(equations_near(context_, u, equations_), u).u : u);
+      trials_.improve(best, trials_.at(u));
+    }
+    others_found_ = designs.others;
+    return designs.able;
   }
-  void improve(Trial& best, Trial trial) const {
-    if (!trial.possible || !std::isfinite(cost(trial))) return;
-    const bool better = !best.possible || (trial.balanced && !best.balanced) ||
-                        (trial.balanced == best.balanced && cost(trial) < cost(best));
-    if (better) best = std::move(trial);
+
+  /// An exact design, or nearly one, as it stands and with the masses solved for.
+  void consider(Trial& best, const VectorX& u) const {
+    trials_.improve(best, trials_.as_it_is(u));
+    if (merit_ == nullptr && best.balanced) return;
+    trials_.improve(best, trials_.at(u));
+    if (const auto special = at_special_lengths(context_, u); special && !best.balanced)
+      trials_.improve(best, trials_.at(*special));
   }
 
   /// Joint Gauss–Newton on all numbers.
@@ -80,7 +83,7 @@ class GeometrySearch {
     effort.usable = [this](const VectorX& u) {
       if (!context_.obstacle(u).empty()) return false;
       if (merit_ == nullptr || std::isfinite((*merit_)(u, nullptr))) return true;
-      if (is_balanced(u)) valueless_ = u;
+      if (trials_.is_balanced(u)) valueless_ = u;
       return false;
     };
     ExactSearch search = find_exact(context_, equations_, effort);
@@ -129,70 +132,13 @@ class GeometrySearch {
     return descent;
   }
 
-  /// A design of the joint search as it stands.
-  Trial as_it_is(const VectorX& u) const {
-    Trial trial{u, context_.obstacle(u).empty(), false, none, none};
-    if (!trial.possible) return trial;
-    trial.balanced = is_balanced(u);
-    measure(trial);
-    return trial;
-  }
-
-  /// By the conditions of its own geometry, derived anew.
-  bool is_balanced(const VectorX& u) const {
-    const Conditions conditions = context_.conditions_at(u);
-    if (conditions.status != ConditionsStatus::done || !context_.is_physical(u)) return false;
-    if (conditions.own_rows() == 0) return true;
-    const VectorX residual =
-        scaled_residuals(conditions, term_values(context_.mechanism(u), context_.options.loose_springs))
-            .head(conditions.own_rows());
-    return residual.cwiseAbs().maxCoeff() < met;
-  }
-
-  void measure(Trial& trial) const {
-    if (merit_ != nullptr && !std::isfinite(trial.figure)) trial.figure = (*merit_)(trial.u, nullptr);
-    VectorX values;
-    trial.residual = equations_.conditions == 0                      ? 0
-                     : equations_.evaluate(trial.u, values, nullptr) ? values.head(equations_.conditions).norm()
-                                                                     : none;
-  }
-
-  /// At the lengths of u: the other numbers solved for by themselves.
-  Trial at(const VectorX& u) const {
-    Trial trial{u, false, false, none, none};
-    if (!context_.obstacle(u).empty()) return trial;
-    ++context_.budget.geometries;
-    try {
-      const VectorX x = context_.box.numbers(u);
-      const DesignProblem inner = at_fixed_geometry(context_, x, context_.budget.left());
-      const DesignOutcome outcome = solve(inner);
-      if (outcome.status == DesignStatus::unsolved || outcome.status == DesignStatus::not_found) return trial;
-      trial.balanced = outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::not_asked;
-      for (std::size_t k = 0; k < others_.size(); ++k) {
-        const auto i = others_[k];
-        const double half = context_.box.half()[i];
-        trial.u[i] = half > 0 ? std::clamp((outcome.x[static_cast<Eigen::Index>(k)] - context_.box.centre()[i]) / half,
-                                           -1.0, 1.0)
-                              : 0;
-      }
-      trial.possible = context_.is_physical(trial.u);
-      trial.figure = outcome.objective;
-      measure(trial);
-    } catch (const SpecError&) {
-      trial.possible = false;  // an expression of the spec has no value here
-    } catch (const std::invalid_argument&) {
-      trial.possible = false;
-    }
-    return trial;
-  }
-
   /// Where the joint search found nothing: the best of its samples, solved at their lengths.
   Trial balanced_elsewhere() {
     Trial best;
-    improve(best, at(anchor_));
+    trials_.improve(best, trials_.at(anchor_));
     for (std::size_t k = 0; k < std::min<std::size_t>(samples_.size(), joint_starts) && !best.balanced; ++k) {
       if (context_.budget.spent()) break;
-      improve(best, at(samples_[k].second));
+      trials_.improve(best, trials_.at(samples_[k].second));
     }
     return best;
   }
@@ -205,22 +151,24 @@ class GeometrySearch {
         double& value = u[lengths_[k]];
         value += value > 0.9 ? -nearby : value < -0.9 ? nearby : (k % 2 == 0 ? by : -by);
       }
-      if (at(u).balanced) return true;
+      if (trials_.at(u).balanced) return true;
     }
     return false;
   }
 
   /// Better lengths for an exact design.
-  Trial improved(const Trial& from) {
+  /// @param looked around already, where designs exist at all lengths
+  Trial improved(const Trial& from, bool looked) {
     Trial best = from;
     if (!is_open(from)) {
-      const auto back = [&](const VectorX& u) { return gauss_newton(equations_, u).u; };
-      const VectorX u = best_exact(context_, *merit_, equations_, back, {from.u}).u;
-      improve(best, as_it_is(u));
-      improve(best, at(best.u));
-      return best;
+      const Equations here = equations_near(context_, from.u, equations_);
+      const auto back = [&](const VectorX& u) { return gauss_newton(here, u).u; };
+      const VectorX u = best_exact(context_, *merit_, here, back, {from.u}).u;
+      trials_.improve(best, trials_.as_it_is(u));
+      trials_.improve(best, trials_.at(best.u));
+    } else if (!looked) {
+      descend(best, [](const Trial& trial) { return trial.balanced; });
     }
-    descend(best, [](const Trial& trial) { return trial.balanced; });
     return best;
   }
 
@@ -233,9 +181,9 @@ class GeometrySearch {
       if (const auto at_key = known.find(key); at_key != known.end()) return at_key->second;
       VectorX u = best.u;
       u(lengths_) = part;
-      const Trial trial = at(u);
-      const double value = trial.possible && counts(trial) ? cost(trial) : none;
-      if (std::isfinite(value)) improve(best, trial);
+      const Trial trial = trials_.at(u);
+      const double value = trial.possible && counts(trial) ? trials_.cost(trial) : none;
+      if (std::isfinite(value)) trials_.improve(best, trial);
       known[key] = value;
       return value;
     };
@@ -252,9 +200,13 @@ class GeometrySearch {
 
   /// The least that can be had without balance.
   Trial compromise(Trial best) {
-    improve(best, at(anchor_));
-    if (best_descent_.values.size() > 0) improve(best, as_it_is(best_descent_.u));
-    if (best.possible) descend(best, [](const Trial&) { return true; });
+    trials_.improve(best, trials_.at(anchor_));
+    if (best_descent_.values.size() > 0) trials_.improve(best, trials_.as_it_is(best_descent_.u));
+    for (const VectorX& u : others_found_) trials_.improve(best, trials_.at(u));
+    TwoLevelDesigns designs;
+    if (trials_.wants_figure()) designs = search_two_levels(context_, anchor_, merit_, true);
+    for (const VectorX& u : designs.balanced) trials_.improve(best, trials_.at(u));
+    if (best.possible && !designs.able) descend(best, [](const Trial&) { return true; });
     return best;
   }
 
@@ -262,7 +214,7 @@ class GeometrySearch {
     GeometricDesign design;
     design.found = best.possible;
     design.balanced = best.balanced;
-    design.by_residual = !best.balanced && !wants_figure();
+    design.by_residual = !best.balanced && !trials_.wants_figure();
     design.u = best.possible ? best.u : anchor_;
     if (!best.balanced) design.valueless = valueless_;
     return design;
@@ -272,9 +224,11 @@ class GeometrySearch {
   VectorX anchor_;
   const Equations& equations_;
   const FigureOfMerit* merit_;
+  Trials trials_;
   std::vector<int> lengths_, others_;
   std::optional<VectorX> valueless_;
   Descent best_descent_;
+  std::vector<VectorX> others_found_;
   std::vector<std::pair<double, VectorX>> samples_;
 };
 

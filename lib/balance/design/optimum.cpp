@@ -4,6 +4,7 @@
 #include "balance/design/nlopt_search.hpp"
 #include "balance/design/seek.hpp"
 #include "balance/design/solve.hpp"
+#include "balance/design/two_levels.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -142,6 +143,16 @@ class Best {
   const FigureOfMerit& merit_;
 };
 
+/// Where numbers of the motion alone are free besides masses, the figure's slopes by them are known. @return they led somewhere
+bool consider_slopes(const Context& context, const FigureOfMerit& merit, const Equations& equations,
+                     const std::function<VectorX(const VectorX&)>& back, Best& best) {
+  if (!merit.simulated() || context.problem.inner || context.survey.any_geometric()) return false;
+  bool any = false;
+  for (const VectorX& end : search_two_levels(context, best.optimum.u, &merit, false).balanced)
+    if (const VectorX u = back(end); is_exact(context, equations, u)) any = best.consider(u) || any;
+  return any;
+}
+
 }  // namespace
 
 Optimum best_exact(const Context& context, const FigureOfMerit& merit, const Equations& equations,
@@ -165,14 +176,16 @@ Optimum best_exact(const Context& context, const FigureOfMerit& merit, const Equ
   }
   const auto freedoms = tangent_space(equations, best.optimum.u).cols();
   if (freedoms == 0) return best.optimum;
+  const bool slopes = consider_slopes(context, merit, equations, back, best);
   std::vector<VectorX> others = solutions;
-  for (const VectorX& u : spread_points(spread_count(merit, freedoms), context.box.size(), context.problem.search.seed))
+  for (const VectorX& u :
+       spread_points(slopes ? 0 : spread_count(merit, freedoms), context.box.size(), context.problem.search.seed))
     others.push_back(u);
   const TangentSearch search(context, merit, equations, back);
   const bool only_polish = wants_gradients(method) && !merit.simulated();
   if (only_polish && (freedoms > 8 || context.problem.inner)) return best.optimum;
   // the tangents of a curved set of solutions turn
-  int descents = only_polish ? 0 : 3;
+  int descents = only_polish ? 0 : slopes ? 1 : 3;
   for (double step = 0.1; step > 1e-3 && !context.budget.spent(); step /= 4, descents = std::min(descents, 1)) {
     const VectorX u = search.from(best.optimum.u, descents > 1 ? others : std::vector<VectorX>{}, descents, step);
     if (!is_exact(context, equations, u) || !best.consider(u)) break;

@@ -2,6 +2,7 @@
 /// A design problem: which numbers are free, which goals they are to meet, what to prefer among exact solutions.
 
 #include "balance/conditions/conditions.hpp"
+#include "balance/result/linear_figure.hpp"
 #include "balance/study/search_options.hpp"
 
 #include <functional>
@@ -54,6 +55,9 @@ struct DesignProblem {
   bool inner = false;
   std::optional<Objective> objective;  ///< among exact solutions; also judges compromises
   SearchOptions search;
+  /// The objective's terms at the lengths and along the motion of x, as functions of the parameters; may sample the motion
+  /// more coarsely than the objective does. Nothing where there is no motion. Null: they are not such functions.
+  std::function<std::optional<std::vector<LinearFigure>>(const VectorX& x)> figures_at;
 };
 
 }  // namespace balance

@@ -40,6 +40,7 @@ DesignProblem at_fixed_geometry(const Context& context, const VectorX& x, double
   part.options = context.options;
   part.obstacle = {};
   part.objective_at = {};
+  part.figures_at = {};
   part.inner = true;
   part.search.seconds = seconds;
   part.search.restarts = std::min(whole.search.restarts, inner_restarts);

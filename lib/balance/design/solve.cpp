@@ -85,19 +85,19 @@ class Designer {
     const auto anchor = find_anchor(context_, reason);
     if (!anchor) {
       if (derive(start_)) out_.status = DesignStatus::not_found;
-      out_.reason = reason;
-      return;
+      return void(out_.reason = reason);
     }
     derive(*anchor);
     const FixedRows none(context_, out_.conditions);  // without a condition no geometry matters
-    const Equations equations = out_.conditions.rank > 0 ? geometric_equations(context_, *anchor)
-                                                         : fixed_equations(context_, none, {}, VectorX(0));
+    Equations equations = out_.conditions.rank > 0 ? geometric_equations(context_, *anchor)
+                                                   : fixed_equations(context_, none, {}, VectorX(0));
     const Conditions at_start = *anchor == start_ ? out_.conditions : Conditions{};
     GeometricDesign design = search_geometry(context_, *anchor, equations, merit_ ? &*merit_ : nullptr);
     if (design.valueless) return give_up(*design.valueless, "for any numbers that were found to meet the conditions");
     if (!design.found && merit_ && !finite_value(*anchor)) return give_up(*anchor, "for any lengths that were tried");
     if (design.by_residual) note_compromise();
     aim_ = merit_ && !design.by_residual ? Aim::objective : design.balanced ? Aim::nothing : Aim::residual;
+    equations = equations_near(context_, design.u, equations);
     const VectorX u = tidy(equations, design.u);
     out_.conditions = context_.conditions_at(u);
     if (out_.conditions.status != ConditionsStatus::done) return finish_without_list(equations, u);

@@ -39,6 +39,23 @@ struct Freedom {
   std::vector<int> numbers;  ///< free numbers that may still change
 };
 
+/// What a search did, for those who judge whether it was enough.
+struct SearchEffort {
+  enum class End {
+    nothing,  ///< was searched
+    met,      ///< the goal, and nothing was to be made small
+    starts,   ///< all were used
+    proof,    ///< that nothing is better
+    time,     ///< ran out
+  };
+  int starts = 0;  ///< from which conditions were solved
+  int local_searches = 0;
+  int same_end = -1;    ///< of those over lengths: ended as well as the best one; −1: there were none
+  int geometries = 0;   ///< sets of lengths at which masses were solved for
+  int evaluations = 0;  ///< of the objective
+  End end = End::nothing;
+};
+
 struct DesignOutcome {
   DesignStatus status = DesignStatus::unsolved;
   DesignMethod method = DesignMethod::nothing_to_do;
@@ -56,6 +73,7 @@ struct DesignOutcome {
   double lower_bound = std::numeric_limits<double>::quiet_NaN();
   Optimality optimality = Optimality::not_asked;
   std::string tried;    ///< what was searched; empty if nothing was
+  SearchEffort effort;  ///< the same in numbers
   bool proved = false;  ///< impossible: it is shown, not only not found
   Freedom freedom;      ///< of designs as good as this one
   double gap() const { return objective - lower_bound; }

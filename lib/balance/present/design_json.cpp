@@ -73,11 +73,22 @@ Json freedom_json(const DesignReport& report) {
           {"numbers", std::move(numbers)}};
 }
 
+Json effort_json(const SearchEffort& effort) {
+  static constexpr const char* ends[] = {"nothing-searched", "goal-met", "all-starts-used", "proof", "time"};
+  return {{"starts", effort.starts},
+          {"local_searches", effort.local_searches},
+          {"same_end", effort.same_end < 0 ? Json(nullptr) : Json(effort.same_end)},
+          {"sets_of_lengths", effort.geometries},
+          {"evaluations", effort.evaluations},
+          {"ended_by", ends[static_cast<int>(effort.end)]}};
+}
+
 void add_outcome(Json& json, const DesignView& view) {
   const DesignOutcome& outcome = view.report.outcome;
   json["status"] = name_of(outcome.status);
   json["optimality"] = name_of(outcome.optimality);
   json["tried"] = outcome.tried;
+  json["search"] = effort_json(outcome.effort);
   json["seconds"] = view.seconds;
   json["proved"] = outcome.status == DesignStatus::impossible ? Json(outcome.proved) : Json(nullptr);
   json["method"] = name_of(outcome.method);

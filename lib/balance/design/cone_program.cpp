@@ -1,0 +1,160 @@
+#include "balance/design/cone_program.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance::designing {
+
+namespace {
+
+constexpr int most_iterations = 60;
+/// Relative error below which a point counts as a solution although the last digits were out of reach.
+constexpr double good_enough = 1e-7;
+
+class InteriorPoint {
+ public:
+  InteriorPoint(const ConeProgram& program, double tolerance)
+      : program_(program), cone_(program.linear, program.cones), unit_(cone_.unit()), tolerance_(tolerance) {}
+
+  ConeSolution run() {
+    start();
+    for (best_.iterations = 0; best_.iterations < most_iterations; ++best_.iterations) {
+      measure();
+      if (error_ < tolerance_ || !std::isfinite(error_) || (best_error_ < good_enough && error_ > 1e4 * best_error_))
+        break;
+      if (!advance()) break;
+    }
+    best_.status = best_error_ < good_enough ? ConeStatus::solved : ConeStatus::unsolved;
+    if (best_.x.size() == 0) best_.x = VectorX::Zero(program_.cost.size());
+    best_.value = program_.cost.dot(best_.x);
+    best_.bound = best_.multipliers.size() > 0 ? -program_.right.dot(best_.multipliers) : -INFINITY;
+    return best_;
+  }
+
+ private:
+  /// Least-squares points, moved into the cone.
+  void start() {
+    const Eigen::HouseholderQR<MatrixX> qr(program_.matrix);
+    const auto n = program_.cost.size();
+    x_ = qr.solve(program_.right);
+    s_ = program_.right - program_.matrix * x_;
+    const double rows = std::max(program_.matrix.rowwise().norm().maxCoeff(), 1e-300);
+    if (const double m = cone_.margin(s_); m < 1e-3 * rows) s_ += (0.1 * rows - m) * unit_;
+    VectorX y = VectorX::Zero(program_.right.size());
+    y.head(n) = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>().transpose().solve(-program_.cost);
+    z_ = qr.householderQ() * y;
+    if (const double m = cone_.margin(z_); m < 1e-3) z_ += (0.1 + program_.cost.lpNorm<Eigen::Infinity>() - m) * unit_;
+  }
+
+  void measure() {
+    dual_ = program_.cost + program_.matrix.transpose() * z_;
+    primal_ = program_.matrix * x_ + s_ - program_.right;
+    gap_ = s_.dot(z_);
+    error_ = std::max({dual_.norm() / (1 + program_.cost.norm()), primal_.norm() / (1 + program_.right.norm()),
+                       gap_ / (1 + std::abs(program_.cost.dot(x_)))});
+    if (!(error_ < best_error_)) return;
+    best_error_ = error_;
+    best_.x = x_;
+    best_.slack = s_;
+    best_.multipliers = z_;
+  }
+
+  struct Direction {
+    VectorX x, s, z, scaled_s, scaled_z;
+  };
+
+  /// One predictor and one corrector step. @return false at the end of the digits
+  bool advance() {
+    const ConeScaling scaling(cone_, s_, z_);
+    const VectorX lambda = scaling.times(z_);
+    const MatrixX scaled = scaling.inverse_scaled(program_.matrix);
+    if (!lambda.allFinite() || !scaled.allFinite()) return false;
+    const Eigen::HouseholderQR<MatrixX> qr(scaled);
+    const auto direction = [&](const VectorX& aim, double factor) {
+      return solve(scaling, lambda, scaled, qr, aim, factor);
+    };
+    const VectorX complementary = -cone_.product(lambda, lambda);
+    const Direction affine = direction(complementary, 1);
+    if (!affine.x.allFinite() || !affine.s.allFinite() || !affine.z.allFinite()) return false;
+    const double reach = std::min({1.0, cone_.longest_step(s_, affine.s), cone_.longest_step(z_, affine.z)});
+    const double centring = std::pow(1 - reach, 3);
+    const Direction d = direction(complementary - cone_.product(affine.scaled_s, affine.scaled_z) +
+                                      centring * gap_ / static_cast<double>(cone_.degree()) * unit_,
+                                  1 - centring);
+    if (!d.x.allFinite() || !d.s.allFinite() || !d.z.allFinite()) return false;
+    const double step = std::min(1.0, 0.99 * std::min(cone_.longest_step(s_, d.s), cone_.longest_step(z_, d.z)));
+    if (!(step > 1e-9)) return false;
+    x_ += step * d.x;
+    s_ += step * d.s;
+    z_ += step * d.z;
+    return true;
+  }
+
+  /// λ ∘ (W dz + W⁻¹ ds) = aim with both residuals reduced by `factor`.
+  Direction solve(const ConeScaling& scaling, const VectorX& lambda, const MatrixX& scaled,
+                  const Eigen::HouseholderQR<MatrixX>& qr, const VectorX& aim, double factor) const {
+    const auto n = program_.cost.size();
+    const VectorX t = cone_.quotient(lambda, aim);
+    const VectorX b = scaling.inverse_times(-factor * primal_) - t;
+    const auto r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+    const VectorX projected = qr.householderQ().adjoint() * b;
+    const VectorX y = projected.head(n) + VectorX(r.transpose().solve(-factor * dual_));
+    Direction d;
+    d.x = r.solve(y);
+    d.scaled_z = scaled * d.x - b;
+    d.scaled_s = t - d.scaled_z;
+    d.s = scaling.times(d.scaled_s);
+    d.z = scaling.inverse_times(d.scaled_z);
+    return d;
+  }
+
+  const ConeProgram& program_;
+  SecondOrderCone cone_;
+  VectorX unit_;
+  double tolerance_;
+  VectorX x_, s_, z_, dual_, primal_;
+  double gap_ = 0, error_ = INFINITY, best_error_ = INFINITY;
+  ConeSolution best_;
+};
+
+void put(const std::vector<std::pair<MatrixX, VectorX>>& parts, double sign, Eigen::Index& row, ConeProgram& program) {
+  for (const auto& [rows, right] : parts) {
+    program.matrix.middleRows(row, rows.rows()) = sign * rows;
+    program.right.segment(row, rows.rows()) = right;
+    row += rows.rows();
+  }
+}
+
+}  // namespace
+
+void ConeRows::at_most(const Eigen::Ref<const VectorX>& coefficients, double limit) {
+  linear_.emplace_back(coefficients.transpose(), VectorX::Constant(1, limit));
+  ++count_linear_;
+}
+
+void ConeRows::at_most(const Eigen::Ref<const MatrixX>& rows, const Eigen::Ref<const VectorX>& limits) {
+  linear_.emplace_back(rows, limits);
+  count_linear_ += rows.rows();
+}
+
+void ConeRows::in_cone(const Eigen::Ref<const MatrixX>& rows, const Eigen::Ref<const VectorX>& constant) {
+  cones_.emplace_back(rows, constant);
+  count_conic_ += rows.rows();
+}
+
+ConeProgram ConeRows::finish(VectorX cost) const {
+  ConeProgram program;
+  program.cost = std::move(cost);
+  program.linear = count_linear_;
+  for (const auto& part : cones_) program.cones.push_back(part.first.rows());
+  program.matrix.resize(count_linear_ + count_conic_, variables_);
+  program.right.resize(count_linear_ + count_conic_);
+  Eigen::Index row = 0;
+  put(linear_, 1, row, program);
+  put(cones_, -1, row, program);
+  return program;
+}
+
+ConeSolution minimise(const ConeProgram& program, double tolerance) { return InteriorPoint(program, tolerance).run(); }
+
+}  // namespace balance::designing

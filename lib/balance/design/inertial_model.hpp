@@ -1,0 +1,67 @@
+#pragma once
+/// The numbers of masses as unknowns of a convex problem, once lengths are chosen. Private to design.
+///
+/// Numbers in which everything that matters is affine are unknowns themselves. The place of an element's CoM is one more
+/// product with its mass: instead of it the first moment h is an unknown, within the cone over all places, and what it adds to
+/// the moment of inertia, at least |h|²/m. All other numbers are outer ones: lengths, motions, angles that turn more than one
+/// element.
+
+#include "balance/design/cone_program.hpp"
+#include "balance/design/context.hpp"
+
+namespace balance::designing {
+
+/// The terms (list_terms) and what is demanded of the unknowns, at one geometry.
+struct InertialTerms {
+  MatrixX matrix;      ///< terms × unknowns
+  VectorX constant;    ///< terms = constant + matrix · unknowns
+  ConeProgram limits;  ///< of the unknowns; no cost
+};
+
+class InertialModel {
+ public:
+  /// @param anchor unit coordinates of a mechanism that exists
+  /// @param matters per term (list_terms): it occurs in a condition or figure
+  InertialModel(const Context& context, const VectorX& anchor, const std::vector<bool>& matters);
+
+  /// Positions of the numbers that are no unknowns and change something.
+  const std::vector<int>& outer() const { return outer_; }
+  Eigen::Index unknowns() const { return unknowns_; }
+  /// @return nothing where there is no mechanism
+  std::optional<InertialTerms> at(const VectorX& u) const;
+  /// All numbers: the outer ones as in u, the others as the unknowns say.
+  VectorX recovered(const VectorX& u, const VectorX& unknowns) const;
+
+ private:
+  /// An element whose first moment is unknown.
+  struct Lift {
+    std::vector<int> numbers;
+    int first = 0;       ///< its mass among the terms, the first moment behind it
+    int inertia = -1;    ///< feature of the planar moment of inertia about the CoM, if that matters
+    int unknown = 0;     ///< first of its unknowns
+    double radius = 0;   ///< |c| is not larger
+    double mass = 0;     ///< a size
+    MatrixX directions;  ///< K × dimension
+    VectorX reach;       ///< direction · c is not larger
+    MatrixX places;      ///< dimension × samples: c
+    MatrixX values;      ///< numbers × samples
+  };
+  VectorX features(const VectorX& u) const;
+  void divide(const VectorX& anchor, const std::vector<bool>& matters);
+  void straighten(std::vector<int>& inner, const std::vector<bool>& matters);
+  bool curved(int i, int j, const VectorX& base, const std::vector<bool>& matters) const;
+  std::optional<Lift> lift_of(int number, const std::vector<bool>& matters) const;
+  bool sample(Lift& lift, const VectorX& anchor) const;
+  VectorX place(const Lift& lift, const VectorX& u) const;
+  void limit(const Lift& lift, const InertialTerms& terms, const VectorX& at_zero, const MatrixX& slopes,
+             ConeRows& rows) const;
+  void put(const Lift& lift, const VectorX& at_zero, const MatrixX& slopes, InertialTerms& terms) const;
+
+  const Context& context_;
+  int dimension_;
+  Eigen::Index terms_ = 0, unknowns_ = 0;
+  std::vector<int> outer_, linear_;
+  std::vector<Lift> lifts_;
+};
+
+}  // namespace balance::designing

@@ -1,0 +1,57 @@
+#pragma once
+/// The lower level of a design's search: the best masses for given lengths, and what other lengths would change of that.
+/// Private to design.
+///
+/// Minimise figure + ρ |R w − r| over the unknowns w within their limits. The rows R are those of fixed configurations, so that
+/// everything is smooth in the lengths, also where the rank of the conditions falls; as a norm and no square the penalty is
+/// exact: with ρ large enough the residual vanishes wherever it can. Rates of change by lengths come from the multipliers
+/// (envelope theorem).
+
+#include "balance/design/inner_program.hpp"
+
+namespace balance::designing {
+
+struct InnerSolution {
+  bool found = false;
+  VectorX u;                                   ///< outer numbers; the others mean nothing
+  VectorX unknowns;                            ///< w
+  VectorX left;                                ///< R w − r
+  double residual = 0, figure = 0, value = 0;  ///< |left|, weighted sum [SI], what was minimised
+  ConeProgram program;
+  ConeSolution cone;
+  std::vector<FigurePiece> pieces;  ///< of the figures
+  VectorX pull;                     ///< multipliers of `left`
+};
+
+class InnerProblem {
+ public:
+  enum class Aim { residual, figure, both };
+
+  /// @param size of the figure: values are counted in it
+  InnerProblem(const Context& context, const InertialModel& model, Aim aim, double size);
+
+  /// Conditions are asked of configurations of this mechanism from now on. @return false if there are none
+  bool centre(const VectorX& u);
+  InnerSolution at(const VectorX& u) const;
+  /// d value / d outer numbers, in the model's order; not finite next to where nothing can be assembled.
+  VectorX gradient(const InnerSolution& solution) const;
+  /// d left / d outer numbers, less what unknowns that no limit holds can undo. Not finite as above.
+  MatrixX reduced_jacobian(const InnerSolution& solution) const;
+
+ private:
+  bool wants_figure() const { return aim_ != Aim::residual; }
+  bool wants_residual() const { return aim_ != Aim::figure; }
+  std::optional<InnerData> data(const VectorX& u) const;
+  void measure(const InnerData& data, InnerSolution& solution) const;
+  double lagrangian(const InnerSolution& solution, const InnerData& data) const;
+  MatrixX movable(const InnerSolution& solution) const;
+  MatrixX differences(const VectorX& u, Eigen::Index rows, const std::function<VectorX(const InnerData&)>& of) const;
+
+  const Context& context_;
+  const InertialModel& model_;
+  Aim aim_;
+  double size_;
+  std::optional<GoalResidual> goal_;
+};
+
+}  // namespace balance::designing

@@ -1,0 +1,54 @@
+#pragma once
+/// The cone program of the masses at one geometry. Private to design.
+
+#include "balance/design/inertial_model.hpp"
+
+namespace balance::designing {
+
+/// One geometry.
+struct InnerData {
+  InertialTerms terms;
+  MatrixX rows;                       ///< R
+  VectorX right;                      ///< r
+  std::vector<LinearFigure> figures;  ///< of the unknowns and a one behind them
+};
+
+/// Where a figure's rows stand in the program.
+struct FigurePiece {
+  std::size_t figure = 0, series = 0;
+  Eigen::Index first = 0, rows = 0;  ///< of slack and multipliers
+};
+
+/// [matrix, constant]
+MatrixX with_one(const MatrixX& matrix, const VectorX& constant);
+
+/// Unknowns, the epigraphs of figures that are no sums, the epigraph of the residual.
+class InnerProgram {
+ public:
+  /// @param size of the figures: they are counted in it
+  /// @param data must outlive the program
+  InnerProgram(const InnerData& data, double size, bool figures, bool residual);
+
+  void add_limits();
+  void add_figure(std::size_t index, std::vector<FigurePiece>& pieces);
+  /// @return the orthonormal basis in which R w − r stands behind the residual's epigraph
+  MatrixX add_residual(double weight);
+  ConeProgram finish(std::vector<FigurePiece>& pieces) const;
+
+  Eigen::Index unknowns() const { return n_; }
+  /// Of the slack, where the residual's rows begin.
+  Eigen::Index first_of_residual() const { return rows_.linear() + residual_ + 1; }
+
+ private:
+  MatrixX padded(const MatrixX& rows) const;
+  void add_peak(const PlaceRows& one, Eigen::Index t);
+  void add_norm(const MatrixX& rows, double size, Eigen::Index t);
+
+  const InnerData& data_;
+  double size_;
+  Eigen::Index n_, variables_, epigraph_, residual_ = 0;
+  ConeRows rows_;
+  VectorX cost_;
+};
+
+}  // namespace balance::designing

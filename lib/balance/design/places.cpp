@@ -1,0 +1,43 @@
+#include "balance/design/places.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace balance::designing {
+
+namespace {
+
+/// Points per number.
+constexpr int places_of_one = 65, places_of_two = 17;
+
+}  // namespace
+
+MatrixX grid(int n) {
+  const int each = n == 1 ? places_of_one : places_of_two;
+  const auto part = [&](int k) { return -1 + 2.0 * k / (each - 1); };
+  MatrixX points(n, n == 1 ? each : each * each);
+  for (Eigen::Index k = 0; k < points.cols(); ++k) {
+    points(0, k) = part(static_cast<int>(k) % each);
+    if (n == 2) points(1, k) = part(static_cast<int>(k) / each);
+  }
+  return points;
+}
+
+MatrixX compass(int dimension) {
+  constexpr int around = 32;
+  if (dimension == 3) {
+    MatrixX all(26, 3);
+    Eigen::Index row = 0;
+    for (int k = 0; k < 27; ++k)
+      if (const Vector3 d(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1); d.norm() > 0) all.row(row++) = d.normalized();
+    return all;
+  }
+  MatrixX all(around, 2);
+  for (int k = 0; k < around; ++k) {
+    const double angle = 2 * std::numbers::pi * k / around;
+    all.row(k) << std::cos(angle), std::sin(angle);
+  }
+  return all;
+}
+
+}  // namespace balance::designing
