@@ -6,8 +6,9 @@
 
 namespace balance {
 
-Grip::Grip(const MatrixX& C, const MatrixX& S, int freedoms) : null_space(MatrixX::Identity(S.cols(), S.cols())) {
-  if (C.rows() > 0) {
+Grip::Grip(const MatrixX& C, const MatrixX& S, int freedoms)
+    : null_space(MatrixX::Identity(S.cols(), S.cols())), has_closures(C.rows() > 0) {
+  if (has_closures) {
     closures.compute(C, Eigen::ComputeFullU | Eigen::ComputeFullV);
     null_space = closures.matrixV().rightCols(freedoms);
   }
@@ -16,7 +17,7 @@ Grip::Grip(const MatrixX& C, const MatrixX& S, int freedoms) : null_space(Matrix
   if (freedoms > 0)
     firm = strength.size() >= freedoms && strength[freedoms - 1] >= least_regularity * std::max(1e-300, strength[0]);
   const Eigen::Index rank = S.cols() - freedoms;
-  if (C.rows() > 0 && rank > 0 && rank <= closures.singularValues().size())
+  if (has_closures && rank > 0 && rank <= closures.singularValues().size())
     firm = firm && closures.singularValues()[rank - 1] >= least_regularity * closures.singularValues()[0];
 }
 
@@ -24,7 +25,7 @@ LeastNorm least_norm(const Grip& grip, const MatrixX& S, const VectorX& f) {
   const Eigen::Index freedoms = grip.null_space.cols(), rank = S.cols() - freedoms;
   LeastNorm solution{VectorX::Zero(S.rows()), {}};
   if (freedoms > 0) solution.efforts = grip.selection.solve(grip.null_space.transpose() * f);
-  if (grip.closures.rows() == 0) return solution;
+  if (!grip.has_closures) return solution;
   // only the kept singular directions
   const auto& svd = grip.closures;
   const VectorX rest = svd.matrixV().leftCols(rank).transpose() * (f - S.transpose() * solution.efforts);

@@ -23,8 +23,9 @@ Eigen::Matrix<double, Rows, Columns> derivatives_of(const Eigen::Matrix<Dual<N>,
 
 /// What efforts can do to the velocities that the loops allow.
 struct Grip {
-  MatrixX null_space;  ///< of the closures: columns × freedoms
-  Eigen::JacobiSVD<MatrixX> closures, selection;
+  MatrixX null_space;                             ///< of the closures: columns × freedoms
+  Eigen::JacobiSVD<MatrixX> closures, selection;  ///< the first computed only where there are closures
+  bool has_closures = false;
   bool firm = true;  ///< the actuators hold the mechanism, and the loops keep their rank
 
   /// @param C closures × columns, scaled @param S actuators × columns, scaled
