@@ -3,7 +3,7 @@
 #include "failure.hpp"
 
 #include "balance/base/plain_text.hpp"
-#include "balance/import/export_urdf.hpp"
+#include "balance/import/export_masses.hpp"
 #include "balance/spec/text_file.hpp"
 #include "balance/write/file_identity.hpp"
 #include "balance/write/json_parts.hpp"
@@ -19,16 +19,19 @@ namespace {
 
 struct ExportCall {
   SpecOptions spec;
-  std::string urdf, output, parts, base;
+  std::string urdf, mjcf, output, parts, base;
   ImportOptions options;
   bool force = false;
+
+  const std::string& robot() const { return urdf.empty() ? mjcf : urdf; }
 };
 
 void check_call(const ExportCall& call) {
+  if (call.urdf.empty() == call.mjcf.empty()) throw UsageError("expected --urdf FILE or --mjcf FILE");
   check_standard_output({call.output, call.parts}, call.spec.json, false);
   for (const std::string& output : {call.output, call.parts}) {
     if (output.empty() || output == standard_output) continue;
-    for (const std::string& input : {call.spec.spec, call.urdf, call.options.loops})
+    for (const std::string& input : {call.spec.spec, call.robot(), call.options.loops})
       if (!input.empty() && same_file(output, input))
         throw UsageError("it would replace what it is made from: " + input);
     check_writable(output, call.force ? Existing::replace : Existing::keep);
@@ -45,8 +48,8 @@ void write_file(const std::string& path, const std::string& text, bool force) {
 ExitCode run(const ExportCall& call) {
   check_call(call);
   const Study study = read_study(call.spec);
-  const ExportedUrdf exported =
-      export_urdf(study, read_text_file(call.urdf, "URDF"), shown_name(call.urdf), call.options);
+  const ExportedMasses exported =
+      export_masses(study, read_text_file(call.robot(), "robot file"), shown_name(call.robot()), call.options);
   for (const std::string& warning : study.warnings) tell("warning: " + warning);
   for (const std::string& note : exported.notes) tell("note: " + note);
   write_file(call.output, exported.text, call.force);
@@ -58,9 +61,8 @@ ExitCode run(const ExportCall& call) {
                 {"notes", exported.notes}}));
     return ExitCode::done;
   }
-  const std::string changed = exported.changed.empty()
-                                  ? "no link changes"
-                                  : fmt::format("changed links: {}", fmt::join(exported.changed, ", "));
+  const std::string changed =
+      exported.changed.empty() ? "nothing changes" : fmt::format("changed: {}", fmt::join(exported.changed, ", "));
   std::vector<std::string> files{call.output};
   if (!call.parts.empty()) files.push_back(call.parts);
   print_beside(files,
@@ -71,22 +73,24 @@ ExitCode run(const ExportCall& call) {
 }  // namespace
 
 Command setup_export(CLI::App& program) {
-  CLI::App* parser = program.add_subcommand("export", "Write a balanced spec's masses back into its URDF");
+  CLI::App* parser = program.add_subcommand("export", "Write a balanced spec's masses back into its URDF or MJCF");
   const auto call = std::make_shared<ExportCall>();
   add_spec_options(*parser, call->spec);
-  parser->add_option("--urdf", call->urdf, "the file that the spec was imported from")->required()->type_name("FILE");
+  parser->add_option("--urdf", call->urdf, "the URDF that the spec was imported from")->type_name("FILE");
+  parser->add_option("--mjcf", call->mjcf, "the MJCF that it was imported from")->type_name("FILE");
   parser->add_option("--loops", call->options.loops, "its closures, as they were imported")->type_name("FILE");
   parser->add_option("--base", call->base, "fixed: as it was imported")->check(CLI::IsMember({"fixed"}));
-  parser->add_option("-o,--output", call->output, "the URDF to write")->required()->type_name("FILE");
+  parser->add_option("-o,--output", call->output, "the file to write")->required()->type_name("FILE");
   parser->add_option("--parts", call->parts, "a CSV file of counterweights and discs")->type_name("FILE");
   parser->add_flag("--force", call->force, "replace files that exist");
   parser->footer(
       "Masses, centres of mass and inertias of the spec's bodies, with their counterweights, are written\n"
-      "into the links that they are from, and nothing else of the file changes. Of links that are fixed\n"
-      "to each other the first with an inertial takes what changed.\n\n"
+      "into the links or bodies that they are from, and nothing else of the file changes. Of those that are\n"
+      "fixed to each other the first with an inertial takes what changed.\n\n"
       "Examples:\n"
       "  balance export balanced.yaml --urdf robot.urdf -o new.urdf\n"
-      "  balance export balanced.yaml --urdf robot.urdf -o new.urdf --parts parts.csv");
+      "  balance export balanced.yaml --urdf robot.urdf -o new.urdf --parts parts.csv\n"
+      "  balance export balanced.yaml --mjcf robot.xml -o new.xml");
   return {parser, [call] {
             call->options.fixed_base = call->base == "fixed";
             return run(*call);

@@ -34,7 +34,7 @@ set(balance_public_design
     conditions/modular.hpp
     conditions/text.hpp)
 set(balance_public_comparing compare/comparison.hpp compare/verdict.hpp read/requirement.hpp read/result_file.hpp)
-set(balance_public_importing import/export_urdf.hpp import/import.hpp)
+set(balance_public_importing import/export_masses.hpp import/import.hpp)
 set(balance_public_pages report/page.hpp)
 
 set(balance_umbrella

@@ -2,7 +2,7 @@
 #include "patience.hpp"
 #include "starters.hpp"
 
-#include "balance/import/export_urdf.hpp"
+#include "balance/import/export_masses.hpp"
 #include "balance/import/import.hpp"
 #include "balance/spec/text_file.hpp"
 
@@ -51,7 +51,7 @@ py::dict import_robot(const std::string& path, const std::string& loops, bool fi
 
 py::tuple export_robot(const std::shared_ptr<Spec>& spec, const std::string& text, const std::string& file,
                        const std::string& loops, bool fixed_base, const std::vector<std::string>& actuate) {
-  const ExportedUrdf exported = export_urdf(spec->study(), text, file, options_of(loops, fixed_base, actuate));
+  const ExportedMasses exported = export_masses(spec->study(), text, file, options_of(loops, fixed_base, actuate));
   return py::make_tuple(exported.text, exported.changed, exported.notes);
 }
 

@@ -31,9 +31,34 @@ def moments(spec, body):
     return mass, first, second
 
 
+MJCF = """<mujoco model="arm">
+  <compiler angle="degree"/>
+  <worldbody>
+    <body name="upper" pos="0 0 0.5">
+      <inertial pos="0.1 0 0" euler="0 30 0" mass="2" diaginertia="0.02 0.03 0.015"/> <!-- stays -->
+      <joint name="shoulder" axis="0 1 0"/>
+      <body name="fore" pos="0.3 0 0">
+        <inertial pos="0 0 0.1" mass="1" diaginertia="0.004 0.004 0.001"/>
+        <joint name="elbow" axis="0 1 0"/>
+        <joint name="twist" axis="1 0 0"/>
+        <body name="hand" pos="0 0 0.2">
+          <inertial pos="0 0.01 0" mass="0.5" fullinertia="0.001 0.0012 0.0009 1e-5 2e-5 -1e-5"/>
+          <joint name="wrist" axis="0 0 1"/>
+          <body name="finger" pos="0.05 0 0">
+            <joint name="knuckle" axis="0 1 0"/>
+            <geom type="box" size="0.01 0.02 0.03"/>
+          </body>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
 class Export(ImportCase):
-    def round_trip(self, urdf, balanced):
-        done = run("export", balanced, "--urdf", urdf, "-o", self.path("new.urdf"), "--parts", self.path("parts.csv"), "--json")
+    def round_trip(self, urdf, balanced, kind="--urdf"):
+        done = run("export", balanced, kind, urdf, "-o", self.path("new.urdf"), "--parts", self.path("parts.csv"), "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
         with open(balanced, encoding="utf-8") as file:
             wanted = yaml.safe_load(file)
@@ -80,8 +105,43 @@ class Export(ImportCase):
         self.imported(case("panda.urdf"))
         done = run("export", self.path("imported.yaml"), "--urdf", case("lint.urdf"), "-o", self.path("no.urdf"))
         self.assert_failure(done, 3, "panda_link1", "has no link that becomes it")
-        done = run("export", self.path("imported.yaml"), "--urdf", case("2f85.xml"), "-o", self.path("no.urdf"))
-        self.assert_failure(done, 3, "only a URDF")
+        done = run("export", self.path("imported.yaml"), "--urdf", self.write("no.sdf", "<sdf/>"), "-o", self.path("no.urdf"))
+        self.assert_failure(done, 3, "only a URDF or an MJCF")
+        done = run("export", self.path("imported.yaml"), "-o", self.path("no.urdf"))
+        self.assert_failure(done, 2, "--urdf FILE or --mjcf FILE")
+
+    def test_an_mjcf_takes_masses_too(self):
+        """A diagonal inertia in turned axes, one that stays diagonal, a full one, one from shapes; a weld takes no part."""
+        model = self.write("arm.xml", MJCF)
+        spec = self.imported(model)
+        spec["counterweights"] = {
+            "a": {"body": "upper", "at": [-0.1, 0.02, 0.03], "mass": 1.5},
+            "b": {"body": "fore", "at": [0, 0, -0.2], "mass": 0.7},
+            "c": {"body": "hand", "at": [0.01, 0, 0], "mass": 0.3, "inertia": [1e-4, 2e-4, 3e-4]},
+            "d": {"body": "finger", "at": [0, 0.05, 0], "mass": 0.2}}
+        balanced = self.write("balanced.yaml", yaml.safe_dump(spec, sort_keys=False))
+        told, before, after = self.round_trip(model, balanced, "--mjcf")
+        self.assertEqual(sorted(told["changed"]), ["finger", "fore", "hand", "upper"])
+        self.assertIn("<!-- stays -->", after)
+        self.assertIn('<inertial pos="', after.split('name="finger"')[1])  # it had none
+        self.assertNotIn("euler", after.split('name="upper"')[1].split("<joint")[0])  # no orientation beside fullinertia
+        self.assertEqual([line for line in before.splitlines() if "joint" in line], [line for line in after.splitlines() if "joint" in line])
+
+    def test_what_does_not_change_stays_in_an_mjcf(self):
+        for model in (self.write("arm.xml", MJCF), case("2f85.xml")):
+            self.imported(model)
+            told, before, after = self.round_trip(model, self.path("imported.yaml"), "--mjcf")
+            self.assertEqual((told["changed"], before), ([], after))
+            for made in ("new.urdf", "parts.csv"):
+                os.remove(self.path(made))
+
+    def test_shapes_that_overrule_are_refused(self):
+        model = self.write("arm.xml", MJCF.replace("<compiler", '<compiler inertiafromgeom="true"'))
+        spec = self.imported(model)
+        spec["counterweights"] = {"a": {"body": "finger", "at": [0, 0.05, 0], "mass": 0.2}}
+        balanced = self.write("balanced.yaml", yaml.safe_dump(spec, sort_keys=False))
+        done = run("export", balanced, "--mjcf", model, "-o", self.path("no.xml"))
+        self.assert_failure(done, 3, "arm.xml:", "follows from its shapes")
 
 
 if __name__ == "__main__":

@@ -1,20 +1,17 @@
-#include "balance/import/export_urdf.hpp"
+#include "balance/import/export_masses.hpp"
 
 #include "balance/base/nearest.hpp"
 #include "balance/base/rotation.hpp"
 #include "balance/import/closures.hpp"
-#include "balance/import/element_reader.hpp"
+#include "balance/import/mass_file.hpp"
 #include "balance/import/prepare.hpp"
 #include "balance/import/spec_page.hpp"
-#include "balance/import/urdf.hpp"
-#include "balance/import/xml_document.hpp"
 #include "balance/spec/text_file.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <memory>
-#include <tuple>
 
 namespace balance {
 
@@ -35,35 +32,31 @@ struct Moments {
   }
 };
 
-struct Edit {
-  std::size_t begin, end;
-  std::string text;
-};
+std::unique_ptr<MassFile> open_masses(const XmlDocument& document) {
+  if (document.root.name == "robot") return open_urdf(document);
+  if (document.root.name == "mujoco") return open_mjcf(document);
+  throw SpecError({.place = place_of(document.root),
+                   .message = "expected <robot> or <mujoco>: only a URDF or an MJCF can be written"});
+}
 
 class Exporter {
  public:
   Exporter(const Study& study, const std::string& text, const std::string& file, const ImportOptions& options)
       : mechanism_(study.mechanism), spec_file_(study.spec_file), document_(parse_xml(text, file)) {
-    if (document_->root.name != "robot")
-      throw SpecError({.place = place_of(document_->root), .message = "expected <robot>: only a URDF can be written"});
-    raw_ = read_urdf(*document_);
+    file_ = open_masses(*document_);
+    raw_ = file_->read();
     if (!options.loops.empty()) read_loops(read_text_file(options.loops, "closures"), shown_name(options.loops), raw_);
     merged_ = raw_;
     prepare(merged_, options);
     names_ = spec_names(merged_);
   }
 
-  ExportedUrdf run() {
+  ExportedMasses run() {
     for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) write(static_cast<int>(b));
-    if (!mechanism_.discs.empty()) out_.notes.push_back("discs have no place in a URDF: they are left out");
-    if (!mechanism_.springs.empty()) out_.notes.push_back("springs have no place in a URDF: they are left out");
-    std::sort(edits_.begin(), edits_.end(), [](const Edit& a, const Edit& b) { return a.begin < b.begin; });
-    std::size_t at = 0;
-    for (const Edit& edit : edits_) {
-      out_.text += document_->text.substr(at, edit.begin - at) + edit.text;
-      at = edit.end;
-    }
-    out_.text += document_->text.substr(at);
+    const std::string place = fmt::format("have no place in this {}: they are left out", file_->name());
+    if (!mechanism_.discs.empty()) out_.notes.push_back("discs " + place);
+    if (!mechanism_.springs.empty()) out_.notes.push_back("springs " + place);
+    out_.text = edits_.apply(document_->text);
     return std::move(out_);
   }
 
@@ -72,9 +65,9 @@ class Exporter {
   int find(const std::string& name) const {
     for (std::size_t b = 1; b < names_.bodies.size(); ++b)
       if (merged_.bodies[b].kept && names_.bodies[b] == name) return static_cast<int>(b);
-    throw SpecError(
-        {.place = {.file = spec_file_},
-         .message = fmt::format("body {}: {} has no link that becomes it", in_quotes(name), document_->file)});
+    throw SpecError({.place = {.file = spec_file_},
+                     .message = fmt::format("body {}: {} has no {} that becomes it", in_quotes(name), document_->file,
+                                            file_->body_word())});
   }
 
   Moments wanted(int body) const {
@@ -96,6 +89,7 @@ class Exporter {
   }
 
   const Body& link(int index) const { return raw_.bodies[static_cast<std::size_t>(index)].body; }
+  const RobotBody& raw(const Member& member) const { return raw_.bodies[static_cast<std::size_t>(member.body)]; }
 
   void write(int body) {
     const std::string& name = mechanism_.bodies[static_cast<std::size_t>(body)].name;
@@ -103,20 +97,21 @@ class Exporter {
     Moments rest = wanted(body);
     const std::vector<Member> links = links_of(merged);
     if (is_unchanged(rest, merged_.bodies[static_cast<std::size_t>(merged)].body)) return;
-    const auto taker = std::find_if(links.begin(), links.end(), [&](const Member& one) {
-      return raw_.bodies[static_cast<std::size_t>(one.body)].inertial;
-    });
+    auto taker = std::find_if(links.begin(), links.end(),
+                              [&](const Member& one) { return raw(one).inertial && file_->can_take(raw(one)); });
+    if (taker == links.end())
+      taker = std::find_if(links.begin(), links.end(), [&](const Member& one) { return file_->can_take(raw(one)); });
     if (taker == links.end())
       throw SpecError({.place = merged_.bodies[static_cast<std::size_t>(merged)].place,
-                       .message = fmt::format("link {}: has no <inertial> that could take a mass of {:.6g} kg",
-                                              in_quotes(link(merged).name), rest.mass)});
+                       .message = fmt::format("{} {}: has no <inertial> that could take a mass of {:.6g} kg",
+                                              file_->body_word(), in_quotes(link(merged).name), rest.mass)});
     for (const Member& one : links)
       if (one.body != taker->body) {
         const Body& other = link(one.body);
         rest.add(other.mass, one.pose.p + one.pose.R * other.com, one.pose.R * other.inertia * one.pose.R.transpose(),
                  -1);
       }
-    write_link(taker->body, taker->pose, rest);
+    write_link(raw(*taker), taker->pose, rest);
   }
 
   /// To the last digits: then the file's own numbers stay.
@@ -129,82 +124,33 @@ class Exporter {
            (wanted.second - before.second).norm() <= near * before.second.norm();
   }
 
-  const XmlElement* find_link(const std::string& name) const {
-    for (const XmlElement& part : document_->root.children)
-      if (part.name == "link" && part.attribute("name") != nullptr && *part.attribute("name") == name) return &part;
-    return nullptr;
-  }
-
-  void write_link(int index, const Pose& pose, const Moments& total) {
-    const XmlElement& inertial = *find_link(link(index).name)->child("inertial");
+  /// @param pose of the link in the body
+  void write_link(const RobotBody& link, const Pose& pose, const Moments& total) {
     if (!(total.mass > 0))
-      throw SpecError(
-          {.place = place_of(inertial),
-           .message = fmt::format("link {}: {:.6g} kg would be left for it", in_quotes(link(index).name), total.mass)});
+      throw SpecError({.place = link.place,
+                       .message = fmt::format("{} {}: {:.6g} kg would be left for it", file_->body_word(),
+                                              in_quotes(link.body.name), total.mass)});
     const Vector3 com = total.first / total.mass;
     const Matrix3 central = total.second + total.mass * skew(com) * skew(com);
-    const XmlElement* origin = inertial.child("origin");
-    Matrix3 axes = Matrix3::Identity();
-    if (origin != nullptr && origin->attribute("rpy") != nullptr) {
-      const auto v = numbers_of(*origin, "rpy");
-      axes = rotation_from_rpy({v[0], v[1], v[2]});
-    }
-    const Matrix3 R = (pose.R * axes).transpose();  // from the body's axes to those of the inertia
-    const Matrix3 I = R * central * R.transpose();
-    const Vector3 place = pose.R.transpose() * (com - pose.p);
-    set(*inertial.child("mass"), "value", {total.mass});
-    set_origin(inertial, origin, place);
-    if (const XmlElement* inertia = inertial.child("inertia"))
-      for (const auto& [key, i, j] :
-           {std::tuple{"ixx", 0, 0}, {"ixy", 0, 1}, {"ixz", 0, 2}, {"iyy", 1, 1}, {"iyz", 1, 2}, {"izz", 2, 2}})
-        set(*inertia, key, {I(i, j)});
-    out_.changed.push_back(link(index).name);
-  }
-
-  /// The reader has checked that they are numbers.
-  static std::vector<double> numbers_of(const XmlElement& at, const char* attribute) {
-    return numbers_in(*at.attribute(attribute)).value_or(std::vector<double>{});
-  }
-
-  void set_origin(const XmlElement& inertial, const XmlElement* origin, const Vector3& place) {
-    if (origin != nullptr && origin->attribute("xyz") != nullptr)
-      return set(*origin, "xyz", {place.x(), place.y(), place.z()});
-    if (place.isZero(0)) return;
-    const std::string xyz = fmt::format("xyz=\"{} {} {}\"", number(place.x()), number(place.y()), number(place.z()));
-    if (origin != nullptr)
-      edits_.push_back({origin->offset + origin->name.size(), origin->offset + origin->name.size(), " " + xyz});
-    else
-      edits_.push_back(
-          {inertial.child("mass")->offset - 1, inertial.child("mass")->offset - 1, "<origin " + xyz + "/>"});
-  }
-
-  /// Numbers that are what stands there stay as they are written.
-  void set(const XmlElement& at, const char* attribute, const std::vector<double>& values) {
-    const auto before = at.attribute(attribute) == nullptr ? std::vector<double>{} : numbers_of(at, attribute);
-    if (before == values) return;
-    std::string text;
-    for (const double value : values) text += (text.empty() ? "" : " ") + number(value);
-    const XmlSpan span = value_span(at, attribute);
-    if (span.end > span.begin)
-      edits_.push_back({span.begin, span.end, text});
-    else if (values != std::vector<double>{0})
-      edits_.push_back(
-          {at.offset + at.name.size(), at.offset + at.name.size(), fmt::format(" {}=\"{}\"", attribute, text)});
+    file_->write(link, {total.mass, pose.R.transpose() * (com - pose.p), pose.R.transpose() * central * pose.R},
+                 edits_);
+    out_.changed.push_back(link.body.name);
   }
 
   const Mechanism& mechanism_;
   std::string spec_file_;
   std::unique_ptr<const XmlDocument> document_;
+  std::unique_ptr<MassFile> file_;
   Robot raw_, merged_;
   SpecNames names_;
-  std::vector<Edit> edits_;
-  ExportedUrdf out_;
+  XmlEdits edits_;
+  ExportedMasses out_;
 };
 
 }  // namespace
 
-ExportedUrdf export_urdf(const Study& study, const std::string& text, const std::string& file,
-                         const ImportOptions& options) {
+ExportedMasses export_masses(const Study& study, const std::string& text, const std::string& file,
+                             const ImportOptions& options) {
   return Exporter(study, text, file, options).run();
 }
 
