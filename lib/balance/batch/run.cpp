@@ -85,7 +85,8 @@ class Crew {
       for (const Hand& hand : hands)
         if (hand.worker) working.push_back(hand.worker.get());
       wait_for_any(working, options_.cancelled ? std::chrono::milliseconds(100) : std::chrono::minutes(1));
-      if (options_.cancelled && options_.cancelled()) throw Cancelled("the batch was stopped; what is finished is kept");
+      if (options_.cancelled && options_.cancelled())
+        throw Cancelled("the batch was stopped; what is finished is kept");
       for (Hand& hand : hands)
         if (hand.worker && hand.worker->look() != FenceState::busy && !go_on(hand, busy > 1)) --busy;
     }

@@ -31,8 +31,8 @@ struct LawOf {
   LawKind kind = LawKind::cycloidal;
   T ramp_up = 0.25;    ///< trapezoidal velocity: part of the duration spent accelerating, in (0, 1)
   T ramp_down = 0.25;  ///< … and braking; ramp_up + ramp_down ≤ 1
-  std::vector<LawNode> nodes =
-      {};  ///< of laws that were found: from τ = 0 to 1, joined by quintics; empty: not found yet
+  /// Of laws that were found: from τ = 0 to 1, joined by quintics; empty: not found yet.
+  std::vector<LawNode> nodes;
 };
 
 using Law = LawOf<double>;

@@ -1,5 +1,7 @@
 #include "balance/spec/remaining.hpp"
 
+#include "balance/base/nearest.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -118,6 +120,12 @@ void read_remaining(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& tr
   }
   read_each(at.items("a list of joint coordinates, or a mapping of them to how they go"),
             [&](const Cursor& item) { add_quantity(item, item.word("a joint coordinate's name"), draft, trajectory); });
+}
+
+bool keeps_momentum(const TrajectoryOf<Expression>& trajectory) {
+  return std::any_of(trajectory.courses.begin(), trajectory.courses.end(), [](const Course& course) {
+    return course.coordinate < 0 && std::holds_alternative<KeptMomentum>(course.kind);
+  });
 }
 
 }  // namespace balance::read

@@ -107,13 +107,6 @@ struct Assembly {
   }
 };
 
-/// The tool's angle goes as the angular momentum asks for.
-bool keeps_momentum(const TrajectoryOf<Expression>& trajectory) {
-  return std::any_of(trajectory.courses.begin(), trajectory.courses.end(), [](const auto& course) {
-    return course.coordinate < 0 && std::holds_alternative<KeptMomentum>(course.kind);
-  });
-}
-
 /// Whole or broken turns of the one joint that is driven, from its start on.
 void read_turns(const Assembly& a) {
   auto& trajectory = a.trajectory;
