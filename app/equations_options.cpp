@@ -104,7 +104,10 @@ void add_equations_options(CLI::App& parser, EquationsOptions& o) {
   parser
       .add_option("--at", o.at,
                   "a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2], in the spec's units), start, end or a trajectory")
-      ->type_name("POSE");
+      ->type_name("POSE")
+      ->check([](const std::string& text) {
+        return text.find_first_not_of(" \t\r\n") == std::string::npos ? "expected a pose, found an empty text" : "";
+      });
   parser.add_option("--rates", o.rates, "rates of the independent coordinates there; those not named are 0")
       ->type_name("NAME=V,...");
   parser.add_option("--accelerations", o.accelerations, "their accelerations")->type_name("NAME=V,...");

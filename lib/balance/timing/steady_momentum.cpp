@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <vector>
 
 namespace balance {
 namespace {
@@ -24,17 +25,15 @@ std::string refusal_at(double place, const SteadyLaw& law, double speed) {
 
 /// @return where the function is nearest to zero or beyond it, as seen from its mean
 double range(const PiecewiseSeries& g, SteadyLaw& law) {
-  double where = 0, value = 0;
+  std::vector<double> places = zeros(g.derivative(), 0);
+  for (const Panel& panel : g.panels()) places.insert(places.end(), {panel.begin, panel.end});
   law.least = INFINITY, law.most = -INFINITY;
-  double least_at = 0, most_at = 0;
-  for (std::size_t p = 0; p < g.panels().size(); ++p)
-    for (int k = 0; k <= parts_of_panel; ++k) {
-      const Panel& panel = g.panels()[p];
-      where = panel.begin + (panel.end - panel.begin) * k / parts_of_panel;
-      g.at(p, where, &value);
-      if (value < law.least) law.least = value, least_at = where;
-      if (value > law.most) law.most = value, most_at = where;
-    }
+  double least_at = 0, most_at = 0, value = 0;
+  for (const double place : places) {
+    g.at(g.panel_at(place, 0, g.panels().size()), place, &value);
+    if (value < law.least) law.least = value, least_at = place;
+    if (value > law.most) law.most = value, most_at = place;
+  }
   return law.most > -law.least ? least_at : most_at;
 }
 
