@@ -25,7 +25,7 @@ def moments(spec, body):
     mass, first, second = 0, np.zeros(3), np.zeros((3, 3))
     for m, c, i in parts:
         i = i["as_given"] if isinstance(i, dict) else i
-        xx, yy, zz, xy, xz, yz = [*i, 0, 0, 0][:6]
+        xx, yy, zz, xy, xz, yz = [float(number) for number in [*i, 0, 0, 0][:6]]  # YAML 1.1 takes 1e-05 for a text
         mass, first = mass + m, first + m * c
         second = second + np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) + m * (c @ c * np.eye(3) - np.outer(c, c))
     return mass, first, second
