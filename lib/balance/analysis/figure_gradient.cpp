@@ -44,13 +44,15 @@ class Differentiation {
   FigureSlopes run() {
     std::vector<int> of_mechanism, of_motion;
     for (int i = 0; i < x_.size(); ++i) (moves_trajectory(i) ? of_motion : of_mechanism).push_back(i);
-    // at least once, for the values
-    for (std::size_t first = 0; first == 0 || first < of_mechanism.size(); first += dual_width) {
-      const std::size_t last = std::min(first + dual_width, of_mechanism.size());
-      if (!by_mechanism({of_mechanism.begin() + static_cast<std::ptrdiff_t>(first),
-                         of_mechanism.begin() + static_cast<std::ptrdiff_t>(last)}))
-        return std::move(out_);
+    std::vector<int> together;
+    for (const int i : of_mechanism) {
+      together.push_back(i);
+      if (together.size() < dual_width) continue;
+      if (!by_mechanism(together)) return std::move(out_);
+      together.clear();
     }
+    const bool none = of_mechanism.empty();  // then one run is for the values
+    if ((none || !together.empty()) && !by_mechanism(together)) return std::move(out_);
     for (const int i : of_motion) by_motion(i);
     return std::move(out_);
   }

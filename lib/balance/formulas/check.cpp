@@ -23,9 +23,12 @@ class Comparison {
  public:
   Comparison(const Sheet& sheet, const std::map<std::string, std::string>& texts, const Mechanism& mechanism,
              std::uint64_t seed)
-      : sheet_(sheet), texts_(texts), mechanism_(without_rest(mechanism)), engine_(mechanism_), random_(seed) {
-    n_ = static_cast<Eigen::Index>(sheet.equations.M.size());
-  }
+      : sheet_(sheet),
+        texts_(texts),
+        mechanism_(without_rest(mechanism)),
+        engine_(mechanism_),
+        random_(seed),
+        n_(static_cast<Eigen::Index>(sheet.equations.M.size())) {}
 
   /// @return false if no pose was found from this random start
   bool compare(double& error) {
@@ -217,7 +220,7 @@ class Comparison {
   const Mechanism mechanism_;
   InverseDynamics engine_;
   std::mt19937_64 random_;
-  Eigen::Index n_ = 0;
+  Eigen::Index n_;
   Values values_;
 };
 

@@ -120,12 +120,23 @@ std::optional<Printer::Printed> Printer::with_content_out(const Polynomial& p, i
   return printed;
 }
 
+/// What all terms of the root share stands before the brackets, squared itself.
+Printer::Printed Printer::square_of(const Polynomial& root, int depth) {
+  const Term common = content_of(root);
+  const bool out = common.wave == 0 && negative_part(common.monomial).is_one();
+  Printed printed = pretty(out ? divided_by(root, common) : root, depth + 1);
+  printed.is_sum = true;  // a product needs brackets as well
+  printed = bracketed(printed);
+  printed.text = squared(printed.text);
+  if (!out || (common.monomial.is_one() && common.factor == Rational(1))) return printed;
+  const Printed head = term(common.monomial * common.monomial, common.factor * common.factor, 0);
+  printed.text = head.text + " " + printed.text;
+  printed.size += head.size;
+  return printed;
+}
+
 Printer::Printed Printer::pretty_sum(const Polynomial& p, int depth) {
-  if (const auto root = square_root(p)) {
-    Printed printed = bracketed(pretty(*root, depth + 1));
-    printed.text = squared(printed.text);
-    return printed;
-  }
+  if (const auto root = square_root(p)) return square_of(*root, depth);
   const auto all = [](const Term& term) { return Term{term.monomial, term.wave, 1}; };
   if (depth > deepest) return grouped(p, all, depth);
   const auto& terms = p.terms();

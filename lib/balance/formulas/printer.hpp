@@ -46,6 +46,7 @@ class Printer {
   Printed pretty_sum(const Polynomial& p, int depth);
   Printed without_waves(const Polynomial& p, int depth);
   std::optional<Printed> with_content_out(const Polynomial& p, int depth);
+  Printed square_of(const Polynomial& root, int depth);
   std::optional<Printed> with_number_out(const Polynomial& p, int depth);
   Printed grouped(const Polynomial& p, const Part& part, int depth);
   Printed group(const Term& key, const Polynomial& rest, int depth, bool& negative);

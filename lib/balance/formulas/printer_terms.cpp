@@ -57,7 +57,7 @@ std::string latex_name(const std::string& name) {
   const std::size_t digit = name.find_first_of("0123456789_");
   head = name.substr(0, digit);
   tail = digit == std::string::npos ? "" : name.substr(digit);
-  if (!is_greek(head) && head.size() > 1) tail = head.substr(1) + tail, head = head.substr(0, 1);
+  if (!is_greek(head) && head.size() > 1) tail = head.substr(1) + tail, head.resize(1);
   if (is_greek(head)) head = "\\" + head;
   std::string below;
   for (const char c : tail)
@@ -218,7 +218,8 @@ std::string Printer::print_numbers(const Polynomial& p) const {
   std::string text;
   for (const auto& [key, value] : coefficients) {
     char digits[40];
-    std::snprintf(digits, sizeof digits, "%.15g", std::abs(value));
+    const double size = std::fabs(value);
+    std::snprintf(digits, sizeof digits, "%.15g", size);
     if (value == 0) continue;
     const Printed rest = term(key.first, 1, key.second);
     text += text.empty() ? (value < 0 ? "-" : "") : (value < 0 ? " - " : " + ");

@@ -48,10 +48,11 @@ std::int64_t whole_root(std::int64_t square) {
 Rational::Rational(std::int64_t numerator, std::int64_t denominator) : numerator_(numerator), denominator_(1) {
   if (denominator == 1) return;
   if (denominator == 0) throw FormulaError("a division by zero");
-  const auto divisor = static_cast<std::int64_t>(common_divisor(numerator, denominator));
+  const auto found = static_cast<std::int64_t>(common_divisor(numerator, denominator));
+  const std::int64_t divisor = found < 0 ? -found : found;  // never 0: the denominator is not
   const Wide sign = denominator < 0 ? -1 : 1;
-  numerator_ = fitting(sign * (numerator / (divisor < 0 ? -divisor : divisor)));
-  denominator_ = fitting(sign * (denominator / (divisor < 0 ? -divisor : divisor)));
+  numerator_ = fitting(sign * (numerator / divisor));
+  denominator_ = fitting(sign * (denominator / divisor));
 }
 
 Rational operator+(Rational a, Rational b) {

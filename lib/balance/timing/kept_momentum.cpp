@@ -83,10 +83,11 @@ class MomentumKeeper {
     std::erase_if(kept.courses, [](const Course& c) { return !std::holds_alternative<KeptMomentum>(c.kind); });
     add_courses(kept, plan_.quantities, request);
     for (const AddedCourse& course : request.courses) components_.push_back(course.component);
-    if (count() != (std::is_same_v<S, Planar> ? 1 : 3))
-      throw std::invalid_argument(std::is_same_v<S, Planar>
-                                      ? "one quantity keeps the angular momentum of a planar mechanism"
-                                      : "three quantities keep the angular momentum of a spatial mechanism");
+    constexpr bool planar = std::is_same_v<S, Planar>;
+    constexpr Eigen::Index asked = planar ? 1 : 3;
+    if (count() != asked)
+      throw std::invalid_argument(planar ? "one quantity keeps the angular momentum of a planar mechanism"
+                                         : "three quantities keep the angular momentum of a spatial mechanism");
     panels_.push_back({0, 0, {}});
   }
 
