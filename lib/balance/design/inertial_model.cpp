@@ -76,7 +76,8 @@ std::optional<InertialModel::Lift> InertialModel::lift_of(int number, const std:
     if (!touched) continue;
     if (lift || context_.survey.touches(number, one.first)) return std::nullopt;
     bool second = false;
-    for (int k = 1 + dimension_; k < count; ++k) second = second || matters[static_cast<std::size_t>(one.first + k)];
+    for (int k = one.first + 1 + dimension_; k < one.first + count; ++k)
+      second = second || matters[static_cast<std::size_t>(k)];
     if (second && dimension_ == 3) return std::nullopt;
     for (int k = 0; k < (dimension_ == 2 ? 1 : 6); ++k)
       if (context_.survey.touches(number, element.inertia + k)) return std::nullopt;

@@ -28,8 +28,10 @@ MatrixX compass(int dimension) {
   if (dimension == 3) {
     MatrixX all(26, 3);
     Eigen::Index row = 0;
-    for (int k = 0; k < 27; ++k)
-      if (const Vector3 d(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1); d.norm() > 0) all.row(row++) = d.normalized();
+    for (int x = -1; x <= 1; ++x)
+      for (int y = -1; y <= 1; ++y)
+        for (int z = -1; z <= 1; ++z)
+          if (const Vector3 d(z, y, x); d.norm() > 0) all.row(row++) = d.normalized();
     return all;
   }
   MatrixX all(around, 2);

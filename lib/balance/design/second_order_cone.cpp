@@ -31,7 +31,7 @@ double determinant(const VectorX& x, const Block& block) {
   return (x[block.first] - norm) * (x[block.first] + norm);
 }
 
-SecondOrderCone::SecondOrderCone(Eigen::Index linear, std::vector<Eigen::Index> sizes)
+SecondOrderCone::SecondOrderCone(Eigen::Index linear, const std::vector<Eigen::Index>& sizes)
     : linear_(linear), size_(linear) {
   for (const Eigen::Index size : sizes) {
     blocks_.push_back({size_, size});

@@ -13,7 +13,7 @@ namespace balance::designing {
 class SecondOrderCone {
  public:
   /// @param sizes of the blocks, each at least 1
-  SecondOrderCone(Eigen::Index linear, std::vector<Eigen::Index> sizes);
+  SecondOrderCone(Eigen::Index linear, const std::vector<Eigen::Index>& sizes);
 
   struct Block {
     Eigen::Index first, size;

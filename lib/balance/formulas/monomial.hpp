@@ -39,7 +39,8 @@ class Monomial {
 
   friend Monomial operator*(const Monomial& a, const Monomial& b);
   friend Monomial operator/(const Monomial& a, const Monomial& b) { return a * b.inverse(); }
-  friend auto operator<=>(const Monomial& a, const Monomial& b) = default;
+  friend auto operator<=>(const Monomial& a,
+                          const Monomial& b) = default;  // NOLINT(modernize-use-nullptr): of its own making
 
  private:
   std::array<std::uint16_t, most_factors> factors_{};

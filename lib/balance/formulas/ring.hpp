@@ -57,7 +57,8 @@ struct Circular {
   bool sine = false;
   std::vector<std::pair<int, int>> argument;  ///< angle, multiple: never 0
 
-  friend auto operator<=>(const Circular&, const Circular&) = default;
+  friend auto operator<=>(const Circular&,
+                          const Circular&) = default;  // NOLINT(modernize-use-nullptr): of its own making
 };
 
 /// Runs ascend, each occurs once.
