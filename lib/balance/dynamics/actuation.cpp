@@ -15,10 +15,11 @@ Actuation<S>::Actuation(const MechanismOf<T>& mechanism, const Tree<S>& tree, in
     : columns_(tree.columns), closures_(tree.closure_rows), freedoms_(freedoms) {
   std::set<int> distinct;
   for (const int coordinate : mechanism.actuators) {
-    const CoordinateSourceOf<T>& source = tree.sources[coordinate];
-    const bool slides = mechanism.coordinates[coordinate].kind == CoordinateKind::length;
-    actuated_.push_back({source.column, source.ratio, slides ? tree.length : 1});
-    distinct.insert(source.column);
+    const LinearQuantityOf<T>& source = tree.sources[coordinate];
+    const auto& [column, ratio] = source.terms[0];
+    actuated_.push_back(
+        {column, ratio, source.is_length ? tree.length : 1, {source.terms.begin() + 1, source.terms.end()}});
+    if (source.depends_on_one()) distinct.insert(column);
   }
   const int motors = static_cast<int>(actuated_.size());
   efforts_.assign(motors, 0);

@@ -14,6 +14,9 @@
 
 namespace balance {
 
+template <class L>
+class LaneActuation;
+
 template <class S>
 class Actuation : public Guard<S> {
  public:
@@ -26,6 +29,9 @@ class Actuation : public Guard<S> {
   const std::string& mismatch() const { return mismatch_; }
   /// What a user should know: minimum-norm efforts or reactions.
   const std::vector<std::string>& notes() const { return notes_; }
+
+  /// As many actuators as freedoms and independent closures: efforts and multipliers by one square system.
+  bool regular() const { return regular_; }
 
   /// @param equations filled at the present configuration
   /// @param tau per tree coordinate
@@ -51,11 +57,14 @@ class Actuation : public Guard<S> {
   VectorX strengths_without(std::size_t actuator, const Equations<S>& equations) const override;
 
  private:
+  template <class L>
+  friend class LaneActuation;  ///< the same over many samples at once
   using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
   struct Selected {
     int column;
     T ratio;      ///< of the actuated coordinate to the tree coordinate
     double unit;  ///< of the actuated coordinate: the characteristic length where it is a length, else 1
+    std::vector<std::pair<int, T>> more;  ///< further columns with their ratios, of a sum
   };
   /// An entry of the closures among the equations and, where it is one of the passive columns', in `passive_`.
   struct Gathered {
@@ -72,7 +81,6 @@ class Actuation : public Guard<S> {
   bool project_regular(const Equations<S>& equations, MatrixX& projection);
   bool project_general(const Equations<S>& equations, MatrixX& projection) const;
   Matrix closure_matrix(const Equations<S>& equations) const;
-  static T selected(const Selected& motor, const Equations<S>& equations);
   Matrix selection(const Equations<S>& equations) const;
   void prepare_grip();
   std::optional<double> sparse_mobility(const Equations<S>& equations) const;

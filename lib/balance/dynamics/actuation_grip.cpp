@@ -19,15 +19,15 @@ auto Actuation<S>::closure_matrix(const Equations<S>& equations) const -> Matrix
 /// Scaled tree coordinates to actuated ones, scaled too: the least norm of efforts then is the same in all units, forces
 /// counted as moments on the characteristic length.
 template <class S>
-typename S::Scalar Actuation<S>::selected(const Selected& motor, const Equations<S>& equations) {
-  return motor.ratio * equations.column_scale()[motor.column] / motor.unit;
-}
-
-template <class S>
 auto Actuation<S>::selection(const Equations<S>& equations) const -> Matrix {
   Matrix selection = Matrix::Zero(static_cast<Eigen::Index>(actuated_.size()), columns_);
-  for (std::size_t a = 0; a < actuated_.size(); ++a)
-    selection(static_cast<Eigen::Index>(a), actuated_[a].column) = selected(actuated_[a], equations);
+  const std::vector<double>& scale = equations.column_scale();
+  for (std::size_t a = 0; a < actuated_.size(); ++a) {
+    const Selected& motor = actuated_[a];
+    const auto row = static_cast<Eigen::Index>(a);
+    selection(row, motor.column) = motor.ratio * scale[motor.column] / motor.unit;
+    for (const auto& [column, ratio] : motor.more) selection(row, column) = ratio * scale[column] / motor.unit;
+  }
   return selection;
 }
 
@@ -66,7 +66,8 @@ std::optional<double> Actuation<S>::sparse_mobility(const Equations<S>& equation
     for (const Gathered& entry : column)
       grip.at(entry.row, entry.column) = value_of(equations.entry(entry.row, entry.column));
   for (std::size_t a = 0; a < actuated_.size(); ++a)
-    grip.at(closures_ + static_cast<int>(a), actuated_[a].column) = value_of(selected(actuated_[a], equations));
+    grip.at(closures_ + static_cast<int>(a), actuated_[a].column) =
+        value_of(actuated_[a].ratio) * equations.column_scale()[actuated_[a].column] / actuated_[a].unit;
   return grip.factorise() > 0 ? least_singular_by_inverse(grip) : std::nullopt;
 }
 
@@ -82,8 +83,6 @@ using OnPlane = Actuation<PlanarOf<Number>>;
 using InSpace = Actuation<SpatialOf<Number>>;
 template OnPlane::Matrix OnPlane::closure_matrix(const Equations<PlanarOf<Number>>&) const;
 template InSpace::Matrix InSpace::closure_matrix(const Equations<SpatialOf<Number>>&) const;
-template Number OnPlane::selected(const Selected&, const Equations<PlanarOf<Number>>&);
-template Number InSpace::selected(const Selected&, const Equations<SpatialOf<Number>>&);
 template OnPlane::Matrix OnPlane::selection(const Equations<PlanarOf<Number>>&) const;
 template InSpace::Matrix InSpace::selection(const Equations<SpatialOf<Number>>&) const;
 template MatrixX OnPlane::grip_matrix(const Equations<PlanarOf<Number>>&) const;

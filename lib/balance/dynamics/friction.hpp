@@ -20,11 +20,11 @@ void add_friction(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S
     fastest = std::max(fastest, std::abs(value_of(dy[c])) / (tree.column_kind_length[c] ? tree.length : 1));
   const double rest = rest_rate(fastest, duration);
   for (const FrictionOf<T>& friction : mechanism.friction) {
-    const CoordinateSourceOf<T>& source = tree.sources[friction.coordinate];
+    const LinearQuantityOf<T>& source = tree.sources[friction.coordinate];
     const bool slides = mechanism.coordinates[friction.coordinate].kind == CoordinateKind::length;
-    const T rate = source.ratio * dy[source.column];
+    const T rate = source.rate(dy);
     const int sign = sliding_sign(value_of(rate), slides ? rest * tree.length : rest);
-    tau[source.column] += source.ratio * sliding_friction(friction, rate, sign);
+    source.load(sliding_friction(friction, rate, sign), tau);
   }
 }
 

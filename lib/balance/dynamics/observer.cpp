@@ -2,6 +2,7 @@
 
 #include "balance/base/number.hpp"
 #include "balance/dynamics/friction.hpp"
+#include "balance/dynamics/readings.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
 
 #include <algorithm>
@@ -44,7 +45,7 @@ void Observer<S>::sort_coordinates() {
   std::vector<bool> listed(mechanism_.joints.size(), false);
   for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
     const Coordinate& coordinate = mechanism_.coordinates[c];
-    if (tree_.sources[c].column >= 0 && !tree_.joint_floats[coordinate.joint]) {
+    if (tree_.sources[c].depends() && !tree_.joint_floats[coordinate.joint]) {
       own_.push_back({static_cast<int>(c), tree_.sources[c]});
       continue;
     }
@@ -112,13 +113,12 @@ void Observer<S>::follow(const Instant<S>& now) {
 template <class S>
 void Observer<S>::read_rest(const Instant<S>& now, Detail detail, const std::vector<T>& multipliers) {
   seen_.time = now.time;
-  for (Eigen::Index a = 0; a < seen_.effort.size(); ++a)
-    seen_.power[a] = seen_.effort[a] * seen_.velocity[mechanism_.actuators[static_cast<std::size_t>(a)]];
-  read_forces();
+  read_power(seen_);
+  read_forces<S>(tree_, *state_, {wrenches_[0], external_total_, external_loads_, gravity_, about_}, seen_);
   if (mechanism_.tool) read_tool(now);
   if (detail == Detail::everything) {
     seen_.com_velocity = to_3d(com_velocity(tree_, *state_));
-    read_energies();
+    read_energies(tree_, *state_, gravity_, external_.energy(*state_), seen_);
     read_reactions(now, multipliers);
     seen_.add_derived(to_3d(about_));
   }
@@ -162,35 +162,52 @@ void Observer<S>::set_state(const Instant<S>& now, Detail detail) {
 
 template <class S>
 void Observer<S>::read_coordinates(const Instant<S>& now) {
-  const T *y = now.y, *dy = now.dy, *ddy = now.ddy;
-  for (const TreeCoordinate& own : own_) {
-    seen_.position[own.coordinate] = own.source.ratio * y[own.source.column] + own.source.offset;
-    seen_.velocity[own.coordinate] = own.source.ratio * dy[own.source.column];
-    seen_.acceleration[own.coordinate] = own.source.ratio * ddy[own.source.column];
-  }
-  if (!cut_.empty()) read_cut_coordinates(now);
+  if (first_) count_turns(now.y);
+  read_linear(now.y, now.dy, now.ddy, seen_);
+  if (!cut_joints_.empty()) read_cut_joints(now);
+}
+
+/// Whole turns are counted from the start.
+template <class S>
+void Observer<S>::count_turns(const T* y) {
+  constexpr double turn = 2 * std::numbers::pi;
+  for (CutCoordinate& cut : cut_)
+    if (cut.linear) cut.quantity.constant -= turn * std::round(value_of(cut.quantity.value(y)) / turn);
 }
 
 template <class S>
-void Observer<S>::read_cut_coordinates(const Instant<S>& now) {
-  const T *y = now.y, *dy = now.dy, *ddy = now.ddy;
-  for (CutCoordinate& cut : cut_) {
-    if (!cut.linear) continue;
-    if (first_) {  // whole turns are counted from the start
-      constexpr double turn = 2 * std::numbers::pi;
-      cut.quantity.constant -= turn * std::round(value_of(cut.quantity.value(y)) / turn);
-    }
-    T position = cut.quantity.constant, velocity = 0, acceleration = 0;
-    for (const auto& [column, coefficient] : cut.quantity.terms) {
-      position += coefficient * y[column];
-      velocity += coefficient * dy[column];
-      acceleration += coefficient * ddy[column];
-    }
-    seen_.position[cut.coordinate] = position;
-    seen_.velocity[cut.coordinate] = velocity;
-    seen_.acceleration[cut.coordinate] = acceleration;
+void Observer<S>::read_linear(const T* y, const T* dy, const T* ddy, SampleOf<T>& seen) const {
+  for (const TreeCoordinate& own : own_) {
+    seen.position[own.coordinate] = own.source.value(y);
+    seen.velocity[own.coordinate] = own.source.rate(dy);
+    seen.acceleration[own.coordinate] = own.source.rate(ddy);
   }
-  if (!cut_joints_.empty()) origin_velocities(tree_, dy, *state_);
+  for (const CutCoordinate& cut : cut_) {
+    if (!cut.linear) continue;
+    seen.position[cut.coordinate] = cut.quantity.value(y);
+    seen.velocity[cut.coordinate] = cut.quantity.rate(dy);
+    seen.acceleration[cut.coordinate] = cut.quantity.rate(ddy);
+  }
+}
+
+template <class S>
+void Observer<S>::complete(const T* y, const T* dy, const T* ddy, SampleOf<T>& seen) const {
+  read_linear(y, dy, ddy, seen);
+  read_power(seen);
+  if constexpr (is_planar<S>)
+    if (mechanism_.tool) seen.tool_angle = tool_angle_.value(y);
+  seen.add_derived(to_3d(about_));
+}
+
+template <class S>
+void Observer<S>::read_power(SampleOf<T>& seen) const {
+  for (Eigen::Index a = 0; a < seen.effort.size(); ++a)
+    seen.power[a] = seen.effort[a] * seen.velocity[mechanism_.actuators[static_cast<std::size_t>(a)]];
+}
+
+template <class S>
+void Observer<S>::read_cut_joints(const Instant<S>& now) {
+  origin_velocities(tree_, now.dy, *state_);
   for (const int j : cut_joints_) {
     const JointOf<T>& joint = mechanism_.joints[j];
     const JointReading<T> reading = read_joint(joint, relative_motion(tree_, *state_, joint));
@@ -216,29 +233,6 @@ void Observer<S>::read_cut_coordinates(const Instant<S>& now) {
 }
 
 template <class S>
-void Observer<S>::read_forces() {
-  const State<S>& state = *state_;
-  typename S::Vector moment = S::Vector::Zero();
-  for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
-    const auto& inertia = tree_.nodes[n].inertia;
-    if (!tree_.nodes[n].massless) moment += state[n].R_WN * inertia.moment + inertia.mass * state[n].p_WN;
-  }
-  seen_.com = to_3d(typename S::Vector(moment / tree_.mass));
-  // the ground's wrench carries the weight and lacks what the surroundings supply
-  const typename S::Vector weight = tree_.mass * gravity_;
-  const typename S::Angular weight_moment = cross(moment, gravity_);
-  const typename S::Vector shaking = wrenches_[0].force + weight + external_total_.force;
-  const typename S::Vector ground_force = weight + external_loads_.force - shaking;
-  const typename S::Angular about_origin = wrenches_[0].moment + weight_moment + external_total_.moment;
-  seen_.shaking_force = to_3d(shaking);
-  seen_.shaking_moment = angular_to_3d(typename S::Angular(about_origin - cross(about_, shaking)));
-  seen_.com_acceleration = seen_.shaking_force / tree_.mass;
-  seen_.ground_force = to_3d(ground_force);
-  seen_.ground_moment = angular_to_3d(
-      typename S::Angular(weight_moment + external_loads_.moment - about_origin - cross(about_, ground_force)));
-}
-
-template <class S>
 void Observer<S>::read_tool(const Instant<S>& now) {
   seen_.tool_position = to_3d(position(*state_, tool_));
   seen_.tool_rotation = to_matrix(orientation(*state_, tool_));
@@ -246,20 +240,16 @@ void Observer<S>::read_tool(const Instant<S>& now) {
 }
 
 template <class S>
-void Observer<S>::read_energies() {
-  const State<S>& state = *state_;
-  T kinetic = 0, potential = external_.energy(state);
-  for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
-    const auto& inertia = tree_.nodes[n].inertia;
-    const NodeState<S>& s = state[n];
-    if (tree_.nodes[n].massless) continue;
-    kinetic += 0.5 * inertia.mass * s.velocity.squaredNorm() +
-               dot(s.velocity, typename S::Vector(cross(s.angular_velocity, inertia.moment))) +
-               0.5 * dot(s.angular_velocity, typename S::Angular(inertia.second * s.angular_velocity));
+void Observer<S>::read_reactions(const Instant<S>& now, const std::vector<T>& multipliers) {
+  State<S>& state = *state_;
+  if (!tree_.closures.empty()) {
+    for (auto& wrench : wrenches_) wrench = {};
+    Wrench<S> total, loads;
+    if (!external_.none()) external_.subtract(state, now.time, wrenches_, total, loads);
+    add_closure_wrenches(tree_, state, multipliers, wrenches_, seen_);
+    inverse_dynamics(tree_, state, wrenches_, tau_.data());
   }
-  potential -= tree_.mass * to_3d(gravity_).dot(seen_.com);
-  seen_.kinetic_energy = kinetic;
-  seen_.potential_energy = potential;
+  read_transmitted(mechanism_, tree_, state, wrenches_, seen_);
 }
 
 template class Observer<PlanarOf<Number>>;

@@ -72,6 +72,14 @@ class Observer {
     if (mechanism_.tool) read_tool(now);
   }
 
+  /// Whether moments can be found elsewhere (lanes/kernels.hpp): all coordinates linear in the tree's, nothing outside but weight, no
+  /// friction, the efforts by one square system.
+  bool is_plain() const {
+    return cut_joints_.empty() && external_.none() && mechanism_.friction.empty() && actuation_.regular();
+  }
+  /// Adds what follows from the coordinates to a moment so found, of the motion that was seen last. Only where is_plain().
+  void complete(const T* y, const T* dy, const T* ddy, SampleOf<T>& seen) const;
+
   /// Only the coordinates, so that the count of whole turns goes on.
   void follow(const Instant<S>& instant);
   /// The next observation is the first of another motion.
@@ -88,7 +96,7 @@ class Observer {
 
   struct TreeCoordinate {
     int coordinate;
-    CoordinateSourceOf<T> source;
+    LinearQuantityOf<T> source;
   };
 
   template <class Leader>
@@ -99,14 +107,14 @@ class Observer {
   bool balance_efforts(const Instant<S>& now, const Equations<S>& equations, double duration);
   void set_state(const Instant<S>& now, Detail detail);
   void read_coordinates(const Instant<S>& now);
-  void read_cut_coordinates(const Instant<S>& now);
+  void read_linear(const T* y, const T* dy, const T* ddy, SampleOf<T>& seen) const;
+  void read_power(SampleOf<T>& seen) const;
+  void count_turns(const T* y);
+  void read_cut_joints(const Instant<S>& now);
   void balance_forces(const Instant<S>& now);
   void read_rest(const Instant<S>& now, Detail detail, const std::vector<T>& multipliers);
-  void read_forces();
   void read_tool(const Instant<S>& now);
   void read_reactions(const Instant<S>& now, const std::vector<T>& multipliers);
-  void read_energies();
-  void add_closure_wrenches(const std::vector<T>& multipliers);
 
   const MechanismOf<T>& mechanism_;
   const Tree<S>& tree_;

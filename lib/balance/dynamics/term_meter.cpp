@@ -158,11 +158,9 @@ void TermMeter<S>::collect(const Instant<S>& now) {
 template <class S>
 void TermMeter<S>::add_friction(const Sample& seen) {
   for (const Friction& friction : mechanism_.friction) {
-    const CoordinateSource& source = tree_.sources[static_cast<std::size_t>(friction.coordinate)];
-    if (source.column < 0) continue;
     const double rate = std::abs(seen.velocity[friction.coordinate]);
-    tau_[static_cast<std::size_t>(source.column)] +=
-        std::abs(source.ratio) * (friction.viscous * rate + friction.static_limit());
+    for (const auto& [column, ratio] : tree_.sources[static_cast<std::size_t>(friction.coordinate)].terms)
+      tau_[static_cast<std::size_t>(column)] += std::abs(ratio) * (friction.viscous * rate + friction.static_limit());
   }
 }
 
@@ -224,10 +222,10 @@ template <class S>
 void TermMeter<S>::read_transmitted(const Instant<S>& now, const Sample& seen) {
   for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
     const int coordinate = mechanism_.actuators[a];
-    const CoordinateSource& source = tree_.sources[static_cast<std::size_t>(coordinate)];
     const auto i = static_cast<Eigen::Index>(a);
     now_.effort[i] = std::abs(seen.effort[i]);
-    if (source.column >= 0) now_.effort[i] += tau_[static_cast<std::size_t>(source.column)] / std::abs(source.ratio);
+    for (const auto& [column, ratio] : tree_.sources[static_cast<std::size_t>(coordinate)].terms)
+      if (ratio != 0) now_.effort[i] += tau_[static_cast<std::size_t>(column)] / std::abs(ratio);
     now_.power[i] = now_.effort[i] * now_.velocity[coordinate];
   }
   now_.total_effort[0] = now_.effort.norm();

@@ -9,10 +9,10 @@ std::vector<double> read_coordinates(const Mechanism& mechanism, const Tree<S>& 
   std::vector<double> values;
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
     const Coordinate& coordinate = mechanism.coordinates[c];
-    const CoordinateSource& source = tree.sources[c];
+    const LinearQuantity& source = tree.sources[c];
     const Joint& joint = mechanism.joints[coordinate.joint];
-    const double value = source.column >= 0 && !tree.joint_floats[coordinate.joint]
-                             ? source.ratio * y[source.column] + source.offset
+    const double value = source.depends() && !tree.joint_floats[coordinate.joint]
+                             ? source.value(y.data())
                              : read_joint(joint, relative_motion(tree, state, joint)).position[coordinate.index];
     values.push_back(coordinate.kind == CoordinateKind::angle ? unwrapped(value, 0) : value);
   }

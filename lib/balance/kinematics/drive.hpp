@@ -6,26 +6,9 @@
 #include "balance/kinematics/closure.hpp"
 #include "balance/model/drive_sample.hpp"
 
-#include <utility>
 #include <vector>
 
 namespace balance {
-
-/// Σ coefficient · y[column] + constant.
-template <class T>
-struct LinearQuantityOf {
-  std::vector<std::pair<int, T>> terms;
-  T constant = 0;
-  bool is_length = false;
-
-  T value(const T* y) const {
-    T sum = constant;
-    for (const auto& [column, coefficient] : terms) sum += coefficient * y[column];
-    return sum;
-  }
-};
-
-using LinearQuantity = LinearQuantityOf<double>;
 
 /// What must have prescribed values. The rows are ordered: point, com, linear (these have a value each), rotation.
 template <class S>

@@ -84,23 +84,25 @@ class Compiler {
     std::vector<bool> in_tree(mechanism_.joints.size(), false);
     for (const TreeEdge& edge : spanning_.edges) in_tree[edge.joint] = true;
     std::map<int, int> columns;
-    const std::vector<CouplingRootOf<T>> roots = coupling_roots(mechanism_);
+    const std::vector<CouplingRootsOf<T>> roots = coupling_roots(mechanism_);
     tree_.sources.resize(mechanism_.coordinates.size());
     // columns in the order of the tree keep the loops' blocks together
     for (const TreeEdge& edge : spanning_.edges)
       for (const int c : coordinates_[edge.joint]) {
         if (held_spin(edge) != nullptr && mechanism_.coordinates[c].index == 2) continue;
-        const int root = roots[c].coordinate;
-        if (columns.emplace(root, tree_.columns).second) {
-          ++tree_.columns;
-          tree_.column_kind_length.push_back(mechanism_.coordinates[root].kind == CoordinateKind::length);
-        }
+        for (const auto& [root, ratio] : roots[c].terms)
+          if (columns.emplace(root, tree_.columns).second) {
+            ++tree_.columns;
+            tree_.column_kind_length.push_back(mechanism_.coordinates[root].kind == CoordinateKind::length);
+          }
       }
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
       if (!in_tree[mechanism_.coordinates[c].joint]) continue;
-      const CouplingRootOf<T>& root = roots[c];
-      if (!columns.contains(root.coordinate)) continue;  // a held spin
-      tree_.sources[c] = {columns.at(root.coordinate), root.ratio, root.offset};
+      if (!columns.contains(roots[c].terms[0].coordinate)) continue;  // a held spin
+      LinearQuantityOf<T>& source = tree_.sources[c];
+      for (const auto& [root, ratio] : roots[c].terms) source.terms.emplace_back(columns.at(root), ratio);
+      source.constant = roots[c].offset;
+      source.is_length = mechanism_.coordinates[c].kind == CoordinateKind::length;
     }
   }
 
@@ -117,18 +119,29 @@ class Compiler {
     throw std::invalid_argument("joint has no such coordinate");
   }
 
-  int add_node(int parent, const Matrix3Of<T>& R, const Vector3Of<T>& p, NodeMotion motion,
-               const CoordinateSourceOf<T>& source, double sign) {
+  int add_node(int parent, const Matrix3Of<T>& R, const Vector3Of<T>& p, NodeMotion motion) {
     Node<S> node;
     node.parent = parent;
     node.motion = motion;
-    node.column = source.column;
-    node.ratio = sign * source.ratio;
-    node.offset = sign * source.offset;
     node.R_PF = to_rotation<S>(R);
     node.p_PF = to_vector<S>(p);
     tree_.nodes.push_back(node);
     return static_cast<int>(tree_.nodes.size()) - 1;
+  }
+
+  /// As many nodes about or along the same axis as the displacement has terms: their sum is the displacement.
+  int add_nodes(int parent, const Matrix3Of<T>& R, const Vector3Of<T>& p, NodeMotion motion,
+                const LinearQuantityOf<T>& displacement, const T& factor) {
+    int last = parent;
+    for (const auto& [column, ratio] : displacement.terms) {
+      const bool first = last == parent;
+      last = add_node(last, first ? R : Matrix3Of<T>::Identity(), first ? p : Vector3Of<T>::Zero(), motion);
+      Node<S>& node = tree_.nodes[last];
+      node.column = column;
+      node.ratio = factor * ratio;
+      if (first) node.offset = factor * displacement.constant;
+    }
+    return last;
   }
 
   void add_joint(const TreeEdge& edge) {
@@ -152,11 +165,13 @@ class Compiler {
       tree_.balls.push_back(static_cast<int>(tree_.nodes.size()));
       tree_.joint_floats[edge.joint] = true;
     }
-    if (chain.empty()) node = add_node(node, R, p, NodeMotion::weld, {}, 1), R.setIdentity(), p.setZero();
+    if (chain.empty()) node = add_node(node, R, p, NodeMotion::weld), R.setIdentity(), p.setZero();
     for (const Step<T>& step : chain) {
       const Matrix3Of<T> axes = node_axes<S>(step);
-      node = add_node(node, R * axes, p, step.motion, source_of(edge.joint, step),
-                      spin != nullptr || edge.forward ? 1 : -1);
+      const T sign = spin != nullptr || edge.forward ? 1 : -1;
+      node = step.motion == NodeMotion::weld ? add_node(node, R * axes, p, step.motion)
+                                             : add_nodes(node, R * axes, p, step.motion,
+                                                         tree_.sources[coordinate_of(edge.joint, step.index)], sign);
       R = axes.transpose();
       p.setZero();
     }
@@ -193,10 +208,6 @@ class Compiler {
       const Vector3Of<T> line = (place(spin.joints[1]) - place(spin.joints[0])).normalized();
       return line.dot(spin.line.cast<T>()) < 0 ? Vector3Of<T>(-line) : line;
     }
-  }
-
-  CoordinateSourceOf<T> source_of(int joint, const Step<T>& step) const {
-    return step.motion == NodeMotion::weld ? CoordinateSourceOf<T>{} : tree_.sources[coordinate_of(joint, step.index)];
   }
 
   /// Closes the loop of a split joint: the copy that the joint carries is its second body.
@@ -242,13 +253,26 @@ class Compiler {
     const Matrix3Of<T> axes = node_axes<S>({NodeMotion::turn, disc.axis, 0});
     const Matrix3Of<T> R = to_matrix(carrier.R_N) * axes;
     const Vector3Of<T> p = to_3d(carrier.p_N) + to_matrix(carrier.R_N) * disc.position;
-    CoordinateSourceOf<T> source = tree_.sources[disc.follows];
-    source.ratio *= disc.ratio;
-    source.offset *= disc.ratio;
-    const int node = add_node(carrier.node, R, p, NodeMotion::turn, source, 1);
+    const int node = add_nodes(carrier.node, R, p, NodeMotion::turn, followed(disc.follows), disc.ratio);
     // the disc's own frame: its CoM, the carrier's axes at coordinate zero
     const FixedFrame<S> frame{node, to_rotation<S>(Matrix3Of<T>(axes.transpose())), S::Vector::Zero()};
     add_element(frame, inertia_about_origin<S>(disc.mass, Vector3Of<T>::Zero(), disc.inertia));
+  }
+
+  /// What a disc follows in terms of the tree's coordinates, of which several followed ones may be multiples.
+  LinearQuantityOf<T> followed(const FollowedOf<T>& what) const {
+    LinearQuantityOf<T> sum;
+    std::map<int, std::size_t> places;
+    for (const auto& [coordinate, ratio] : what.terms) {
+      const LinearQuantityOf<T>& source = tree_.sources[coordinate];
+      sum.constant += ratio * source.constant;
+      for (const auto& [column, factor] : source.terms) {
+        const auto [place, fresh] = places.emplace(column, sum.terms.size());
+        if (fresh) sum.terms.emplace_back(column, T(0));
+        sum.terms[place->second].second += ratio * factor;
+      }
+    }
+    return sum;
   }
 
   void add_element(const FixedFrame<S>& frame, const typename S::Inertia& inertia) {

@@ -2,6 +2,7 @@
 /// A mechanism made ready for the recursions: every joint of the spanning tree becomes a chain of nodes that each turn about
 /// or slide along an axis of their own frame; loop joints become closures. Private to kinematics, motion and dynamics.
 
+#include "balance/kinematics/linear_quantity.hpp"
 #include "balance/kinematics/space.hpp"
 #include "balance/model/spanning_tree.hpp"
 
@@ -11,7 +12,8 @@ namespace balance {
 
 enum class NodeMotion { weld, turn, slide };
 
-/// Rigid frame N hanging on the frame P of its parent. Its displacement is x = ratio · y[column] + offset.
+/// Rigid frame N hanging on the frame P of its parent. Its displacement is x = ratio · y[column] + offset; one that is a sum of
+/// several columns' is made of as many nodes, about or along the same axis.
 template <class S>
 struct Node {
   int parent = -1;  ///< −1 only for node 0, the world
@@ -57,15 +59,6 @@ struct Closure {
   std::vector<PathStep> path;  ///< nodes that move b (+1) or a (−1) but not both
 };
 
-/// Where a joint coordinate comes from.
-template <class T>
-struct CoordinateSourceOf {
-  int column = -1;          ///< −1: the joint is cut
-  T ratio = 1, offset = 0;  ///< q = ratio · y[column] + offset
-};
-
-using CoordinateSource = CoordinateSourceOf<double>;
-
 /// A body, an attachment or a disc: one set of inertial parameters.
 template <class S>
 struct MassElement {
@@ -80,9 +73,10 @@ struct Tree {
   std::vector<FixedFrame<S>> bodies;  ///< frame of every body of the mechanism
   std::vector<Closure<S>> closures;
   int closure_rows = 0;
-  bool slides = false;                                          ///< some closure is not pinned
-  std::vector<CoordinateSourceOf<typename S::Scalar>> sources;  ///< for every coordinate of the mechanism
-  std::vector<int> joint_nodes;                                 ///< per joint: the last node of its chain, −1 if cut
+  bool slides = false;  ///< some closure is not pinned
+  /// Every coordinate of the mechanism in terms of y; without terms where the joint is cut.
+  std::vector<LinearQuantityOf<typename S::Scalar>> sources;
+  std::vector<int> joint_nodes;     ///< per joint: the last node of its chain, −1 if cut
   std::vector<bool> joint_forward;  ///< per joint: the tree walks it from its first to its second body
   /// First nodes of the spherical joints whose coordinates nobody prescribes, drives or couples: these may be counted from
   /// another reference orientation at any time (rereference), so that they never reach their singular position.

@@ -1,10 +1,9 @@
 // Compiled once for every instruction set: see cmake/Lanes.cmake.
 #include "balance/lanes/kernels.hpp"
 
-#include "balance/base/pack_eigen.hpp"
-#include "balance/base/sine.hpp"
+#include "balance/base/number.hpp"
 #include "balance/dynamics/recursion.hpp"
-#include "balance/lanes/broadcast.hpp"
+#include "balance/lanes/motion.hpp"
 
 #include <algorithm>
 
@@ -15,7 +14,7 @@ namespace balance {
 
 namespace {
 
-using Lanes = Pack<native_lanes>;
+using Lanes = Number;
 
 /// Rows k… of a table as lanes, one entry per column. Behind the last row it goes on with the last.
 void load(const double* table, int columns, long k, long count, Lanes* out) {
@@ -49,6 +48,11 @@ void torques(const Tree<S>& tree, const typename S::Vector& gravity, const Torqu
   }
 }
 
+template <class L, class S>
+std::unique_ptr<GroupMotion<S>> motion(const GroupSetup<S>& setup) {
+  return std::make_unique<LaneMotion<L, S>>(setup);
+}
+
 }  // namespace
 
 extern "C" {
@@ -56,6 +60,8 @@ extern const LaneKernels BALANCE_LANES_TABLE;
 const LaneKernels BALANCE_LANES_TABLE = {
     .planar_torques = torques<PlanarOf<Lanes>, Planar>,
     .spatial_torques = torques<SpatialOf<Lanes>, Spatial>,
+    .planar_motion = motion<PlanarOf<Lanes>, Planar>,
+    .spatial_motion = motion<SpatialOf<Lanes>, Spatial>,
 };
 }
 

@@ -1,14 +1,14 @@
 #include "balance/simulation/simulate.hpp"
 
-#include "balance/dynamics/observer.hpp"
 #include "balance/dynamics/term_meter.hpp"
 #include "balance/motion/configuration_text.hpp"
-#include "balance/motion/walk.hpp"
+#include "balance/motion/law_curve.hpp"
 #include "balance/motion/wording.hpp"
 #include "balance/result/metrics.hpp"
 #include "balance/result/overflow.hpp"
 #include "balance/result/recorder.hpp"
 #include "balance/result/round_off.hpp"
+#include "balance/simulation/group_stepper.hpp"
 #include "balance/timing/time_law.hpp"
 
 #include <algorithm>
@@ -70,7 +70,9 @@ class Run {
     size_arrays(mechanism_, most_rows_between(*plan_.schedule, trajectory_.samples), {}, between.rows);
     recorder_.emplace(result);
     meter_.emplace(mechanism_, tree_, about);
-    if (!follow(stepper, observer, result, between)) {
+    GroupStepper<S> leader(mechanism_, tree_, plan_, {plan_.schedule->duration(), trajectory_.samples}, about, stepper,
+                           observer);
+    if (!follow(leader, stepper, observer, result, between)) {
       Result stopped;
       stopped.outcome = lost_;
       return stopped;
@@ -82,6 +84,7 @@ class Run {
       stopped.outcome = *overflow;
       return stopped;
     }
+    trace_law(*plan_.schedule, result.phase_plane);
     result.outcome = {MotionStatus::done, plan_.schedule->duration(), "", observer.actuation().notes()};
     if (const std::string note = sampling_note(result, between); !note.empty()) result.outcome.notes.push_back(note);
     for (std::string& note : stepper.notes()) result.outcome.notes.push_back(std::move(note));
@@ -91,31 +94,29 @@ class Run {
 
  private:
   /// Through the whole walk.
-  bool follow(Stepper<S>& stepper, Observer<S>& observer, Result& result, BetweenSamples& between) {
+  bool follow(GroupStepper<S>& leader, Stepper<S>& stepper, Observer<S>& observer, Result& result,
+              BetweenSamples& between) {
     const long between_reports = 1 + (1 << 15) / (8 + tree_.columns);  // a large mechanism's samples take longer
-    const bool done = walk(stepper, *plan_.schedule, trajectory_.samples, [&](const Stop& stop) {
+    const bool done = walk(leader, *plan_.schedule, trajectory_.samples, [&](const Stop& stop) {
       if (progress_ && stop.index % between_reports == between_reports - 1)
         progress_(static_cast<double>(stop.index) / static_cast<double>(trajectory_.samples));
-      if (stop.kind == Stop::Kind::sample) return record(stepper, observer, result, stop.index);
+      if (stop.kind == Stop::Kind::sample) return record(leader, stepper, observer, result, stop.index);
       if (stop.followed && stop.kind == Stop::Kind::after_jump) return true;
-      return record(stepper, observer, between.rows, between.add(stop.next_sample));
+      return record(leader, stepper, observer, between.rows, between.add(stop.next_sample));
     });
     if (!done && lost_.status == MotionStatus::unsolved) lost_ = stepper.outcome();
     return done;
   }
 
-  bool record(Stepper<S>& stepper, Observer<S>& observer, Result& result, long row) {
-    if (!observer.observe(stepper, Detail::everything)) {
+  bool record(GroupStepper<S>& leader, Stepper<S>& stepper, Observer<S>& observer, Result& result, long row) {
+    if (!leader.observe()) {
       lost_ = no_longer_held(stepper.time(), configuration_text(mechanism_, tree_, stepper.y()));
       return false;
     }
-    Sample& seen = observer.last();
-    seen.mobility = stepper.mobility();
-    seen.newton_iterations = stepper.iterations();
+    const Sample& seen = leader.last();
     recorder_->write(seen, row, result);
     if (selection_.takes(row, seen.acceleration, seen.mobility))
-      meter_->see({stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.direct()}, seen,
-                  observer.actuation().multipliers(), seen.mobility);
+      meter_->see(leader.closely(), seen, observer.actuation().multipliers(), seen.mobility);
     return true;
   }
 
@@ -141,6 +142,9 @@ Result simulate(const Mechanism& mechanism, const Trajectory& trajectory, const 
   result = mechanism.space == SpaceKind::planar ? Run<Planar>(mechanism, timed.trajectory, progress).run()
                                                 : Run<Spatial>(mechanism, timed.trajectory, progress).run();
   result.found_law = timed.found;
+  result.found_corridor = timed.corridor;
+  result.phase_plane.ceiling_place = timed.phase_plane.ceiling_place;
+  result.phase_plane.ceiling = timed.phase_plane.ceiling;
   return result;
 }
 

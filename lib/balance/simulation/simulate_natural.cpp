@@ -2,6 +2,7 @@
 
 #include "balance/dynamics/observer.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
+#include "balance/motion/law_curve.hpp"
 #include "balance/motion/walk.hpp"
 #include "balance/natural/simulation.hpp"
 #include "balance/result/metrics.hpp"
@@ -48,9 +49,9 @@ NaturalStart find_start(const Mechanism& mechanism) {
   result.outcome.status = MotionStatus::done;
   result.start.coordinates = read_coordinates(mechanism, tree, found.y);
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
-    const CoordinateSource& source = tree.sources[c];
-    if (source.column >= 0)  // with its whole turns
-      result.start.coordinates[c] = source.ratio * found.y[source.column] + source.offset;
+    const LinearQuantity& source = tree.sources[c];
+    if (source.depends())  // with its whole turns
+      result.start.coordinates[c] = source.value(found.y.data());
   }
   return result;
 }
@@ -104,6 +105,7 @@ class NaturalRun {
       stopped.outcome = *overflow;
       return stopped;
     }
+    trace_law(schedule, result.phase_plane);
     result.outcome = {MotionStatus::done, schedule.duration(), "", simulation_.notes()};
     if (const std::string note = sampling_note(result, between); !note.empty()) result.outcome.notes.push_back(note);
     return result;
@@ -140,6 +142,9 @@ Result simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory
   if (found.outcome.status != MotionStatus::done) return result;
   result = NaturalRun(mechanism, timed.trajectory, found.start, progress).run();
   result.found_law = timed.found;
+  result.found_corridor = timed.corridor;
+  result.phase_plane.ceiling_place = timed.phase_plane.ceiling_place;
+  result.phase_plane.ceiling = timed.phase_plane.ceiling;
   return result;
 }
 

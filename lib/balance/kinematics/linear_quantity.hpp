@@ -1,0 +1,36 @@
+#pragma once
+/// What is linear in the tree's coordinates: joint coordinates, the angle of a planar tool. Private to kinematics and the rooms
+/// that open it up.
+
+#include <utility>
+#include <vector>
+
+namespace balance {
+
+/// Σ coefficient · y[column] + constant.
+template <class T>
+struct LinearQuantityOf {
+  std::vector<std::pair<int, T>> terms;
+  T constant = 0;
+  bool is_length = false;
+
+  T value(const T* y) const { return constant + rate(y); }
+  /// Of its value, if these are the coordinates' rates; accelerations alike.
+  T rate(const T* dy) const {
+    T sum = 0;
+    for (const auto& [column, coefficient] : terms) sum += coefficient * dy[column];
+    return sum;
+  }
+  /// Adds the generalised forces of an effort along the quantity: its power is theirs.
+  void load(const T& effort, T* tau) const {
+    for (const auto& [column, coefficient] : terms) tau[column] += coefficient * effort;
+  }
+  bool depends() const { return !terms.empty(); }
+  bool depends_on_one() const { return terms.size() == 1; }
+  /// It is one of the tree's coordinates itself, not a multiple or a sum.
+  bool is_column() const { return terms.size() == 1 && terms[0].second == 1 && constant == 0; }
+};
+
+using LinearQuantity = LinearQuantityOf<double>;
+
+}  // namespace balance

@@ -1,0 +1,46 @@
+#pragma once
+/// A GroupMotion in lanes: as many moments at once as the instruction set has lanes, one such part of a group after another.
+/// Private to lanes.
+
+#include "balance/lanes/least_singular.hpp"
+#include "balance/lanes/moment.hpp"
+#include "balance/lanes/step.hpp"
+
+namespace balance {
+
+/// @tparam L the space S over packs
+template <class L, class S>
+class LaneMotion final : public GroupMotion<S> {
+ public:
+  explicit LaneMotion(const GroupSetup<S>& setup)
+      : setup_(setup),
+        tree_(broadcast<L>(setup.tree)),
+        drive_(broadcast<L>(setup.drive)),
+        step_(setup_, tree_, drive_),
+        least_singular_(step_.equations()),
+        moment_(setup.mechanism, tree_, drive_.tool, setup.about) {}
+
+  void start(const Equations<S>& equations, const Actuation<S>& actuation, const double* y, const double* dy) override {
+    step_.start(equations, actuation, y, dy);
+  }
+
+  bool find(GroupJob& job) override {
+    using T = typename L::Scalar;
+    for (int first = 0; first < group_size; first += T::lanes) {
+      if (!step_.find(job, first)) return false;
+      moment_.see(step_.equations(), step_.actuation(), step_.state(), step_.dy(), step_.ddy());
+      moment_.store(setup_.direct ? T(1.0) : least_singular_.of(step_.equations()), first, job.samples);
+    }
+    return true;
+  }
+
+ private:
+  GroupSetup<S> setup_;
+  Tree<L> tree_;
+  Drive<L> drive_;
+  LaneStep<L, S> step_;
+  LaneLeastSingular<L> least_singular_;
+  LaneMoment<L> moment_;
+};
+
+}  // namespace balance
