@@ -6,6 +6,7 @@
 
 #include "balance/dynamics/observer.hpp"
 #include "balance/lanes/kernels.hpp"
+#include "balance/simulation/group_stepper.hpp"
 #include "balance/simulation/simulate.hpp"
 
 #include <benchmark/benchmark.h>
@@ -115,6 +116,25 @@ void three_rrr_forces(benchmark::State& bench) {
   count(bench, samples - 1);
 }
 
+/// Everything that a file holds, found but not recorded.
+void three_rrr_groups(benchmark::State& bench, InstructionSet set) {
+  const Mechanism mechanism = three_rrr();
+  const Trajectory trajectory = three_rrr_cycloid(samples);
+  Tree<Planar> tree = compile<Planar>(mechanism, prescribed_coordinates(trajectory));
+  const Plan<Planar> plan = make_plan(mechanism, tree, trajectory);
+  const WalkTimes times{plan.schedule->duration(), samples};
+  for (auto _ : bench) {
+    Observer<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
+    Stepper<Planar> stepper(mechanism, tree, plan);
+    stepper.watch(observer.guard());
+    GroupStepper<Planar> leader(mechanism, tree, plan, times, Vector2::Zero(), stepper, observer, set);
+    if (!walk(leader, *plan.schedule, samples, [&](const Stop&) { return leader.observe(); }))
+      return bench.SkipWithError(stepper.outcome().reason.c_str());
+    benchmark::DoNotOptimize(leader.last().shaking_moment);
+  }
+  count(bench, samples);
+}
+
 void three_rrr_everything(benchmark::State& bench) {
   const Mechanism mechanism = three_rrr();
   const Trajectory trajectory = three_rrr_cycloid(samples);
@@ -150,6 +170,9 @@ constexpr Ratio ratios[] = {
     {"seven-joint arm, the same, AVX2", "lanes/seven_joint_arm/avx2", "yardstick/seven_joint_arm"},
     {"seven-joint arm, the same, AVX-512", "lanes/seven_joint_arm/avx512", "yardstick/seven_joint_arm"},
     {"3RRR, tool on the cycloid, all forces", "engine/three_rrr_forces", "yardstick/three_rrr"},
+    {"3RRR, everything found, baseline lanes", "lanes/three_rrr/baseline", "yardstick/three_rrr"},
+    {"3RRR, everything found, AVX2", "lanes/three_rrr/avx2", "yardstick/three_rrr"},
+    {"3RRR, everything found, AVX-512", "lanes/three_rrr/avx512", "yardstick/three_rrr"},
     {"3RRR, everything that the file holds", "engine/three_rrr_everything", "yardstick/three_rrr"},
 };
 
@@ -186,6 +209,7 @@ int main(int argc, char** argv) {
          [set](benchmark::State& s) { open_chain_lanes<Planar, 3>(s, planar_rrr(), set); });
     time(std::string("lanes/seven_joint_arm/") + name(set),
          [set](benchmark::State& s) { open_chain_lanes<Spatial, 7>(s, seven_joint_arm(), set); });
+    time(std::string("lanes/three_rrr/") + name(set), [set](benchmark::State& s) { three_rrr_groups(s, set); });
   }
   time("yardstick/three_rrr", three_rrr_yardstick);
   time("engine/three_rrr_forces", three_rrr_forces);

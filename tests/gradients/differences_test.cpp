@@ -98,7 +98,7 @@ void check_run(const std::string& name, const Mechanism& mechanism, const Trajec
   const std::vector<gradients::Number> numbers = gradients::some_numbers(mechanism, dual_width, random);
   MechanismOf<DualNumber> duals = with_derivatives(mechanism);
   for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k].in_duals(duals).d[k] += 1;
-  const RunGradient gradient = differentiate(duals, trajectory);
+  const RunGradient gradient = differentiate(duals, with_derivatives(trajectory));
   if (gradient.run.outcome.status != MotionStatus::done) return;
   const FigureGradients figures = figure_gradients(gradient);
   for (std::size_t k = 0; k < numbers.size(); ++k) {

@@ -63,6 +63,10 @@ std::vector<Number> some_numbers(const Mechanism& mechanism, std::size_t most, s
   for (std::size_t i = 0; i < mechanism.discs.size(); ++i)
     list.add(
         mechanism.discs[i].name + ".ratio", 1, [i](auto& m) -> auto& { return m.discs[i].ratio; });
+  for (std::size_t i = 0; i < mechanism.discs.size(); ++i)
+    if (mechanism.discs[i].follows.terms.size() > 1)
+      list.add(
+          mechanism.discs[i].name + ".follows", 1, [i](auto& m) -> auto& { return m.discs[i].follows.terms[1].ratio; });
   for (std::size_t i = 0; i < mechanism.couplings.size(); ++i)
     list.add(
         "coupling.ratio", 1, [i](auto& m) -> auto& { return m.couplings[i].ratio; });

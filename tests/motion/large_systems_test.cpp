@@ -53,8 +53,8 @@ Mechanism ladder(int loops) {
 VectorX parallel(const Mechanism& m, const Tree<Planar>& tree, double angle) {
   VectorX y = VectorX::Zero(tree.columns);
   for (const CoordinateValue& rough : m.assembly) {
-    REQUIRE(tree.sources[rough.coordinate].column >= 0);
-    y[tree.sources[rough.coordinate].column] = rough.value > 0 ? angle : -angle;
+    REQUIRE(tree.sources[rough.coordinate].depends());
+    y[tree.sources[rough.coordinate].terms[0].first] = rough.value > 0 ? angle : -angle;
   }
   return y;
 }

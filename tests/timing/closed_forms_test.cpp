@@ -158,6 +158,8 @@ TEST_CASE("what cannot be is refused with its reason") {
         std::string::npos);
   CHECK(reason(slide(distance, {{"joint_velocity", 1}})).find("no limit bounds the acceleration") != std::string::npos);
   CHECK(reason(slide(distance, {{"torque", 20}})).find("leave nothing to") != std::string::npos);
+  CHECK(reason(slide(0, {{"torque", 40}})) == "the path ends where it begins, and nothing moves on it");
+  CHECK(reason(slide(1e-16, {{"torque", 40}})) == "the path ends where it begins, and nothing moves on it");
   CHECK_THROWS_WITH_AS(time_law(heavy, slide(distance, {{"power", 5}})),
                        "no law of motion can limit 'power' of this mechanism", std::invalid_argument);
 }

@@ -1,6 +1,8 @@
 #include "balance/control/control_law.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/control/default_gains.hpp"
+#include "balance/model/coupling_roots.hpp"
 #include "balance/motion/wording.hpp"
 
 #include <algorithm>
@@ -68,6 +70,7 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller)
   for (const Coordinate& coordinate : truth.coordinates)
     readable_.push_back(truth.joints[static_cast<std::size_t>(coordinate.joint)].type != JointType::spherical);
   for (const int a : truth.actuators) readable_[static_cast<std::size_t>(a)] = true;
+  tie_couplings();
 }
 
 MotionOutcome ControlLaw::start(const VectorX& position, const VectorX& velocity, const GainBasis& basis) {
@@ -133,33 +136,28 @@ MotionOutcome ControlLaw::settle_gains(const GainBasis& basis) {
   return done();
 }
 
-/// Coordinates that gears tie to the actuated ones turn with them.
-void ControlLaw::follow_couplings() {
-  const auto& couplings = believed_.couplings;
-  for (const int actuator : mechanism_.actuators) {
-    int at = actuator;
-    for (std::size_t step = 0; step < couplings.size(); ++step)
-      for (const Coupling& c : couplings)
-        if (c.follower == at) {
-          state_[c.leader] = (state_[at] - c.offset) / c.ratio;
-          rates_[c.leader] = rates_[at] / c.ratio;
-          at = c.leader;
-        }
-  }
-  for (std::size_t step = 0; step < couplings.size(); ++step)
-    for (const Coupling& c : couplings) {
-      state_[c.follower] = c.ratio * state_[c.leader] + c.offset;
-      rates_[c.follower] = c.ratio * rates_[c.leader];
-    }
+/// The least motion of those coordinates that follow none in which the actuated ones move as they do.
+void ControlLaw::tie_couplings() {
+  const std::vector<CouplingRootsOf<double>> roots = coupling_roots(believed_);
+  const auto count = static_cast<Eigen::Index>(roots.size());
+  const auto actuators = static_cast<Eigen::Index>(mechanism_.actuators.size());
+  MatrixX all = MatrixX::Zero(count, count), actuated(actuators, count);
+  for (Eigen::Index c = 0; c < count; ++c)
+    for (const CoordinateTerm& term : roots[static_cast<std::size_t>(c)].terms) all(c, term.coordinate) = term.ratio;
+  for (Eigen::Index a = 0; a < actuators; ++a)
+    actuated.row(a) = all.row(mechanism_.actuators[static_cast<std::size_t>(a)]);
+  tied_ = all * Eigen::CompleteOrthogonalDecomposition<MatrixX>(actuated).pseudoInverse();
 }
 
 /// Puts the model where the measurements say that the mechanism is.
 MotionOutcome ControlLaw::believe(double time, const VectorX& position, const VectorX& velocity) {
+  VectorX off = position, rate_off = velocity;
   for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
-    state_[mechanism_.actuators[a]] = position[static_cast<Eigen::Index>(a)];
-    rates_[mechanism_.actuators[a]] = velocity[static_cast<Eigen::Index>(a)];
+    off[static_cast<Eigen::Index>(a)] -= state_[mechanism_.actuators[a]];
+    rate_off[static_cast<Eigen::Index>(a)] -= rates_[mechanism_.actuators[a]];
   }
-  follow_couplings();
+  state_ += tied_ * off;
+  rates_ += tied_ * rate_off;
   MotionOutcome outcome = model_.set(time, state_, rates_);
   if (outcome.status == MotionStatus::done) {
     state_ = model_.position();

@@ -56,7 +56,7 @@ class ControlLaw {
   };
 
   MotionOutcome settle_gains(const GainBasis& basis);
-  void follow_couplings();
+  void tie_couplings();
   MotionOutcome believe(double time, const VectorX& position, const VectorX& velocity);
   Errors actuated_errors(const DesiredState& desired, const VectorX& position, const VectorX& velocity) const;
   Errors tree_errors(const DesiredState& desired, const Transformation& tree) const;
@@ -76,6 +76,7 @@ class ControlLaw {
   ForwardDynamics model_;
   double length_;          ///< characteristic [m]
   VectorX state_, rates_;  ///< of the model, per coordinate
+  MatrixX tied_;           ///< how all coordinates move with the actuated ones to which belts and gears tie them
   VectorX kp_, kd_, lambda_, k_;
   std::vector<int> sliding_;
   std::vector<bool> readable_;  ///< per coordinate: its value means the same in every assembly of the mechanism

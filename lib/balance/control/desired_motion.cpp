@@ -116,9 +116,8 @@ MotionOutcome displace(const Mechanism& mechanism, const Trajectory& trajectory,
   if (!there.found)
     return {MotionStatus::unreachable, 0, "the initial error puts the tool where it cannot be reached", {}};
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
-    const CoordinateSource& source = tree.sources[c];
-    if (source.column >= 0)
-      position[static_cast<Eigen::Index>(c)] = source.ratio * there.y[source.column] + source.offset;
+    const LinearQuantity& source = tree.sources[c];
+    if (source.depends()) position[static_cast<Eigen::Index>(c)] = source.value(there.y.data());
   }
   return {MotionStatus::done, 0, "", {}};
 }

@@ -116,8 +116,8 @@ class CoreOf : public ForwardDynamics::Core {
   MatrixX input() const {
     MatrixX out = MatrixX::Zero(loops_.columns(), static_cast<Eigen::Index>(mechanism_.actuators.size()));
     for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
-      const CoordinateSource& source = loops_.tree().sources[mechanism_.actuators[a]];
-      out(source.column, static_cast<Eigen::Index>(a)) = source.ratio;
+      const LinearQuantity& source = loops_.tree().sources[mechanism_.actuators[a]];
+      source.load(1, out.col(static_cast<Eigen::Index>(a)).data());
     }
     return out;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace balance {
 
@@ -32,14 +33,18 @@ LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& 
   const int n = columns();
   for (const int ball : full_.balls) reference_.push_back(full_.nodes[ball].R_PF);
   for (int c = 0; c < n; ++c) scale_.push_back(full_.column_kind_length[c] ? full_.length : 1);
-  for (const int coordinate : mechanism.actuators)
-    driven_.push_back({full_.sources[coordinate].column, full_.sources[coordinate].ratio});
+  for (std::size_t a = 0; a < mechanism.actuators.size(); ++a)
+    for (const auto& [column, ratio] : full_.sources[mechanism.actuators[a]].terms)
+      driven_.push_back({a, column, ratio});
   for (const Friction& friction : mechanism.friction) {
-    const CoordinateSource& source = full_.sources[friction.coordinate];
-    const bool slides = mechanism.coordinates[friction.coordinate].kind == CoordinateKind::length;
-    const double unit = slides ? full_.length : 1;
-    rubbing_.push_back({friction, source.column, source.ratio, unit, options.friction_width * unit});
-    dry_ = dry_ || rubbing_.back().dry();
+    const LinearQuantity& source = full_.sources[friction.coordinate];
+    const double unit = source.is_length ? full_.length : 1;
+    rubbing_.push_back({friction, source, unit, options.friction_width * unit});
+    if (!rubbing_.back().dry()) continue;
+    dry_ = true;
+    if (!source.depends_on_one())
+      throw std::invalid_argument("dry friction in '" + mechanism.coordinates[friction.coordinate].name +
+                                  "', which follows several coordinates: whether it sticks cannot be computed");
   }
   const std::size_t most = static_cast<std::size_t>(n) + static_cast<std::size_t>(full_.closure_rows);
   x_.assign(most, 0), rates_.assign(most, 0);
@@ -237,10 +242,10 @@ bool LoopDynamics<S>::accelerate(double time, const double* dy, const double* ef
   transform();
   const int n = columns(), d = freedoms_;
   for (int k = 0; k < d; ++k) right_[k] = -bias_[k];
-  for (std::size_t a = 0; a < driven_.size(); ++a) {
-    const double force = driven_[a].ratio * efforts[a];
+  for (const Driven& driven : driven_) {
+    const double force = driven.ratio * efforts[driven.actuator];
     if (force == 0) continue;
-    for (int k = 0; k < d; ++k) right_[k] += C_[driven_[a].column * d + k] * force;
+    for (int k = 0; k < d; ++k) right_[k] += C_[driven.column * d + k] * force;
   }
   for (int a = 0; a < d; ++a)
     for (int b = 0; b <= a; ++b) factor_[a * d + b] = M_(a, b);

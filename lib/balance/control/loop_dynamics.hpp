@@ -95,7 +95,9 @@ class LoopDynamics {
   bool turn_balls_back(double limit, double* y, double* dy);
 
  private:
+  /// A column that an actuator loads with ratio times its effort.
   struct Driven {
+    std::size_t actuator;
     int column;
     double ratio;
   };

@@ -32,7 +32,8 @@ template <class S>
 std::vector<int> LoopDynamics<S>::preferred_columns() const {
   std::vector<int> out;
   for (const int coordinate : options_.preferred) {
-    const int column = full_.sources[coordinate].column;
+    if (!full_.sources[coordinate].depends_on_one()) return {};
+    const int column = full_.sources[coordinate].terms[0].first;
     if (std::find(out.begin(), out.end(), column) != out.end()) return {};
     out.push_back(column);
   }
@@ -185,7 +186,7 @@ void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, cons
     x_[i] = tau_[i];
     for (int j = 0; j < n; ++j) x_[i] += mass_[i * n + j] * ddy[j];
   }
-  for (std::size_t a = 0; a < driven_.size(); ++a) x_[driven_[a].column] -= driven_[a].ratio * efforts[a];
+  for (const Driven& driven : driven_) x_[driven.column] -= driven.ratio * efforts[driven.actuator];
   if (!redundant()) {
     equations_->solve_transposed(x_.data());
     std::copy_n(x_.data(), full_.closure_rows, out.data());

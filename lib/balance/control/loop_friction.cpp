@@ -30,7 +30,7 @@ double LoopDynamics<S>::sliding_part(const Rubbing& rub, double rate) const {
 
 template <class S>
 void LoopDynamics<S>::add_friction(const double* dy) {
-  for (const Rubbing& rub : rubbing_) tau_[rub.column] += rub.ratio * sliding_part(rub, rub.rate(dy));
+  for (const Rubbing& rub : rubbing_) rub.coordinate.load(sliding_part(rub, rub.rate(dy)), tau_.data());
 }
 
 template <class S>
@@ -49,7 +49,7 @@ void LoopDynamics<S>::forget_friction() {
 template <class S>
 std::vector<bool> LoopDynamics<S>::stuck_columns() const {
   std::vector<bool> out(static_cast<std::size_t>(columns()), false);
-  for (const int r : stuck_) out[rubbing_[r].column] = true;
+  for (const int r : stuck_) out[rubbing_[r].column()] = true;
   return out;
 }
 
@@ -78,8 +78,8 @@ StickProblem LoopDynamics<S>::stick_problem(const double* efforts, const std::ve
   const int d = freedoms_;
   const auto m = static_cast<Eigen::Index>(at_rest.size());
   VectorX right = -bias_;
-  for (std::size_t a = 0; a < driven_.size(); ++a)
-    for (int k = 0; k < d; ++k) right[k] += C_[driven_[a].column * d + k] * driven_[a].ratio * efforts[a];
+  for (const Driven& driven : driven_)
+    for (int k = 0; k < d; ++k) right[k] += C_[driven.column * d + k] * driven.ratio * efforts[driven.actuator];
   const Eigen::LLT<MatrixX> mass(M_);
   const VectorX free = mass.solve(right);
   double largest = 0;
@@ -92,8 +92,8 @@ StickProblem LoopDynamics<S>::stick_problem(const double* efforts, const std::ve
   StickProblem out{{}, VectorX(m), VectorX(m), VectorX(m), VectorX(m)};
   for (Eigen::Index i = 0; i < m; ++i) {
     const Rubbing& rub = rubbing_[at_rest[static_cast<std::size_t>(i)]];
-    for (int k = 0; k < d; ++k) G(i, k) = rub.ratio * C_[rub.column * d + k];
-    out.free[i] = G.row(i).dot(free) + rub.ratio * ddy0_[rub.column];
+    for (int k = 0; k < d; ++k) G(i, k) = rub.ratio() * C_[rub.column() * d + k];
+    out.free[i] = G.row(i).dot(free) + rub.ratio() * ddy0_[rub.column()];
     out.round_off[i] = still * largest * rub.unit;
     out.at_rest[i] = rub.law.static_limit();
     out.sliding[i] = rub.law.coulomb;
@@ -141,7 +141,7 @@ FrictionChange LoopDynamics<S>::decide_friction(double time, double* dy, const d
     turned = turned || rub.sign != rub.last_sign;
   }
   for (const int r : stuck_) rubbing_[r].stuck = true;
-  for (const int r : stuck_) dy[rubbing_[r].column] = 0;
+  for (const int r : stuck_) dy[rubbing_[r].column()] = 0;
   return !same ? FrictionChange::sticks : turned ? FrictionChange::slips : FrictionChange::none;
 }
 
@@ -175,7 +175,7 @@ void LoopDynamics<S>::add_stuck_friction(const double* efforts, const double* dd
     lacking[i] = -tau_[i];
     for (int j = 0; j < n; ++j) lacking[i] -= mass_[i * n + j] * ddy[j];
   }
-  for (std::size_t a = 0; a < driven_.size(); ++a) lacking[driven_[a].column] += driven_[a].ratio * efforts[a];
+  for (const Driven& driven : driven_) lacking[driven.column] += driven.ratio * efforts[driven.actuator];
   MatrixX G(h, m);
   for (Eigen::Index i = 0; i < m; ++i) friction[i] = rubbing_[stuck_[static_cast<std::size_t>(i)]].friction;
   for (Eigen::Index k = 0; k < h; ++k) {
@@ -184,14 +184,14 @@ void LoopDynamics<S>::add_stuck_friction(const double* efforts, const double* dd
     for (int i = 0; i < n; ++i) needed[k] += C_[i * d + row] * lacking[i];
     for (Eigen::Index i = 0; i < m; ++i) {
       const Rubbing& rub = rubbing_[stuck_[static_cast<std::size_t>(i)]];
-      G(k, i) = rub.ratio * C_[rub.column * d + row];
+      G(k, i) = rub.ratio() * C_[rub.column() * d + row];
     }
   }
   if (h > 0) friction += Eigen::CompleteOrthogonalDecomposition<MatrixX>(G).solve(needed - G * friction);
   for (Eigen::Index i = 0; i < m; ++i) {
     Rubbing& rub = rubbing_[stuck_[static_cast<std::size_t>(i)]];
     rub.friction = friction[i];
-    tau_[rub.column] += rub.ratio * friction[i];
+    rub.coordinate.load(friction[i], tau_.data());
   }
 }
 

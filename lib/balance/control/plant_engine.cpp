@@ -132,8 +132,8 @@ EquationOfMotion EngineOf<S>::equation() {
   const int d = loops_.freedoms();
   EquationOfMotion out{loops_.reduced_mass(), loops_.reduced_bias(), MatrixX::Zero(d, efforts_.size())};
   for (Eigen::Index a = 0; a < efforts_.size(); ++a) {
-    const CoordinateSource& source = loops_.tree().sources[mechanism_.actuators[a]];
-    for (int k = 0; k < d; ++k) out.input(k, a) = source.ratio * loops_.transformation()[source.column * d + k];
+    for (const auto& [column, ratio] : loops_.tree().sources[mechanism_.actuators[a]].terms)
+      for (int k = 0; k < d; ++k) out.input(k, a) += ratio * loops_.transformation()[column * d + k];
   }
   return out;
 }

@@ -70,10 +70,10 @@ double EngineOf<S>::dip(double step) const {
   double first = 0;
   for (const Rubbing& rub : loops_.rubbing()) {
     if (!rub.dry() || rub.stuck) continue;
-    const double unit = rub.sign * rub.ratio;
-    const double begin = unit * last_x_[loops_.columns() + rub.column] * loops_.scale()[rub.column],
-                 gain = unit * dy_[rub.column] - begin;
-    const double falls = unit * step * start_ddy_[rub.column], rises = unit * step * ddy_[rub.column];
+    const double unit = rub.sign * rub.ratio();
+    const double begin = unit * last_x_[loops_.columns() + rub.column()] * loops_.scale()[rub.column()],
+                 gain = unit * dy_[rub.column()] - begin;
+    const double falls = unit * step * start_ddy_[rub.column()], rises = unit * step * ddy_[rub.column()];
     if (!(falls < 0 && rises > 0)) continue;
     // begin + falls p + square p² + cube p³
     const double square = 3 * gain - 2 * falls - rises, cube = falls + rises - 2 * gain;

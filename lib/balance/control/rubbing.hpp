@@ -1,22 +1,26 @@
 #pragma once
 /// A joint with friction while the mechanism moves. Private to control.
 
+#include "balance/kinematics/linear_quantity.hpp"
 #include "balance/model/friction.hpp"
 
 namespace balance {
 
 struct Rubbing {
   Friction law;
-  int column;          ///< of the tree
-  double ratio, unit;  ///< unit: 1 or the characteristic length
-  double width;        ///< over which the smoothed law goes from −coulomb to coulomb, half of it; 0: the true law
+  LinearQuantity coordinate;
+  double unit;   ///< 1 or the characteristic length
+  double width;  ///< over which the smoothed law goes from −coulomb to coulomb, half of it; 0: the true law
   int sign = 0, last_sign = 0;  ///< the way it slips, and that before the last decision
   bool stuck = false;
   double slack = 0;     ///< rate of the wrong sign that is round-off, in units
   double friction = 0;  ///< what it resists with while it sticks
 
   bool dry() const { return law.static_limit() > 0; }
-  double rate(const double* dy) const { return ratio * dy[column]; }
+  double rate(const double* dy) const { return coordinate.rate(dy); }
+  // of a joint that may stick, which follows no sum
+  int column() const { return coordinate.terms[0].first; }
+  double ratio() const { return coordinate.terms[0].second; }
 };
 
 /// What a decision about dry friction has changed.

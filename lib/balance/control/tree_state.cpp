@@ -45,7 +45,7 @@ void hold_line(const Mechanism& mechanism, const Tree<Spatial>& tree, const Idle
         frame_with_z_along((forward ? joint.rotation : Matrix3(joint.rotation.transpose())) * spin.line);
     const Vector3 line = R_child * spin.line;
     const Vector3 s = axes.transpose() * line, ds = axes.transpose() * w_child.cross(line);
-    const int first = tree.sources[c].column, second = tree.sources[c + 1].column;
+    const int first = tree.sources[c].terms[0].first, second = tree.sources[c + 1].terms[0].first;
     const double across = std::max(1e-12, s.y() * s.y() + s.z() * s.z());
     y[first] = std::atan2(-s.y(), s.z());
     y[second] = std::asin(std::clamp(s.x(), -1.0, 1.0));
@@ -63,12 +63,13 @@ void to_tree(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& q, 
   dy.setZero(tree.columns);
   const auto take = [&](bool leaders) {
     for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
-      const CoordinateSource& source = tree.sources[c];
-      const bool leads = source.ratio == 1 && source.offset == 0;
-      if (source.column < 0 || leads != leaders || source.ratio == 0) continue;
+      const LinearQuantity& source = tree.sources[c];
+      if (!source.depends_on_one() || source.is_column() != leaders) continue;
+      const auto& [column, ratio] = source.terms[0];
+      if (ratio == 0) continue;
       const auto k = static_cast<Eigen::Index>(c);
-      y[source.column] = (q[k] - source.offset) / source.ratio;
-      dy[source.column] = dq[k] / source.ratio;
+      y[column] = (q[k] - source.constant) / ratio;
+      dy[column] = dq[k] / ratio;
     }
   };
   take(false);
@@ -90,11 +91,11 @@ void from_tree(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& 
   JointReading<double> reading;
   for (Eigen::Index c = 0; c < count; ++c) {
     const Coordinate& coordinate = mechanism.coordinates[c];
-    const CoordinateSource& source = tree.sources[c];
-    if (source.column >= 0 && !tree.joint_floats[coordinate.joint]) {
-      q[c] = source.ratio * y[source.column] + source.offset;
-      dq[c] = source.ratio * dy[source.column];
-      ddq[c] = source.ratio * ddy[source.column];
+    const LinearQuantity& source = tree.sources[c];
+    if (source.depends() && !tree.joint_floats[coordinate.joint]) {
+      q[c] = source.value(y);
+      dq[c] = source.rate(dy);
+      ddq[c] = source.rate(ddy);
       continue;
     }
     if (read != coordinate.joint) {

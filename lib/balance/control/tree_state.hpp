@@ -25,9 +25,10 @@ template <class S>
 std::vector<int> leaders(const Tree<S>& tree) {
   std::vector<int> out(tree.columns, -1);
   for (std::size_t c = tree.sources.size(); c-- > 0;) {
-    const CoordinateSource& source = tree.sources[c];
-    if (source.column < 0) continue;
-    if (out[source.column] < 0 || (source.ratio == 1 && source.offset == 0)) out[source.column] = static_cast<int>(c);
+    const LinearQuantity& source = tree.sources[c];
+    if (!source.depends_on_one()) continue;
+    int& leader = out[source.terms[0].first];
+    if (leader < 0 || source.is_column()) leader = static_cast<int>(c);
   }
   return out;
 }

@@ -25,8 +25,10 @@ std::size_t listed(const Mechanism& mechanism, Kind kind) {
     case disc_mass:
     case disc_position:
     case disc_inertia:
-    case disc_ratio: return mechanism.discs.size();
+    case disc_ratio:
+    case disc_term_ratio: return mechanism.discs.size();
     case coupling_ratio:
+    case coupling_term_ratio:
     case coupling_offset: return mechanism.couplings.size();
     case spring_stiffness:
     case spring_free_length:
@@ -44,6 +46,18 @@ bool is_matrix(Kind kind) {
   return kind == Kind::body_inertia || kind == Kind::attachment_inertia || kind == Kind::disc_inertia;
 }
 
+/// Entries that `column` counts.
+std::size_t columns_of(const Mechanism& mechanism, const MechanismNumber& number) {
+  const auto at = static_cast<std::size_t>(number.index);
+  switch (number.kind) {
+    case Kind::load_force:
+    case Kind::load_moment: return mechanism.loads[at].force.size();
+    case Kind::disc_term_ratio: return mechanism.discs[at].follows.terms.size();
+    case Kind::coupling_term_ratio: return mechanism.couplings[at].leader.terms.size();
+    default: return is_matrix(number.kind) ? 3 : 1;
+  }
+}
+
 }  // namespace
 
 bool has_mirror(const MechanismNumber& number) { return is_matrix(number.kind) && number.row != number.column; }
@@ -55,11 +69,7 @@ void require_number(const Mechanism& mechanism, const MechanismNumber& number) {
   };
   if (!in(number.index, listed(mechanism, number.kind))) refuse("element", number.index);
   if (!in(number.row, 3)) refuse("row", number.row);
-  const bool load = number.kind == Kind::load_force || number.kind == Kind::load_moment;
-  const std::size_t columns = load ? mechanism.loads[static_cast<std::size_t>(number.index)].force.size()
-                              : is_matrix(number.kind) ? 3
-                                                       : 1;
-  if (!in(number.column, columns)) refuse("column", number.column);
+  if (!in(number.column, columns_of(mechanism, number))) refuse("column", number.column);
 }
 
 }  // namespace balance

@@ -22,8 +22,10 @@ struct MechanismNumber {
     disc_mass,            ///< [kg]
     disc_position,        ///< component `row` [m]
     disc_inertia,         ///< as body_inertia
-    disc_ratio,           ///< of the disc's to the coordinate's rate
+    disc_ratio,           ///< of the disc's rate to that of what it follows
+    disc_term_ratio,      ///< of the coordinate `column` in what the disc follows
     coupling_ratio,       ///< of the follower's to the leader's rate
+    coupling_term_ratio,  ///< of the coordinate `column` in what the follower follows
     coupling_offset,      ///< [rad or m]
     spring_stiffness,     ///< [N/m]
     spring_free_length,   ///< [m]
@@ -47,6 +49,7 @@ void require_number(const Mechanism& mechanism, const MechanismNumber& number);
 template <class T>
 T& number_in(MechanismOf<T>& mechanism, const MechanismNumber& number) {
   const auto at = [&](auto& list) -> auto& { return list[static_cast<std::size_t>(number.index)]; };
+  const auto term = [&](auto& sum) -> auto& { return sum.terms[static_cast<std::size_t>(number.column)].ratio; };
   using enum MechanismNumber::Kind;
   switch (number.kind) {
     case gravity: return mechanism.gravity[number.row];
@@ -62,7 +65,9 @@ T& number_in(MechanismOf<T>& mechanism, const MechanismNumber& number) {
     case disc_position: return at(mechanism.discs).position[number.row];
     case disc_inertia: return at(mechanism.discs).inertia(number.row, number.column);
     case disc_ratio: return at(mechanism.discs).ratio;
+    case disc_term_ratio: return term(at(mechanism.discs).follows);
     case coupling_ratio: return at(mechanism.couplings).ratio;
+    case coupling_term_ratio: return term(at(mechanism.couplings).leader);
     case coupling_offset: return at(mechanism.couplings).offset;
     case spring_stiffness: return at(mechanism.springs).stiffness;
     case spring_free_length: return at(mechanism.springs).free_length;

@@ -7,12 +7,12 @@ namespace balance {
 template <class S>
 DualMoment<S>::DualMoment(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<int>& needed,
                           const DriveQuantities& quantities, bool redundant, int freedoms,
-                          const typename S::Vector& about)
+                          const typename D::Vector& about)
     : values_(tree),
       tree_(compile<D>(mechanism, needed)),
       drive_(drive_rows(mechanism, tree_, quantities)),
       equations_(tree_, drive_, redundant),
-      observer_(mechanism, tree_, freedoms, about.template cast<DualNumber>()),
+      observer_(mechanism, tree_, freedoms, about),
       state_(tree_.nodes.size()) {
   const auto one_coordinate = [](const LinearQuantityOf<DualNumber>& quantity) {
     return quantity.terms.size() == 1 && quantity.terms[0].second != 0;
@@ -61,7 +61,7 @@ void DualMoment<S>::move(const double* y, const DriveSampleOf<DualNumber>& targe
 }
 
 template <class S>
-bool DualMoment<S>::observe(double time, double duration, Detail detail) {
+bool DualMoment<S>::observe(const DualNumber& time, double duration, Detail detail) {
   const Instant<D> here{state_, now_.y.data(), now_.dy.data(), now_.ddy.data(), time, direct_};
   return observer_.observe(here, equations_, duration, detail);
 }

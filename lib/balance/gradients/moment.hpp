@@ -24,17 +24,17 @@ class DualMoment {
   /// @param needed as the tree was compiled with
   /// @param redundant more closure rows than rank @param about world point of moments
   DualMoment(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<int>& needed,
-             const DriveQuantities& quantities, bool redundant, int freedoms, const typename S::Vector& about);
+             const DriveQuantities& quantities, bool redundant, int freedoms, const typename D::Vector& about);
 
   /// Differentiates the configuration, rates and accelerations that the target prescribes.
   /// @param y meets the target's values to round-off, with the tree's present references
   void move(const double* y, const DriveSampleOf<DualNumber>& target);
   /// Everything there. @param duration of the whole motion [s], as friction asks
   /// @return false if the actuators do not hold the mechanism
-  bool observe(double time, double duration, Detail detail);
+  bool observe(const DualNumber& time, double duration, Detail detail);
 
   const DualCoordinates& coordinates() const { return now_; }
-  const SampleOf<DualNumber>& sample() const { return observer_.last(); }
+  SampleOf<DualNumber>& sample() { return observer_.last(); }
   /// Smallest singular value of the scaled equations; 1 where nothing has to be solved.
   DualNumber mobility();
 

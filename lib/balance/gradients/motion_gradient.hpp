@@ -1,6 +1,7 @@
 #pragma once
-/// A whole run with its derivatives with respect to up to dual_width numbers of the mechanism: inertial numbers, lengths, angles,
-/// stiffnesses, ratios. Forward differentiation through the implicit function theorem, good to round-off; see docs/theory.md, section 10.
+/// A whole run with its derivatives with respect to up to dual_width numbers of the mechanism (inertial numbers, lengths, angles,
+/// stiffnesses, ratios) and of the trajectory (poses, points and times on the way, coefficients, duration). Forward differentiation through
+/// the implicit function theorem, good to round-off; see docs/theory.md, section 10.
 
 #include "balance/gradients/over_duals.hpp"
 #include "balance/motion/trajectory.hpp"
@@ -15,25 +16,38 @@ namespace balance {
 struct RunGradient {
   Result run;  ///< as simulate() gives it, without metrics' round-off; its outcome says whether there is anything
   BetweenSamples between;
-  /// Per number: what every entry of the run's arrays changes by. Orientations have none (quaternions).
+  /// Per number: what every entry of the run's arrays changes by at the same part of the duration, and the times themselves.
+  /// Orientations have none (quaternions).
   std::array<Result, dual_width> derivatives;
   std::array<BetweenSamples, dual_width> derivatives_between;
 };
 
-/// @param mechanism with_derivatives(), those of the numbers wanted set
-RunGradient differentiate(const MechanismOf<DualNumber>& mechanism, const Trajectory& trajectory);
+/// @param mechanism, trajectory with_derivatives(), those of the numbers wanted set
+/// @param quantities names of arrays that have figures ("torque", "shaking_moment"); no others are computed. Empty: all arrays
+/// @throws std::invalid_argument for fewer than two samples
+RunGradient differentiate(const MechanismOf<DualNumber>& mechanism, const TrajectoryOf<DualNumber>& trajectory,
+                          const std::vector<std::string>& quantities = {});
+
+/// The largest or least value in a stretch of a run.
+struct Extreme {
+  double value = 0;
+  std::array<double, dual_width> d{};
+};
 
 /// A figure of a run and its derivatives.
 struct FigureGradient {
   std::string quantity;  ///< as in Metric
   double peak = 0, rms = 0, mean = 0, range = 0;
   std::array<double, dual_width> d_peak{}, d_rms{}, d_mean{}, d_range{};
+  /// Stretch by stretch of the run: what may become the peak, or an end of the range, with other numbers.
+  std::vector<Extreme> highest, lowest;
 };
 
 struct FigureGradients {
   std::vector<FigureGradient> figures;  ///< of every track, worst ones left to the caller
-  double energy = 0;
-  std::array<double, dual_width> d_energy{};
+  double energy = 0;                    ///< zero without an array of powers
+  double duration = 0;
+  std::array<double, dual_width> d_energy{}, d_duration{};
 };
 
 /// Peaks and ranges are differentiated at the places where they are now. A magnitude of zero has the derivative of zero.

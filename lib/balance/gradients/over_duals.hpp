@@ -6,6 +6,7 @@
 #include "balance/model/conversion.hpp"
 #include "balance/model/drive_sample.hpp"
 #include "balance/motion/sample.hpp"
+#include "balance/motion/trajectory_conversion.hpp"
 
 namespace balance {
 
@@ -32,7 +33,20 @@ inline MechanismOf<DualNumber> with_derivatives(const Mechanism& mechanism) {
 inline PlanarRotation<DualNumber> constant(const PlanarRotation<double>& R) { return {R.c, R.s}; }
 inline SpatialRotation<DualNumber> constant(const SpatialRotation<double>& R) { return {R.matrix.cast<DualNumber>()}; }
 
-/// Derivatives with respect to number k, each where the sample has the value. Counts and what only runs under control know are zero.
+inline TrajectoryOf<DualNumber> with_derivatives(const Trajectory& trajectory) {
+  return converted<DualNumber>(trajectory, [](double x) { return DualNumber(x); });
+}
+
+/// How much of a sample.
+enum class Extent {
+  forces,   ///< time, efforts, powers, shaking and ground forces and moments, acceleration of the centre of mass
+  figures,  ///< everything else, too, that has figures
+  all,
+};
+
+/// Derivatives with respect to number k, each where the sample has the value. Counts and what only runs under control know are left
+/// alone. Keeps the memory that `out` has.
+void write_derivative(const SampleOf<DualNumber>& sample, std::size_t k, Extent extent, Sample& out);
 Sample derivative_of(const SampleOf<DualNumber>& sample, std::size_t k);
 
 }  // namespace balance

@@ -1,6 +1,7 @@
 #include "balance/gradients/state_gradient.hpp"
 
 #include "balance/gradients/moment.hpp"
+#include "balance/gradients/state_duals.hpp"
 #include "balance/inverse/engine.hpp"
 
 #include <algorithm>
@@ -49,7 +50,7 @@ bool add_derivatives(const InverseEngine<S>& engine, const Seeded& seeded, doubl
   DriveQuantities quantities;
   quantities.coordinates = branch.independent();
   DualMoment<S> moment(seeded.mechanism, branch.tree(), branch.needed(), quantities, branch.redundant(),
-                       branch.freedoms(), to_vector<S>(engine.options.about));
+                       branch.freedoms(), to_vector<S>(engine.options.about).template cast<DualNumber>());
   moment.move(branch.y(), seeded.target);
   if (!moment.observe(time, engine.options.time_scale, Detail::everything)) return false;
   SampleOf<DualNumber> seen = moment.sample();
@@ -58,34 +59,54 @@ bool add_derivatives(const InverseEngine<S>& engine, const Seeded& seeded, doubl
   return true;
 }
 
+Answer<StateGradient> start_of(InverseDynamics& door, const VectorX& q, const VectorX& dq, const VectorX& ddq,
+                               double time) {
+  Answer<Sample> here = door.at(q, dq, ddq, time);
+  return {here.outcome, {std::move(here.value), {}}};
+}
+
+DriveSampleOf<DualNumber> target_of(const VectorX& q, const VectorX& dq, const VectorX& ddq) {
+  return {q.cast<DualNumber>(),          dq.cast<DualNumber>(),
+          ddq.cast<DualNumber>(),        Matrix3Of<DualNumber>::Identity(),
+          Vector3Of<DualNumber>::Zero(), Vector3Of<DualNumber>::Zero()};
+}
+
+/// @return whether the actuators hold the mechanism
+bool differentiate_state(const InverseDynamics& door, const Seeded& seeded, double time, std::size_t count,
+                         Answer<StateGradient>& found) {
+  const auto& engine = door.engine();
+  std::vector<Sample>& derivatives = found.value.derivatives;
+  const bool held =
+      door.mechanism().space == SpaceKind::planar
+          ? add_derivatives(static_cast<const InverseEngine<Planar>&>(engine), seeded, time, count, derivatives)
+          : add_derivatives(static_cast<const InverseEngine<Spatial>&>(engine), seeded, time, count, derivatives);
+  if (held) return true;
+  found.outcome.status = MotionStatus::actuation_singularity;
+  found.outcome.reason = "actuation singularity: the efforts have no derivatives there";
+  return false;
+}
+
 }  // namespace
 
 Answer<StateGradient> derivatives(InverseDynamics& door, const VectorX& q, const VectorX& dq, const VectorX& ddq,
                                   const std::vector<Wanted>& wanted, double time) {
   check(door, wanted);
-  Answer<StateGradient> found;
-  Answer<Sample> here = door.at(q, dq, ddq, time);
-  found.outcome = here.outcome;
-  found.value.sample = std::move(here.value);
+  Answer<StateGradient> found = start_of(door, q, dq, ddq, time);
   if (!found) return found;
-  const Seeded plain{with_derivatives(door.mechanism()),
-                     {q.cast<DualNumber>(), dq.cast<DualNumber>(), ddq.cast<DualNumber>(),
-                      Matrix3Of<DualNumber>::Identity(), Vector3Of<DualNumber>::Zero(), Vector3Of<DualNumber>::Zero()}};
+  const Seeded plain{with_derivatives(door.mechanism()), target_of(q, dq, ddq)};
   for (std::size_t first = 0; first < wanted.size(); first += dual_width) {
     const std::size_t count = std::min<std::size_t>(dual_width, wanted.size() - first);
     Seeded seeded = plain;
     for (std::size_t k = 0; k < count; ++k) seeded.seed(wanted[first + k], k);
-    const auto& engine = door.engine();
-    const bool held = door.mechanism().space == SpaceKind::planar
-                          ? add_derivatives(static_cast<const InverseEngine<Planar>&>(engine), seeded, time, count,
-                                            found.value.derivatives)
-                          : add_derivatives(static_cast<const InverseEngine<Spatial>&>(engine), seeded, time, count,
-                                            found.value.derivatives);
-    if (held) continue;
-    found.outcome.status = MotionStatus::actuation_singularity;
-    found.outcome.reason = "actuation singularity: the efforts have no derivatives there";
-    break;
+    if (!differentiate_state(door, seeded, time, count, found)) break;
   }
+  return found;
+}
+
+Answer<StateGradient> derivatives(InverseDynamics& door, const MechanismOf<DualNumber>& mechanism, const VectorX& q,
+                                  const VectorX& dq, const VectorX& ddq, double time) {
+  Answer<StateGradient> found = start_of(door, q, dq, ddq, time);
+  if (found) differentiate_state(door, {mechanism, target_of(q, dq, ddq)}, time, dual_width, found);
   return found;
 }
 

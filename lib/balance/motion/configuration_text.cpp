@@ -10,9 +10,9 @@ std::string configuration_text(const Mechanism& mechanism, const Tree<S>& tree, 
   constexpr std::size_t most = 12;  // a sentence is to be read
   std::string out;
   for (std::size_t c = 0; c < tree.sources.size() && c < most; ++c) {
-    const CoordinateSource& source = tree.sources[c];
-    if (source.column < 0 || tree.joint_floats[mechanism.coordinates[c].joint]) continue;
-    const double value = source.ratio * y[source.column] + source.offset;
+    const LinearQuantity& source = tree.sources[c];
+    if (!source.depends() || tree.joint_floats[mechanism.coordinates[c].joint]) continue;
+    const double value = source.value(y);
     std::array<char, 32> digits{};
     std::snprintf(digits.data(), digits.size(), "%.6g", value);
     out += (out.empty() ? "" : ", ") + mechanism.coordinates[c].name + " " + digits.data();

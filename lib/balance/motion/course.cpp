@@ -1,5 +1,7 @@
 #include "balance/motion/course.hpp"
 
+#include "balance/motion/offset.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -50,6 +52,13 @@ Panel cubic_panel(const std::vector<double>& knots, const std::vector<double>& c
   return panel;
 }
 
+PiecewiseSeries spline_on(const std::vector<double>& knots, const std::vector<double>& controls) {
+  std::vector<Panel> panels;
+  for (std::size_t j = order - 1; j + order < knots.size(); ++j)
+    if (knots[j] < knots[j + 1]) panels.push_back(cubic_panel(knots, controls, j));
+  return PiecewiseSeries(std::move(panels));
+}
+
 /// Where the drive's values hold a coordinate (−1: the tool's angle).
 std::size_t component_of(const DriveQuantities& quantities, int coordinate) {
   const std::size_t first = quantities.point.size() + quantities.com.size();
@@ -86,6 +95,11 @@ PiecewiseSeries with_derivatives(const PiecewiseSeries& function) {
   return PiecewiseSeries(std::move(panels));
 }
 
+PiecewiseSeries cubic_spline(const std::vector<double>& controls) {
+  if (controls.size() < order) throw std::invalid_argument("a cubic spline needs four controls");
+  return spline_on(knots_of(controls.size() - order, false), controls);
+}
+
 PiecewiseSeries clamped_spline(const std::vector<double>& coefficients, bool jump) {
   if (coefficients.empty()) throw std::invalid_argument("a spline needs a coefficient");
   if (jump && coefficients.size() % 2 != 0)
@@ -94,10 +108,7 @@ PiecewiseSeries clamped_spline(const std::vector<double>& coefficients, bool jum
   std::vector<double> controls(2, 0.0);  // the two at each end are the value and the rate there
   controls.insert(controls.end(), coefficients.begin(), coefficients.end());
   controls.insert(controls.end(), 2, 0.0);
-  std::vector<Panel> panels;
-  for (std::size_t j = order - 1; j + order < knots.size(); ++j)
-    if (knots[j] < knots[j + 1]) panels.push_back(cubic_panel(knots, controls, j));
-  return with_derivatives(PiecewiseSeries(std::move(panels)));
+  return with_derivatives(spline_on(knots, controls));
 }
 
 void add_courses(const Trajectory& trajectory, const DriveQuantities& quantities, Schedule::Request& request) {
@@ -113,8 +124,9 @@ void add_courses(const Trajectory& trajectory, const DriveQuantities& quantities
     if (kept.course.panels().empty())
       throw std::invalid_argument("the course that keeps the angular momentum has not been found yet");
     stay(request, component);
-    request.courses.push_back({component, kept.course, false});
+    request.courses.push_back({component, kept.course, kept.over_time});
   }
+  add_corridor(trajectory.corridor, quantities, request);
 }
 
 }  // namespace balance

@@ -1,5 +1,5 @@
 #pragma once
-/// What the remaining quantities of a drive do besides going straight from their start to their end, as functions of one parameter.
+/// What the quantities of a drive do besides going along their path, as functions of one parameter.
 
 #include "balance/base/piecewise_series.hpp"
 #include "balance/motion/drive_quantities.hpp"
@@ -19,12 +19,15 @@ CourseValue evaluate(const PiecewiseSeries& course, double parameter, Side side)
 /// A function with its first two derivatives beside it.
 PiecewiseSeries with_derivatives(const PiecewiseSeries& function);
 
+/// A cubic spline over 0 to 1 by the controls of its B-splines: at least four, the inner knots evenly spaced, the ends fourfold.
+PiecewiseSeries cubic_spline(const std::vector<double>& controls);
+
 /// The clamped cubic spline with value and rate zero at both ends, as a course. Of n coefficients it has the inner knots k / (n + 1);
 /// with a jump the n − 1 inner knots k / n, the one in the middle double.
 /// @throws std::invalid_argument if there is no coefficient or, with a jump, an odd number of them
 PiecewiseSeries clamped_spline(const std::vector<double>& coefficients, bool jump);
 
-/// Puts a trajectory's courses into a schedule's request, whose `from`, `to` and `via` are known.
+/// Puts a trajectory's courses and the way within its corridor into a schedule's request, whose `from`, `to` and `via` are known.
 /// @throws std::invalid_argument if a course is no quantity of the drive, has not been found yet, or goes beside a table. The message
 ///         is fit for a user.
 void add_courses(const Trajectory& trajectory, const DriveQuantities& quantities, Schedule::Request& request);

@@ -9,14 +9,9 @@ namespace balance {
 template <class S>
 LinearQuantityOf<typename S::Scalar> coordinate_row(const MechanismOf<typename S::Scalar>& mechanism,
                                                     const Tree<S>& tree, int coordinate) {
-  const CoordinateSourceOf<typename S::Scalar>& source = tree.sources[coordinate];
-  if (source.column < 0)
+  if (!tree.sources[coordinate].depends())
     throw std::invalid_argument("coordinate " + mechanism.coordinates[coordinate].name + " was cut");
-  LinearQuantityOf<typename S::Scalar> quantity;
-  quantity.terms.emplace_back(source.column, source.ratio);
-  quantity.constant = source.offset;
-  quantity.is_length = mechanism.coordinates[coordinate].kind == CoordinateKind::length;
-  return quantity;
+  return tree.sources[coordinate];
 }
 
 template <class T>
@@ -61,10 +56,11 @@ Drive<S> drive_rows(const MechanismOf<typename S::Scalar>& mechanism, const Tree
 
 template <class S>
 PoseEquations<S> pose_equations(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree,
-                                const PoseTarget& pose) {
+                                const PoseTargetOf<typename S::Scalar>& pose) {
+  using T = typename S::Scalar;
   PoseEquations<S> equations;
   Drive<S>& drive = equations.drive;
-  std::vector<double> values;
+  std::vector<T> values;
   attach_tool(mechanism, tree, drive);
   if ((pose.tool || pose.angle || pose.orientation) && !mechanism.tool)
     throw std::invalid_argument("the pose names a tool, but the mechanism has none");
@@ -74,14 +70,13 @@ PoseEquations<S> pose_equations(const MechanismOf<typename S::Scalar>& mechanism
     if (pose.angle) drive.linear.push_back(tool_angle(tree, drive.tool)), values.push_back(*pose.angle);
   } else if (pose.orientation) {
     drive.rotation = {0, 1, 2};
-    equations.target.rotation = pose.orientation->template cast<typename S::Scalar>();
+    equations.target.rotation = *pose.orientation;
   }
-  for (const CoordinateValue& joint : pose.joints) {
+  for (const CoordinateValueOf<T>& joint : pose.joints) {
     drive.linear.push_back(coordinate_row(mechanism, tree, joint.coordinate));
     values.push_back(joint.value);
   }
-  equations.target.value = Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()))
-                               .template cast<typename S::Scalar>();
+  equations.target.value = Eigen::Map<const VectorXOf<T>>(values.data(), static_cast<Eigen::Index>(values.size()));
   return equations;
 }
 
@@ -101,9 +96,9 @@ template Drive<SpatialOf<Number>> drive_rows<SpatialOf<Number>>(const MechanismO
                                                                 const Tree<SpatialOf<Number>>&, const DriveQuantities&);
 template PoseEquations<PlanarOf<Number>> pose_equations<PlanarOf<Number>>(const MechanismOf<Number>&,
                                                                           const Tree<PlanarOf<Number>>&,
-                                                                          const PoseTarget&);
+                                                                          const PoseTargetOf<Number>&);
 template PoseEquations<SpatialOf<Number>> pose_equations<SpatialOf<Number>>(const MechanismOf<Number>&,
                                                                             const Tree<SpatialOf<Number>>&,
-                                                                            const PoseTarget&);
+                                                                            const PoseTargetOf<Number>&);
 
 }  // namespace balance

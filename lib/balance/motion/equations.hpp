@@ -67,12 +67,10 @@ class Equations {
   std::size_t layout() const { return layout_; }
   const T& value(int place) const { return (redundant_ ? tall_.storage() : sparse_.storage())[place]; }
   /// All of it.
-  MatrixX dense() const {
-    MatrixX matrix(rows(), columns());
-    for (int r = 0; r < rows(); ++r)
-      for (int c = 0; c < columns(); ++c) matrix(r, c) = value_of(entry(r, c));
-    return matrix;
-  }
+  MatrixX dense() const;
+  /// The square system itself; not of redundant constraints.
+  SquareSystem<T>& system() { return sparse_; }
+  const SquareSystem<T>& system() const { return sparse_; }
 
  private:
   struct Entry {

@@ -1,5 +1,5 @@
 #pragma once
-/// What is told of a law of motion that was searched for.
+/// What is told of a law of motion, or a way within a corridor, that was searched for.
 
 #include <string>
 #include <vector>
@@ -21,6 +21,17 @@ struct FoundLaw {
   double peak = 0;  ///< and that peak [SI]
   std::string unit;
   double momentum = 0;  ///< law steady-momentum: the angular momentum that is kept [N m s]; else 0
+};
+
+struct FoundCorridor {
+  double width = 0, used = 0;  ///< how far the path may be left, and how far it is at most [m or rad]
+  std::string width_unit;      ///< "m" or "rad"
+  std::string of;              ///< the quantity whose peak is least; law fastest: "duration"
+  double figure = 0;           ///< what was reached [SI]
+  double on_path = 0;          ///< what the path itself would need [SI]
+  std::string unit;
+  int starts = 0;    ///< of the search
+  int agreeing = 0;  ///< how many of them ended in the same place, up to 1e-5 of the figure
 };
 
 }  // namespace balance

@@ -37,6 +37,23 @@ MotionOutcome failed(MotionStatus status, std::string reason) { return {status, 
 
 }  // namespace
 
+Schedule::Request make_request(const Trajectory& trajectory, const DriveQuantities& quantities, DriveValue from,
+                               DriveValue to) {
+  Schedule::Request request;
+  request.law = trajectory.law;
+  request.duration = trajectory.duration;
+  request.from = std::move(from), request.to = std::move(to);
+  const std::vector<int>& place = quantities.point.empty() ? quantities.com : quantities.point;
+  request.position_components = place.size() < 2 ? 0 : static_cast<int>(place.size());
+  request.path = place.size() == 2 ? in_components(trajectory.path, place[0], place[1]) : trajectory.path;
+  request.turns = !quantities.rotation.empty();
+  if (const auto* way = std::get_if<WaypointPath>(&trajectory.path))
+    for (const PoseTarget& point : way->points)
+      request.via.push_back(stated_values(quantities, point, request.via.empty() ? request.from : request.via.back()));
+  add_courses(trajectory, quantities, request);
+  return request;
+}
+
 template <class S>
 MotionOutcome explain_missing_start(const Mechanism& mechanism, const Tree<S>& tree, const Solution& attempt) {
   System<S> closures(tree, Drive<S>{});
@@ -151,17 +168,7 @@ class Planner {
   }
 
   bool make_schedule() {
-    plan_.request.law = trajectory_.law;
-    plan_.request.duration = trajectory_.duration;
-    const std::vector<int>& place = choice_.drive.point.empty() ? choice_.drive.com : choice_.drive.point;
-    plan_.request.position_components = place.size() < 2 ? 0 : static_cast<int>(place.size());
-    plan_.request.path = place.size() == 2 ? in_components(trajectory_.path, place[0], place[1]) : trajectory_.path;
-    plan_.request.turns = !choice_.drive.rotation.empty();
-    if (const auto* way = std::get_if<WaypointPath>(&trajectory_.path))
-      for (const PoseTarget& point : way->points)
-        plan_.request.via.push_back(stated_values(
-            choice_.quantities, point, plan_.request.via.empty() ? plan_.request.from : plan_.request.via.back()));
-    add_courses(trajectory_, choice_.quantities, plan_.request);
+    plan_.request = make_request(trajectory_, choice_.quantities, plan_.request.from, plan_.request.to);
     plan_.schedule.emplace(plan_.request);
     DriveSample first;
     plan_.schedule->at(0, Side::after, first);

@@ -29,6 +29,12 @@ struct Plan {
 template <class S>
 Plan<S> make_plan(const Mechanism& mechanism, const Tree<S>& tree, const Trajectory& trajectory);
 
+/// What a schedule is made from.
+/// @param from, to values of the drive's quantities at the ends
+/// @throws std::invalid_argument if a course is no quantity of the drive
+Schedule::Request make_request(const Trajectory& trajectory, const DriveQuantities& quantities, DriveValue from,
+                               DriveValue to);
+
 /// The equations that a pose states, with their values.
 template <class S>
 struct PoseEquations {
@@ -37,7 +43,7 @@ struct PoseEquations {
 };
 template <class S>
 PoseEquations<S> pose_equations(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree,
-                                const PoseTarget& pose);
+                                const PoseTargetOf<typename S::Scalar>& pose);
 
 /// The equations of what is driven.
 template <class S>

@@ -15,8 +15,9 @@ template <class S>
 VectorX assembly_guess(const Mechanism& mechanism, const Tree<S>& tree) {
   VectorX y = VectorX::Zero(tree.columns);
   for (const CoordinateValue& rough : mechanism.assembly) {
-    const CoordinateSource& source = tree.sources[rough.coordinate];
-    if (source.column >= 0 && source.ratio != 0) y[source.column] = (rough.value - source.offset) / source.ratio;
+    const LinearQuantity& source = tree.sources[rough.coordinate];
+    if (!source.depends_on_one() || source.terms[0].second == 0) continue;  // a sum says nothing of its parts
+    y[source.terms[0].first] = (rough.value - source.constant) / source.terms[0].second;
   }
   return y;
 }
@@ -31,10 +32,10 @@ double distance_from_assembly(const Mechanism& mechanism, const Tree<S>& tree, c
   double sum = 0;
   for (const CoordinateValue& rough : mechanism.assembly) {
     const Coordinate& coordinate = mechanism.coordinates[rough.coordinate];
-    const CoordinateSource& source = tree.sources[rough.coordinate];
+    const LinearQuantity& source = tree.sources[rough.coordinate];
     double value;
-    if (source.column >= 0 && !tree.joint_floats[coordinate.joint]) {
-      value = source.ratio * y[source.column] + source.offset;
+    if (source.depends() && !tree.joint_floats[coordinate.joint]) {
+      value = source.value(y.data());
     } else {
       const Joint& joint = mechanism.joints[coordinate.joint];
       value = read_joint(joint, relative_motion(tree, state, joint)).position[coordinate.index];

@@ -43,6 +43,7 @@ struct Schedule::Implementation {
   std::pair<const Leg*, LawValue> progress(double time, Side side) const;
   /// The parameter of a course at a time, 0 to 1: the time as part of the duration, or how much of all legs is behind.
   LawValue parameter(const AddedCourse& course, double time, const Leg& leg, const LawValue& progress) const;
+  LawValue way(const Leg& leg, const LawValue& progress) const;
   void add(const AddedCourse& course, const LawValue& parameter, Side side, DriveSample& sample) const;
   void add_jump(const Schedule& schedule, double time);
   void add_jumps(const Schedule& schedule);
@@ -78,6 +79,10 @@ std::pair<const Leg*, LawValue> Schedule::Implementation::progress(double time, 
 LawValue Schedule::Implementation::parameter(const AddedCourse& course, double time, const Leg& leg,
                                              const LawValue& progress) const {
   if (course.over_time) return {std::clamp(time / duration(), 0.0, 1.0), 1 / duration(), 0};
+  return way(leg, progress);
+}
+
+LawValue Schedule::Implementation::way(const Leg& leg, const LawValue& progress) const {
   const double share = leg.clock.duration() / itinerary.duration;
   return {leg.clock.start() / itinerary.duration + share * progress.s, share * progress.ds, share * progress.dds};
 }
@@ -161,6 +166,11 @@ void Schedule::at(double time, Side side, DriveSample& sample) const {
   std::visit([&, &progress = progress](const auto& turn) { turn.fill(progress, sample); }, leg->turn);
   for (const AddedCourse& course : implementation_->courses)
     implementation_->add(course, implementation_->parameter(course, time, *leg, progress), side, sample);
+}
+
+LawValue Schedule::way(double time, Side side) const {
+  const auto [leg, progress] = implementation_->progress(time, side);
+  return implementation_->way(*leg, progress);
 }
 
 double Schedule::longest_step(double time) const {

@@ -49,6 +49,10 @@ class Schedule {
   /// @throws std::invalid_argument if time is further outside than round-off explains (1e-9 of the duration)
   void at(double time, Side side, DriveSample& sample) const;
 
+  /// How far along the whole way the motion is, 0 to 1, with its first [1/s] and second [1/s^2] derivative. Of a table the way is the
+  /// time.
+  LawValue way(double time, Side side) const;
+
   /// The longest step [s] from a time on that cannot leave out what the path does: a part of its leg, and no more than a
   /// spline takes from knot to knot.
   double longest_step(double time) const;

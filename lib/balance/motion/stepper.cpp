@@ -12,9 +12,7 @@ namespace balance {
 
 namespace {
 
-constexpr double solved = 1e-12;            // scaled residual after which one correction is the last
-constexpr double longest_correction = 0.1;  // of a prediction, in radians or characteristic lengths
-constexpr int newton_steps = 8;
+constexpr double solved = 1e-12;  // scaled residual after which one correction is the last
 constexpr int halvings = 24;
 
 /// Columns whose coordinate changes entries of the equations' matrix.
@@ -229,6 +227,7 @@ bool Stepper<S>::turn_balls_back(double limit) {
     const double middle = std::remainder(now_.y[tree_.nodes[ball + 1].column], 2 * std::numbers::pi);
     if (std::abs(middle) < limit) continue;
     rereference(tree_, ball, now_.y.data());
+    ++references_;
     any = true;
   }
   return any;

@@ -12,9 +12,19 @@
 
 namespace balance {
 
+/// How an accepted step went: smallest pivots of the equations' and the guarded matrix at its end, how far it turned the mechanism
+/// [rad, characteristic lengths], corrections.
+struct StepMeasures {
+  double pivot = 1, hold_pivot = 1, way = 0;
+  int iterations = 0;
+};
+
 template <class S>
 class Stepper {
  public:
+  static constexpr int newton_steps = 8;             ///< for one configuration, at most
+  static constexpr double longest_correction = 0.1;  ///< of a prediction, in radians or characteristic lengths
+
   /// @param tree, plan must outlive the stepper; the plan must be done. The stepper may rereference the tree's balls.
   Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& plan);
 
@@ -30,6 +40,17 @@ class Stepper {
   bool advance(double time);
   /// Accelerations on one side of the present time (advance() leaves those of the side `after`).
   void accelerate(Side side);
+
+  /// A step to a moment that was found elsewhere (lanes/kernels.hpp), which this stepper would have accepted. Only the moment and
+  /// what is told of the way go on, until catch_up().
+  void follow(const MotionMoment& next, const StepMeasures& measures);
+  /// Poses, velocities and the matrix at a moment followed to. @param keep and the next steps go on from there
+  void catch_up(bool keep);
+  /// How often coordinates began to be counted from other references, so that those before and after are not comparable.
+  int references() const { return references_; }
+  /// Columns on which the matrix depends.
+  const std::vector<int>& bending() const { return bending_; }
+  double round_off() const { return round_off_; }  ///< scaled residual that cannot be improved upon
 
   const double* y() const { return now_.y.data(); }
   const double* dy() const { return now_.dy.data(); }
@@ -78,11 +99,11 @@ class Stepper {
   const Plan<S>& plan_;
   Equations<S> equations_;
   bool direct_ = false;
-  double round_off_;  ///< scaled residual that cannot be improved upon
+  double round_off_;
   State<S> state_;
   DriveSample sample_;
   Guard<S>* guard_ = nullptr;
-  std::vector<int> bending_;           ///< columns on which the matrix depends
+  std::vector<int> bending_;
   double floor_ = least_regularity;    ///< smallest pivot that counts as regular
   Approach approach_, hold_approach_;  ///< of the matrix that determines the motion, of the guarded one
   Passages<S> passages_;
@@ -91,7 +112,7 @@ class Stepper {
   MotionMoment now_, before_, older_, next_;
   int past_ = 0;              ///< how many of before_, older_ continue smoothly into now_
   double stride_ = INFINITY;  ///< step to be tried next [s]
-  int iterations_ = 0;
+  int iterations_ = 0, references_ = 0;
   VectorX predicted_, trial_;
   std::vector<double> x_;      ///< right-hand side, then solution
   std::vector<double> rates_;  ///< dy at the configuration of the last Newton step

@@ -4,6 +4,7 @@
 
 #include "balance/base/piecewise_series.hpp"
 #include "balance/model/mechanism.hpp"
+#include "balance/motion/corridor.hpp"
 #include "balance/motion/law.hpp"
 
 #include <algorithm>
@@ -68,11 +69,12 @@ using PathOf = std::variant<LinePath, CirclePathOf<T>, ArcPathOf<T>, WaypointPat
 /// One scalar of the tool's pose or of the CoM: x, y, z, then the angle (planar: rz) or rotation about the world axes.
 enum class Component { x, y, z, rx, ry, rz };
 
-/// What a law that is searched for must keep: a quantity's magnitude, at every moment, up to a bound.
+/// What a law that is searched for must keep at every moment: a quantity's magnitude up to a bound, or a scalar between two.
 template <class T>
 struct MotionLimitOf {
-  std::string quantity;  ///< "torque" (every actuator's), "torque[A1]", "shaking_force", "shaking_force[x]", …
-  T bound = 0;           ///< positive [SI]
+  std::string quantity;    ///< "torque" (every actuator's), "torque[A1]", "shaking_force", "shaking_force[x]", …
+  T bound = 0;             ///< [SI]; positive where there is no `least`
+  std::optional<T> least;  ///< of a scalar, less than `bound` [SI]; nothing: −bound
 };
 
 /// A cubic spline is added to the straight way of a quantity, zero with its rate at both ends.
@@ -83,24 +85,31 @@ struct AddedSplineOf {
   bool over_time = true;        ///< a function of the time as part of the duration; false: of the way
 };
 
-/// A quantity goes as it must for no angular momentum about the trajectory's `about`; its end value follows.
-struct KeptMomentum {
-  PiecewiseSeries course;  ///< less the start, with two derivatives, over the way; empty: not found yet
+/// A quantity goes as a component of the angular momentum about the trajectory's `about` asks for; its end value follows.
+template <class T>
+struct KeptMomentumOf {
+  int axis = 2;  ///< x, y, z of the world; planar: z
+  std::vector<T>
+      time;  ///< of the stated values, increasing, joined by a C² cubic spline [s]; empty: there is one value
+  std::vector<T> value;    ///< [N m s]; empty: zero
+  PiecewiseSeries course;  ///< less the start, with two derivatives; empty: not found yet
+  bool over_time = false;  ///< the course is a function of the time as part of the duration; false: of the way
 };
 
 /// What a remaining quantity does besides going straight from its start to its end.
 template <class T>
 struct CourseOf {
   int coordinate = -1;  ///< −1: the planar tool's angle
-  std::variant<AddedSplineOf<T>, KeptMomentum> kind;
+  std::variant<AddedSplineOf<T>, KeptMomentumOf<T>> kind;
 };
 
 template <class T>
 struct TrajectoryOf {
   std::string name;
   LawOf<T> law;
-  std::vector<MotionLimitOf<T>> limits;  ///< law fastest: at least one; gentlest: perhaps
-  std::string gentlest_of;               ///< law gentlest: whose peak is to be least
+  /// Law fastest: at least one; gentlest: perhaps; others go as they go, and their limits are only told (motion/phase_plane.hpp).
+  std::vector<MotionLimitOf<T>> limits;
+  std::string gentlest_of;  ///< law gentlest, or in a corridor: whose peak is to be least
   T start_speed = 0;  ///< law fastest or gentlest: of the driven point along its path [m/s]; joints: norm of their
   T end_speed = 0;    ///< … rates
   DriveKind drive = DriveKind::tool;
@@ -117,14 +126,15 @@ struct TrajectoryOf {
   T duration = 1;  ///< [s]; law fastest: what the search finds
   long samples = 1001;                        ///< uniform grid, both ends included; at least 2
   Vector3Of<T> about = Vector3Of<T>::Zero();  ///< world point that moments are about [m]
+  std::optional<CorridorOf<T>> corridor;      ///< round the path
 };
 
-/// The mechanism decides how this goes: its law or a course is found for it, by the room timing.
+/// The mechanism decides how this goes: its law, its way or a course is found for it, by the room timing.
 template <class T>
 bool depends_on_mechanism(const TrajectoryOf<T>& trajectory) {
-  return is_searched(trajectory.law.kind) ||
+  return is_searched(trajectory.law.kind) || trajectory.corridor.has_value() ||
          std::any_of(trajectory.courses.begin(), trajectory.courses.end(),
-                     [](const auto& course) { return std::holds_alternative<KeptMomentum>(course.kind); });
+                     [](const auto& course) { return std::holds_alternative<KeptMomentumOf<T>>(course.kind); });
 }
 
 using PoseTarget = PoseTargetOf<double>;
@@ -135,7 +145,9 @@ using TablePath = TablePathOf<double>;
 using Path = PathOf<double>;
 using MotionLimit = MotionLimitOf<double>;
 using AddedSpline = AddedSplineOf<double>;
+using KeptMomentum = KeptMomentumOf<double>;
 using Course = CourseOf<double>;
+using Corridor = CorridorOf<double>;
 using Trajectory = TrajectoryOf<double>;
 
 }  // namespace balance

@@ -15,7 +15,8 @@ class TrajectoryConversion {
     TrajectoryOf<To> to;
     to.name = from.name;
     to.law = {from.law.kind, number_(from.law.ramp_up), number_(from.law.ramp_down), from.law.nodes};
-    for (const auto& limit : from.limits) to.limits.push_back({limit.quantity, number_(limit.bound)});
+    for (const auto& limit : from.limits)
+      to.limits.push_back({limit.quantity, number_(limit.bound), convert(limit.least)});
     to.gentlest_of = from.gentlest_of;
     to.start_speed = number_(from.start_speed), to.end_speed = number_(from.end_speed);
     to.drive = from.drive;
@@ -25,6 +26,8 @@ class TrajectoryConversion {
     for (const auto& course : from.courses)
       std::visit([&](const auto& kind) { to.courses.push_back({course.coordinate, convert(kind)}); }, course.kind);
     std::visit([&](const auto& path) { to.path = convert(path); }, from.path);
+    if (const auto& c = from.corridor)
+      to.corridor = CorridorOf<To>{number_(c->width), c->knots, c->starts, c->controls};
     to.from = convert(from.from);
     to.to = convert(from.to);
     to.duration = number_(from.duration);
@@ -37,7 +40,12 @@ class TrajectoryConversion {
   AddedSplineOf<To> convert(const AddedSplineOf<From>& spline) const {
     return {convert(spline.coefficients), spline.jump, spline.over_time};
   }
-  KeptMomentum convert(const KeptMomentum& kept) const { return kept; }
+  KeptMomentumOf<To> convert(const KeptMomentumOf<From>& kept) const {
+    return {kept.axis, convert(kept.time), convert(kept.value), kept.course, kept.over_time};
+  }
+  std::optional<To> convert(const std::optional<From>& one) const {
+    return one ? std::optional<To>(number_(*one)) : std::nullopt;
+  }
   Vector3Of<To> convert(const Vector3Of<From>& v) const { return {number_(v[0]), number_(v[1]), number_(v[2])}; }
   Matrix3Of<To> convert(const Matrix3Of<From>& m) const {
     Matrix3Of<To> to;

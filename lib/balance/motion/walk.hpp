@@ -22,6 +22,21 @@ inline long most_rows_between(const Schedule& schedule, long samples) {
   return 2 * static_cast<long>(schedule.jumps().size()) + (samples - 1) * (steps_per_sample(samples) - 1);
 }
 
+/// The times of a walk, jumps aside: evenly spaced, every `pieces`-th is a sample's.
+struct WalkTimes {
+  double duration;
+  long samples;
+  long pieces = steps_per_sample(samples), steps = (samples - 1) * pieces;
+
+  double of(long step) const {
+    if (step == steps) return duration;
+    const long sample = step / pieces;
+    // samples where they are without steps between them, to the last digit
+    return step == sample * pieces ? duration * static_cast<double>(sample) / static_cast<double>(samples - 1)
+                                   : duration * static_cast<double>(step) / static_cast<double>(steps);
+  }
+};
+
 /// Where a walk stands.
 struct Stop {
   enum class Kind { sample, between, before_jump, after_jump };
@@ -46,18 +61,11 @@ bool walk(Stepper& stepper, const Schedule& schedule, long samples, See&& see) {
   };
   const double duration = schedule.duration();
   const std::vector<double>& jumps = schedule.jumps();
-  const long pieces = steps_per_sample(samples), steps = (samples - 1) * pieces;
-  const auto time_of = [&](long step) {
-    if (step == steps) return duration;
-    const long sample = step / pieces;
-    // samples where they are without steps between them, to the last digit
-    return step == sample * pieces ? duration * static_cast<double>(sample) / static_cast<double>(samples - 1)
-                                   : duration * static_cast<double>(step) / static_cast<double>(steps);
-  };
+  const WalkTimes times{duration, samples};
   std::size_t j = 0;
-  for (long step = 0; step <= steps; ++step) {
-    const double time = time_of(step);
-    const long k = (step + pieces - 1) / pieces;
+  for (long step = 0; step <= times.steps; ++step) {
+    const double time = times.of(step);
+    const long k = (step + times.pieces - 1) / times.pieces;
     for (; j < jumps.size() && jumps[j] <= time * (1 + 1e-12); ++j) {
       const bool here = std::abs(jumps[j] - time) <= 1e-12 * duration;
       if (!move(here ? time : jumps[j])) return false;
@@ -66,7 +74,7 @@ bool walk(Stepper& stepper, const Schedule& schedule, long samples, See&& see) {
       stepper.accelerate(Side::after);
       if (!see(Stop{Stop::Kind::after_jump, static_cast<long>(j), k, here})) return false;
     }
-    const Stop::Kind kind = step % pieces == 0 ? Stop::Kind::sample : Stop::Kind::between;
+    const Stop::Kind kind = step % times.pieces == 0 ? Stop::Kind::sample : Stop::Kind::between;
     if (!move(time) || !see(Stop{kind, k, k, false})) return false;
   }
   return true;

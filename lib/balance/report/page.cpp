@@ -86,6 +86,7 @@ std::string page_json(const Page& page) {
   json["check"] = page.check.empty() ? Json::object() : parsed(page.check);
   json["conditions"] = parsed(page.conditions);
   json["design"] = parsed(page.design);
+  json["front"] = parsed(page.front);
   json["meaning"] = page.meaning;
   json["mechanism"] = {{"before", mechanism_json(page.before)},
                        {"after", page.after ? mechanism_json(*page.after) : Json(nullptr)}};

@@ -21,11 +21,12 @@ struct Page {
   std::string command;    ///< what makes the same page again
   std::string spec_file;  ///< its name without folders
   std::string spec_text;
-  Mechanism before;                         ///< as the spec's runs see it
-  std::optional<Mechanism> after;           ///< designed
-  std::string check;                        ///< what `balance check --json` prints; empty: not checked
-  std::string conditions;                   ///< what `balance conditions --json` prints; empty: no goal
-  std::string design;                       ///< what `balance design --json` prints; empty: no design
+  Mechanism before;                ///< as the spec's runs see it
+  std::optional<Mechanism> after;  ///< designed
+  std::string check;               ///< what `balance check --json` prints; empty: not checked
+  std::string conditions;          ///< what `balance conditions --json` prints; empty: no goal
+  std::string design;              ///< what `balance design --json` prints; empty: no design
+  std::string front;  ///< what it prints of a trade-off, of which `design` is the middle; empty: none was asked for
   std::vector<std::string> meaning;         ///< the goals in words
   std::string controller, controller_type;  ///< of all runs; empty: they follow their trajectories exactly
   std::vector<PageTrajectory> trajectories;

@@ -55,6 +55,13 @@ Json attachments_json(const Mechanism& mechanism) {
   return list;
 }
 
+Json followed_json(const Followed& followed) {
+  Json list = Json::array();
+  for (const CoordinateTerm& term : followed.terms)
+    list.push_back({{"coordinate", term.coordinate}, {"ratio", term.ratio}});
+  return list;
+}
+
 Json discs_json(const Mechanism& mechanism) {
   Json list = Json::array();
   for (const Disc& disc : mechanism.discs)
@@ -62,7 +69,7 @@ Json discs_json(const Mechanism& mechanism) {
                     {"body", disc.body},
                     {"position", place(disc.position)},
                     {"axis", place(disc.axis)},
-                    {"follows", disc.follows},
+                    {"follows", followed_json(disc.follows)},
                     {"ratio", disc.ratio},
                     {"mass", disc.mass},
                     {"axial", disc.axis.dot(disc.inertia * disc.axis)}});
@@ -95,7 +102,7 @@ Json couplings_json(const Mechanism& mechanism) {
   Json list = Json::array();
   for (const Coupling& coupling : mechanism.couplings)
     list.push_back({{"follower", coupling.follower},
-                    {"leader", coupling.leader},
+                    {"leaders", followed_json(coupling.leader)},
                     {"ratio", coupling.ratio},
                     {"offset", coupling.offset}});
   return list;

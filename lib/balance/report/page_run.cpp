@@ -79,6 +79,16 @@ Json series_json(const Result& result) {
   return list;
 }
 
+/// As little as a picture needs.
+Json phase_plane_json(const PhasePlane& plane) {
+  const auto packed = [](const VectorX& values) { return Json{{"f32", base64_floats(Samples(values))}}; };
+  return {{"time", packed(plane.time)},
+          {"place", packed(plane.place)},
+          {"rate", packed(plane.rate)},
+          {"ceiling_place", packed(plane.ceiling_place)},
+          {"ceiling", packed(plane.ceiling)}};
+}
+
 }  // namespace
 
 Json run_page_json(const Mechanism& mechanism, const Result& computed, const std::vector<Eigen::Index>& rows) {
@@ -92,7 +102,10 @@ Json run_page_json(const Mechanism& mechanism, const Result& computed, const std
   for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));
   json["energy"] = result.energy;
   json["about"] = vector_json(result.about, result.axes);
+  if (computed.found_corridor) json["found_corridor"] = found_corridor_json(*computed.found_corridor);
   if (computed.found_law) json["found_law"] = found_law_json(*computed.found_law);
+  const PhasePlane& plane = computed.phase_plane;
+  if (plane.time.size() > 1 && plane.ceiling.size() > 0) json["phase_plane"] = phase_plane_json(plane);
   json["samples"] = computed.time.size();
   json["time"] = {{"f64", base64_doubles(result.time)}};
   json["poses"] = {{"f32", base64_floats(packed_poses(mechanism, result))}};

@@ -13,7 +13,6 @@ namespace balance {
 namespace {
 
 constexpr double mm_per_point = 25.4 / 72;
-constexpr double panel_height = 42;                   // of a quantity's frame, unless the page says otherwise
 constexpr double least_width = 15, least_height = 5;  // mm of a frame that still shows something
 // of a legend, in font sizes
 constexpr double sample = 2.4, text_gap = 0.6, entry_gap = 1.8;
@@ -118,7 +117,7 @@ AxisRange value_range(const PicturePanel& panel) {
 
 double usual_height(const Picture& picture, const PageOptions& page) {
   const double other = other_height(picture, page);
-  if (!picture.equal_axes) return other + panel_height * static_cast<double>(picture.panels.size());
+  if (!picture.equal_axes) return other + picture.panel_height * static_cast<double>(picture.panels.size());
   const AxisRange x = range_over(picture.panels.front(), &PlotPoint::x);
   const AxisRange y = range_over(picture.panels.front(), &PlotPoint::y);
   const double ratio = x.high > x.low ? (y.high - y.low) / (x.high - x.low) : 1;

@@ -37,7 +37,8 @@ struct PicturePanel {
 struct Picture {
   std::string title;  ///< above the panels; may be empty
   std::string x_label;
-  bool equal_axes = false;  ///< a metre is as long upwards as it is to the right
+  bool equal_axes = false;   ///< a metre is as long upwards as it is to the right
+  double panel_height = 42;  ///< of a frame without equal axes, unless the page says otherwise [mm]
   std::vector<PicturePanel> panels;
 };
 

@@ -73,9 +73,9 @@ bool Allowed::without_a(int row) const {
   return !model_.rows[static_cast<std::size_t>(row)].limits_acceleration || has_dropped(row);
 }
 
-/// |a u + r| ≤ bound with r = b x + c + d v.
+/// |a u + r| ≤ bound with r = b x + c + d v − middle.
 void Allowed::cut_scalar(const LimitRow& row, double bound, double x, double v, int index, Interval& interval) const {
-  const double a = value(row.a, 0), r = value(row.b, 0) * x + value(row.c, 0) + value(row.d, 0) * v;
+  const double a = value(row.a, 0), r = without_inertia(row, 0, x, v);
   if (a == 0) {
     if (std::abs(r) > bound * (1 + round_off)) close(interval);
     return;
@@ -89,7 +89,7 @@ void Allowed::cut_scalar(const LimitRow& row, double bound, double x, double v, 
 void Allowed::cut_vector(const LimitRow& row, double bound, double x, double v, int index, Interval& interval) const {
   double aa = 0, ar = 0, rr = 0;
   for (int i = 0; i < row.count; ++i) {
-    const double a = value(row.a, i), r = value(row.b, i) * x + value(row.c, i) + value(row.d, i) * v;
+    const double a = value(row.a, i), r = without_inertia(row, i, x, v);
     aa += a * a;
     ar += a * r;
     rr += r * r;
@@ -129,7 +129,7 @@ Interval Allowed::by_inertia(double x) const {
 }
 
 double Allowed::cap_of_scalar(const LimitRow& row, double bound) const {
-  const double b = value(row.b, 0), c = value(row.c, 0), d = value(row.d, 0);
+  const double b = value(row.b, 0), c = value(row.c, 0) - row.middle, d = value(row.d, 0);
   if (std::abs(c) > bound) return 0;
   const double v = std::min(first_root(b, d, c - bound), first_root(-b, -d, -c - bound));
   return v * v;
@@ -142,7 +142,7 @@ double Allowed::cap_of(int index) const {
   const auto inside = [&](double v) {
     double square = 0;
     for (int i = 0; i < row.count; ++i) {
-      const double r = value(row.b, i) * v * v + value(row.c, i) + value(row.d, i) * v;
+      const double r = without_inertia(row, i, v * v, v);
       square += r * r;
     }
     return square <= bound * bound;
@@ -199,7 +199,7 @@ Allowed::Projected Allowed::project(const PiecewiseSeries& series, int index, do
   const LimitRow& row = model_.rows[static_cast<std::size_t>(index)];
   const double v = std::sqrt(x);
   VectorX direction(row.count);
-  for (int i = 0; i < row.count; ++i) direction[i] = value(row.b, i) * x + value(row.c, i) + value(row.d, i) * v;
+  for (int i = 0; i < row.count; ++i) direction[i] = without_inertia(row, i, x, v);
   direction.normalize();
   series.at(panel_, place_, scratch_.data());
   const auto along = [&](int column) { return column < 0 ? 0.0 : direction.dot(scratch_.segment(column, row.count)); };
@@ -230,7 +230,7 @@ double Allowed::magnitude(int index, double x, double u) const {
   const double v = std::sqrt(x);
   double square = 0;
   for (int i = 0; i < row.count; ++i) {
-    const double r = value(row.a, i) * u + value(row.b, i) * x + value(row.c, i) + value(row.d, i) * v;
+    const double r = value(row.a, i) * u + without_inertia(row, i, x, v);
     square += r * r;
   }
   return std::sqrt(square);

@@ -50,8 +50,10 @@ class Allowed {
   double bend_along(int row, double x, double u) const;  ///< its derivative with respect to s
   double steepness(int row, double x) const;             ///< a' + 2b + d/s', seen along the row's value
 
-  /// The magnitude of a row's value.
+  /// The magnitude of a row's value, less its middle.
   double magnitude(int row, double x, double u) const;
+  /// A scalar's value at rest.
+  double at_rest(int row) const { return value(model_.rows[static_cast<std::size_t>(row)].c, 0); }
 
  private:
   /// The coefficients of a row, or their derivatives, along the direction of its value where a is zero.
@@ -65,6 +67,10 @@ class Allowed {
   double cap_of_scalar(const LimitRow& row, double bound) const;
   Projected project(const PiecewiseSeries& series, int row, double x) const;
   double value(int column, int i) const { return column < 0 ? 0 : values_[column + i]; }
+  /// What a row's component is without s'', less its middle.
+  double without_inertia(const LimitRow& row, int i, double x, double v) const {
+    return value(row.b, i) * x + value(row.c, i) + value(row.d, i) * v - row.middle;
+  }
   bool without_a(int row) const;
 
   const PathModel& model_;

@@ -3,6 +3,8 @@
 #include "balance/dynamics/recursion.hpp"
 #include "balance/motion/course.hpp"
 #include "balance/motion/plan.hpp"
+#include "balance/timing/path_source.hpp"
+#include "balance/timing/stated_momentum.hpp"
 
 #include <Eigen/LU>
 #include <Eigen/QR>
@@ -11,23 +13,23 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <stdexcept>
 
 namespace balance {
 namespace {
 
 constexpr int terms = PiecewiseSeries::terms;
-constexpr int most_even_panels = 8;   // of the way
-constexpr double least_panel = 1e-7;  // of the way: where shorter ones would be needed the rate has no bound
+constexpr int most_even_panels = 8;   // of the whole parameter
+constexpr double least_panel = 1e-7;  // of the parameter: where shorter ones would be needed the rate has no bound
+constexpr double least_bend = 1e-5;   // in shorter ones series need not end: a third derivative of the path jumps there
 constexpr double tolerance = 2e-14;   // of a panel's last terms, as a part of all
 constexpr double least_moment =
     1e-10;  // of all masses' moment of inertia at the characteristic length: below it is round-off
-constexpr int most_iterations = 40;  // of one panel
+constexpr double same_station = 1e-9;  // of the parameter
+constexpr int most_iterations = 40;    // of one panel
 
-/// The same trajectory at constant speed in one second, where the quantities sought stay at their start.
-Trajectory standing(Trajectory trajectory) {
-  trajectory.law = {.kind = LawKind::uniform};
-  trajectory.duration = 1;
+/// The motion, or its path at constant speed, where the quantities sought stay at their start.
+Trajectory standing(const Trajectory& stated, bool over_time) {
+  Trajectory trajectory = over_time ? stated : at_constant_speed(stated);
   const PiecewiseSeries nothing({Panel{0, 1, Samples::Zero(terms, 3)}});
   for (Course& course : trajectory.courses)
     if (auto* kept = std::get_if<KeptMomentum>(&course.kind)) kept->course = nothing;
@@ -44,7 +46,9 @@ class MomentumKeeper {
  public:
   MomentumKeeper(const Mechanism& mechanism, const Trajectory& trajectory)
       : mechanism_(mechanism),
-        trajectory_(standing(trajectory)),
+        stated_(mechanism.space, trajectory),
+        trajectory_(standing(trajectory, stated_.over_time())),
+        duration_(trajectory_.duration),
         tree_(compile<S>(mechanism, prescribed_coordinates(trajectory_))),
         plan_(make_plan(mechanism, tree_, trajectory_)),
         system_(tree_, plan_.drive),
@@ -55,15 +59,15 @@ class MomentumKeeper {
 
   MotionOutcome run(Trajectory& trajectory) {
     if (plan_.outcome.status != MotionStatus::done) return plan_.outcome;
+    if (const std::string gap = stated_.gap(duration_); stated_.over_time() && !gap.empty())
+      return {MotionStatus::mismatch, 0, gap, {}};
     list_components();
     y_ = plan_.start;
     value_ = VectorX::Zero(count());
     if (!find_rates(0, Side::after, value_, rate_)) return stopped(0);
     sign_ = determinant_;
-    std::vector<double> ends = plan_.schedule->leg_ends();
-    ends.push_back(1);
     double begin = 0;
-    for (const double end : ends) {
+    for (const double end : stations()) {
       const int pieces = std::max(1, static_cast<int>(std::ceil(most_even_panels * (end - begin) - 1e-9)));
       for (int k = 1; k <= pieces; ++k)
         if (!reach(k == pieces ? end : begin + (end - begin) * k / pieces)) return stopped(panels_.back().end);
@@ -83,12 +87,24 @@ class MomentumKeeper {
     std::erase_if(kept.courses, [](const Course& c) { return !std::holds_alternative<KeptMomentum>(c.kind); });
     add_courses(kept, plan_.quantities, request);
     for (const AddedCourse& course : request.courses) components_.push_back(course.component);
-    constexpr bool planar = std::is_same_v<S, Planar>;
-    constexpr Eigen::Index asked = planar ? 1 : 3;
-    if (count() != asked)
-      throw std::invalid_argument(planar ? "one quantity keeps the angular momentum of a planar mechanism"
-                                         : "three quantities keep the angular momentum of a spatial mechanism");
     panels_.push_back({0, 0, {}});
+  }
+
+  /// Where accelerations or their derivatives jump, and the end, as parts of the parameter.
+  std::vector<double> stations() const {
+    std::vector<double> times = plan_.schedule->leg_ends();
+    for (const auto& more : {plan_.schedule->jumps(), plan_.schedule->knots()})
+      times.insert(times.end(), more.begin(), more.end());
+    if (stated_.over_time())
+      for (const double knot : stated_.knots()) times.push_back(knot);
+    std::sort(times.begin(), times.end());
+    std::vector<double> ends;
+    for (const double time : times)
+      if (const double place = time / duration_;
+          place - (ends.empty() ? 0 : ends.back()) > same_station && place < 1 - same_station)
+        ends.push_back(place);
+    ends.push_back(1);
+    return ends;
   }
 
   /// Angular momentum about the trajectory's point for coordinate rates v at the present poses: what would give the resting tree these
@@ -101,7 +117,7 @@ class MomentumKeeper {
     inverse_dynamics(tree_, state_, wrenches_, tau_.data());
     const typename S::Vector about = to_vector<S>(trajectory_.about);
     const Vector3 h = angular_to_3d(typename S::Angular(wrenches_[0].moment - cross(about, wrenches_[0].force)));
-    return std::is_same_v<S, Planar> ? VectorX(h.tail(1)) : VectorX(h);
+    return h(stated_.axes());
   }
 
   /// What the scaled rows ask for: nothing of the closures, the prescribed rates of the others.
@@ -117,10 +133,10 @@ class MomentumKeeper {
     return rows;
   }
 
-  /// φ' at a place where the quantities are φ beyond their start. @return false if there is none
+  /// φ' at a place of the parameter where the quantities are φ beyond their start. @return false if there is none
   bool find_rates(double place, Side side, const VectorX& phi, VectorX& rate) {
     DriveSample sample;
-    plan_.schedule->at(place, side, sample);
+    plan_.schedule->at(place * duration_, side, sample);
     for (Eigen::Index i = 0; i < count(); ++i) sample.value[components_[static_cast<std::size_t>(i)]] += phi[i];
     const Solution here = solve(system_, y_, sample);
     if (!here.found || !here.y.allFinite()) return false;
@@ -139,7 +155,7 @@ class MomentumKeeper {
       J.col(i) = momentum(scale_.cwiseProduct(solver.solve(right_side(sample))));
     }
     determinant_ = J.determinant();
-    rate = -J.fullPivLu().solve(others);
+    rate = duration_ * J.fullPivLu().solve(stated_.at(place * duration_) - others);
     const double least = least_moment * tree_.mass * tree_.length * tree_.length;
     return J.allFinite() && J.jacobiSvd().singularValues().minCoeff() > least && rate.allFinite() &&
            determinant_ * sign_ >= 0;
@@ -194,7 +210,7 @@ class MomentumKeeper {
 
   bool finish(double begin, double end, const Samples& rates, const VectorX& y) {
     const Samples rate = PiecewiseSeries::transform() * rates;
-    for (Eigen::Index c = 0; c < rate.cols(); ++c)
+    for (Eigen::Index c = 0; c < rate.cols() && end - begin > least_bend; ++c)
       if (rate.col(c).tail(3).cwiseAbs().maxCoeff() > tolerance * rate.col(c).cwiseAbs().sum() + 1e-15)
         return give_up(y);
     Samples value = integral(begin, end, rate);
@@ -222,22 +238,34 @@ class MomentumKeeper {
         panels.push_back(std::move(panel));
       }
       kept->course = PiecewiseSeries(std::move(panels));
+      kept->over_time = stated_.over_time();
       ++found;
     }
   }
 
   MotionOutcome stopped(double place) const {
-    char text[320];
+    const double way = 100 * plan_.schedule->way(place * duration_, Side::after).s;
+    char where[96], text[320];
+    if (stated_.over_time())
+      std::snprintf(where, sizeof where, "at t = %.6g s, %.4g %% of the path,", place * duration_, way);
+    else
+      std::snprintf(where, sizeof where, "at %.4g %% of the path", way);
     std::snprintf(
         text, sizeof text,
-        "at %.4g %% of the path the angular momentum can no longer be kept at zero: what the remaining rate adds "
-        "to it loses its sign there (%.6g kg m^2 at the start)",
-        100 * place, sign_);
-    return {MotionStatus::drive_singularity, 0, text, {}};
+        "%s the angular momentum can no longer be kept at %s: what the remaining rate%s to it loses its %s there "
+        "(%.6g %s at the start)",
+        where, stated_.over_time() ? "what is stated" : "zero", count() == 1 ? " adds" : "s add",
+        count() == 1 ? "sign" : "rank", sign_, unit());
+    return {MotionStatus::drive_singularity, stated_.over_time() ? place * duration_ : 0, text, {}};
   }
 
+  /// Of the determinant of J where all rates are those of angles.
+  const char* unit() const { return count() == 1 ? "kg m^2" : count() == 2 ? "kg^2 m^4" : "kg^3 m^6"; }
+
   const Mechanism& mechanism_;
+  StatedMomentum stated_;
   Trajectory trajectory_;
+  double duration_;  ///< of the trajectory followed: 1 where the parameter is the way [s]
   Tree<S> tree_;
   Plan<S> plan_;
   System<S> system_;

@@ -11,12 +11,14 @@
 
 namespace balance {
 
-/// One limited quantity: the vector a s'' + b s'² + c + d s', whose magnitude has a bound.
+/// One limited quantity: the vector a s'' + b s'² + c + d s', whose magnitude has a bound. A scalar's bound may be about another
+/// middle than zero.
 struct LimitRow {
   std::string name, unit;
   int count = 1;
   int a = -1, b = -1, c = -1, d = -1;  ///< first column of each in the series; −1: zero
   bool limits_acceleration = true;     ///< false: a vanishes, it limits the speed alone
+  double middle = 0;                   ///< of a scalar's two limits
 };
 
 struct PathModel {

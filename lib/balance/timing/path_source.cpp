@@ -10,12 +10,8 @@
 #include <utility>
 
 namespace balance {
-namespace {
 
-using Kind = LimitedQuantity::Kind;
-
-/// The path alone, run through at constant speed in one second.
-Trajectory path_of(Trajectory trajectory) {
+Trajectory at_constant_speed(Trajectory trajectory) {
   trajectory.law = {.kind = LawKind::uniform};
   trajectory.duration = 1;
   if (auto* table = std::get_if<TablePath>(&trajectory.path); table != nullptr && table->time.size() > 1) {
@@ -25,6 +21,13 @@ Trajectory path_of(Trajectory trajectory) {
   }
   return trajectory;
 }
+
+namespace {
+
+using Kind = LimitedQuantity::Kind;
+
+constexpr int looked_at = 32;     // places, for whether anything moves
+constexpr double no_way = 1e-12;  // of a radian, or of the mechanism's size
 
 /// "at t = 0.3 s: …" of the run with one second: "at 30 % of the path: …".
 MotionOutcome at_place(MotionOutcome outcome) {
@@ -49,8 +52,9 @@ class PathSampler : public PathSource {
  public:
   PathSampler(const Mechanism& mechanism, const Trajectory& trajectory, const std::vector<LimitedQuantity>& quantities)
       : mechanism_(mechanism),
-        trajectory_(path_of(trajectory)),
+        trajectory_(at_constant_speed(trajectory)),
         tree_(compile<S>(mechanism, prescribed_coordinates(trajectory_))),
+        as_compiled_(tree_),
         plan_(make_plan(mechanism, tree_, trajectory_)) {
     outcome_ = plan_.outcome;
     if (outcome_.status != MotionStatus::done) return;
@@ -59,6 +63,11 @@ class PathSampler : public PathSource {
       outcome_ = {MotionStatus::mismatch, 0, observer_->actuation().mismatch(), {}};
       return;
     }
+    if (!moves()) {
+      outcome_ = {MotionStatus::limits_not_held, 0, "the path ends where it begins, and nothing moves on it", {}};
+      return;
+    }
+    quantities_ = plan_.quantities;
     leg_ends_ = plan_.schedule->leg_ends();
     knots_ = plan_.schedule->knots();
     leg_ends_.insert(leg_ends_.begin(), 0);
@@ -104,6 +113,16 @@ class PathSampler : public PathSource {
   int rubbing() const override { return static_cast<int>(rubbing_.size()); }
 
  private:
+  /// Whether what is driven changes by more than round-off.
+  bool moves() const {
+    DriveSample sample;
+    for (int k = 0; k < looked_at; ++k) {
+      plan_.schedule->at((k + 0.5) / looked_at, Side::after, sample);
+      if (sample.rate.cwiseAbs().maxCoeff() > no_way * std::min(1.0, tree_.length)) return true;
+    }
+    return false;
+  }
+
   double speed(double time, Side side) const {
     DriveSample sample;
     plan_.schedule->at(time, side, sample);
@@ -129,6 +148,7 @@ class PathSampler : public PathSource {
 
   template <class See>
   bool follow(const std::vector<double>& places, See see) {
+    tree_ = as_compiled_;  // a stepper turns the axes of ball joints on its way
     Stepper<S> stepper(mechanism_, tree_, plan_);
     stepper.watch(observer_->guard());
     observer_->restart();
@@ -206,6 +226,7 @@ class PathSampler : public PathSource {
   const Mechanism& mechanism_;
   Trajectory trajectory_;
   Tree<S> tree_;
+  const Tree<S> as_compiled_;
   Plan<S> plan_;
   std::optional<Observer<S>> observer_;
   bool everything_ = false;

@@ -2,6 +2,7 @@
 /// What the limited quantities are at the places of a path: coefficients of s'', s'², 1 and s'. Private to timing.
 
 #include "balance/motion/motion.hpp"
+#include "balance/motion/offset.hpp"
 #include "balance/motion/trajectory.hpp"
 #include "balance/result/limited.hpp"
 
@@ -9,6 +10,9 @@
 #include <vector>
 
 namespace balance {
+
+/// The path alone, run through in one second: time is the path's parameter.
+Trajectory at_constant_speed(Trajectory trajectory);
 
 /// Where one quantity's coefficients stand in a row of samples: `count` columns each; −1: it has none.
 struct LimitColumns {
@@ -29,6 +33,8 @@ class PathSource {
   const std::vector<double>& leg_ends() const { return leg_ends_; }
   /// Where splines have knots: accelerations bend there.
   const std::vector<double>& knots() const { return knots_; }
+  /// How many components the point has that a corridor is for. @throws std::invalid_argument if it has fewer than two
+  int corridor_components() const { return balance::corridor_components(quantities_); }
   /// How fast the driven point goes at both ends for s' = 1 [m]; without one the norm of the driven coordinates' rates.
   double start_speed() const { return start_speed_; }
   double end_speed() const { return end_speed_; }
@@ -53,6 +59,7 @@ class PathSource {
   std::vector<LimitColumns> limits_;
   int columns_ = 0;
   std::vector<double> leg_ends_, knots_;
+  DriveQuantities quantities_;
   double start_speed_ = 0, end_speed_ = 0;
 };
 

@@ -1,9 +1,11 @@
 #pragma once
-/// Finds the laws of motion that depend on the mechanism: the fastest within limits, the gentlest in a duration.
+/// Finds the laws of motion that depend on the mechanism: the fastest within limits, the gentlest in a duration; and the way within
+/// a corridor.
 
 #include "balance/model/mechanism.hpp"
 #include "balance/motion/found_law.hpp"
 #include "balance/motion/motion.hpp"
+#include "balance/motion/phase_plane.hpp"
 #include "balance/motion/trajectory.hpp"
 
 #include <optional>
@@ -11,12 +13,15 @@
 namespace balance {
 
 struct TimedTrajectory {
-  MotionOutcome outcome;          ///< done, or why there is no law
-  Trajectory trajectory;          ///< with the law's nodes and its duration
-  std::optional<FoundLaw> found;  ///< nothing if the law needed no search
+  MotionOutcome outcome;                  ///< done, or why there is no law
+  Trajectory trajectory;                  ///< with the law's nodes and its duration
+  std::optional<FoundLaw> found;          ///< nothing if the law needed no search
+  std::optional<FoundCorridor> corridor;  ///< nothing if there is none, or it had been found before
+  PhasePlane phase_plane;                 ///< its ceiling alone; empty if no limits are stated
 };
 
-/// The same trajectory with a law that can be followed. Laws that need no search, or have been found, stay as they are.
+/// The same trajectory with a law and a way that can be followed. Those that need no search, or have been found, stay as they are; what
+/// limits beside them would allow is told.
 /// Method and sources: docs/motion.md.
 /// @throws std::invalid_argument if the trajectory asks for something that does not exist
 TimedTrajectory time_law(const Mechanism& mechanism, const Trajectory& trajectory);

@@ -1,0 +1,94 @@
+#include "balance/spec/kept_momentum.hpp"
+
+#include "balance/spec/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace balance::read {
+
+namespace {
+
+constexpr Dimension angular_momentum = dimension::moment * dimension::time;
+constexpr const char* momentum_forms = "zero, a number, {table: [[time, momentum], …]} or {file: …}";
+constexpr std::size_t fewest_momenta = 2;
+
+void take_momenta(const Cursor& at, const TimeTable& table, KeptMomentumE& kept) {
+  if (table.time.size() < fewest_momenta)
+    at.fail(
+        {.expected = fmt::format("at least {} rows", fewest_momenta), .found = fmt::format("{}", table.time.size())});
+  kept.time = table.time;
+  for (const auto& row : table.values) kept.value.push_back(row.front());
+}
+
+bool says_free(const Cursor& at) {
+  const std::vector<Member> all = members(at, momentum_forms);
+  return std::any_of(all.begin(), all.end(), [](const Member& member) { return member.name == "free"; });
+}
+
+void read_momenta(const Cursor& at, Draft& draft, KeptMomentumE& kept) {
+  std::optional<Cursor> table, file;
+  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+  if (!read_fields(at, momentum_forms, {{"table", Need::optional, keep(table)}, {"file", Need::optional, keep(file)}}))
+    throw Consequence();
+  if (table.has_value() == file.has_value())
+    at.fail({.expected = "'table' or 'file'", .found = table ? "both" : "neither"});
+  const std::vector<Column> columns{{"momentum", angular_momentum}};
+  if (table)
+    take_momenta(*table, read_inline_table(*table, draft, columns), kept);
+  else
+    take_momenta(*file, read_table_file(*file, draft, columns), kept);
+}
+
+std::vector<KeptMomentumE*> kept_momenta(TrajectoryOf<Expression>& trajectory) {
+  std::vector<KeptMomentumE*> all;
+  for (auto& course : trajectory.courses)
+    if (auto* kept = std::get_if<KeptMomentumE>(&course.kind)) all.push_back(kept);
+  return all;
+}
+
+}  // namespace
+
+KeptMomentumE read_momentum(const Cursor& at, const std::optional<Cursor>& axis, Draft& draft) {
+  KeptMomentumE kept{.axis = draft.planar() ? 2 : -1, .time = {}, .value = {}, .course = {}};
+  if (axis && draft.planar())
+    axis->fail({.expected = "no 'axis' in the plane, where the angular momentum has one component"});
+  if (axis) kept.axis = static_cast<int>(axis->choice("a component of the angular momentum", {"x", "y", "z"}));
+  if (at.is_scalar() && at.node().text == "zero") return kept;
+  if (at.is_list()) at.expected(momentum_forms);
+  if (at.is_map() && !says_free(at))
+    read_momenta(at, draft, kept);
+  else
+    kept.value.push_back(read_number(at, draft, angular_momentum));
+  return kept;
+}
+
+void assign_components(const Cursor& at, const Draft& draft, TrajectoryOf<Expression>& trajectory) {
+  const std::vector<KeptMomentumE*> all = kept_momenta(trajectory);
+  if (all.empty()) return;
+  if (draft.planar() && all.size() > 1)
+    at.fail({.expected = "one quantity that keeps the angular momentum, which has one component in the plane",
+             .found = fmt::format("{}", all.size())});
+  const auto unsaid = [](const KeptMomentumE* kept) { return kept->axis < 0; };
+  const auto zero = [](const KeptMomentumE* kept) { return kept->value.empty(); };
+  if (all.size() == 3 && std::all_of(all.begin(), all.end(), unsaid) && std::all_of(all.begin(), all.end(), zero))
+    for (int axis = 0; axis < 3; ++axis) all[static_cast<std::size_t>(axis)]->axis = axis;
+  std::vector<int> axes;
+  for (const KeptMomentumE* kept : all) {
+    if (kept->axis < 0)
+      at.fail(
+          {.expected = "'axis: x', y or z beside every 'momentum' in space, but for three that keep all of it at zero",
+           .found = "none"});
+    if (std::find(axes.begin(), axes.end(), kept->axis) != axes.end())
+      at.fail({.expected = "a component of its own for every quantity that keeps the angular momentum",
+               .found = fmt::format("{} again", "xyz"[kept->axis])});
+    axes.push_back(kept->axis);
+  }
+  if (is_searched(trajectory.law.kind) && !std::all_of(all.begin(), all.end(), zero))
+    at.fail(
+        {.expected = "'momentum: zero' with a law that is searched for: it decides when the momentum has which value",
+         .found = "another one"});
+}
+
+}  // namespace balance::read
