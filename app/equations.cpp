@@ -37,7 +37,8 @@ auto ask(const EquationsOptions& options, const Study& study, const Ask& questio
   try {
     return question();
   } catch (const std::invalid_argument& error) {
-    if (!options.rates.empty() || !options.accelerations.empty() || !options.independent.empty())
+    if (!options.rates.empty() || !options.accelerations.empty() || !options.independent.empty() ||
+        !options.speeds.empty())
       throw UsageError(error.what());
     throw SpecError({.place = {.file = study.spec_file}, .message = error.what()});
   }
@@ -114,12 +115,16 @@ Command setup_equations(CLI::App& program) {
   add_equations_options(*parser, *options);
   parser->footer(
       "Without --at, prints the equations of motion as formulas: --only inertia,velocity,gravity,\n"
-      "closures,solved,conditions picks some, --code c makes a program of them. What is printed has\n"
-      "been read back and compared with the engine.\n\n"
+      "closures,solved,conditions,regressor,natural picks some, --code c makes a program of\n"
+      "them. What is printed has been read back and compared with the engine.\n\n"
       "With --at, prints the equation where the mechanism has a pose, as matrices in its independent\n"
       "coordinates: inertia M', velocity terms D'_krs and B', weight, springs and loads z'; what\n"
       "every torque adds up from; and the base parameters: the combinations of inertial parameters\n"
       "that the equation depends on.\n"
+      "--speeds prints the equation in speeds of your choice, and --constraints what keeps it from\n"
+      "slipping: sums of rates that are zero. A coordinate's name stands for its rate; the tool has\n"
+      "x y z along the world's and u v w along its body's axes, and turns by angle in the plane, by\n"
+      "rx ry rz or p q r in space. Factors are in SI units.\n"
       "--only redundant,natural,regressor prints the equations before the loops are eliminated, those\n"
       "in natural coordinates (planar) and the regressor; --json prints all. Files hold the matrices\n"
       "at a pose or, where --at names a trajectory, at all its samples.\n\n"
@@ -128,6 +133,7 @@ Command setup_equations(CLI::App& program) {
       "  balance equations 5r.yaml --code c\n"
       "  balance equations planar-rrr.yaml --at start\n"
       "  balance equations 5r.yaml --at \"tool: [0.1, 0.3]\" --rates A1=2,A2=-1 --only torques\n"
+      "  balance equations rr.yaml --at start --speeds \"vx: tool.x, vy: tool.y\" --only inertia\n"
       "  balance equations 3rrr.yaml --at end --only natural --latex\n"
       "  balance equations 3rrr.yaml --at cycloid -o equations.h5");
   return {parser, [options] { return run(*options); }};

@@ -7,6 +7,7 @@
 #include "balance/equations/configuration.hpp"
 #include "balance/formulas/sheet.hpp"
 #include "balance/simulation/simulate.hpp"
+#include "balance/spec/speed_option.hpp"
 #include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 
@@ -93,8 +94,33 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
   parser.add_flag("--expand", o.expand, "put in what parameters are that are expressions of others")->excludes(at);
   parser.add_flag("--numbers", o.numbers, "print numbers in place of symbols")->excludes(at);
   parser.add_flag("--all", o.all, "print formulas however long they are")->excludes(at);
-  for (const char* name : {"--rates", "--accelerations", "--time", "--trajectory", "--independent", "--output"})
+  for (const char* name :
+       {"--rates", "--accelerations", "--speeds", "--time", "--trajectory", "--independent", "--output"})
     parser.get_option(name)->needs(at);
+}
+
+}  // namespace
+
+namespace {
+
+bool is_blank(const std::string& text) { return text.find_first_not_of(" \t\r\n") == std::string::npos; }
+
+void add_speed_options(CLI::App& parser, EquationsOptions& o) {
+  const auto not_blank = [](const std::string& text) {
+    return is_blank(text) ? "expected speeds, found an empty text" : "";
+  };
+  CLI::Option* speeds =
+      parser
+          .add_option("--speeds", o.speeds,
+                      "the equation in these speeds, too: sums of rates of coordinates and of the tool's, as\n"
+                      "\"v: tool.u, w: {A: 0.5, B: -0.5}\"")
+          ->type_name("NAME: TERMS,...")
+          ->check(not_blank);
+  parser.add_option("--constraints", o.constraints, "speeds that are zero, as of wheels that roll: \"slip: tool.v\"")
+      ->type_name("NAME: TERMS,...")
+      ->check(not_blank)
+      ->needs(speeds);
+  for (const char* name : {"--latex", "--output"}) speeds->excludes(parser.get_option(name));
 }
 
 }  // namespace
@@ -105,9 +131,7 @@ void add_equations_options(CLI::App& parser, EquationsOptions& o) {
       .add_option("--at", o.at,
                   "a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2], in the spec's units), start, end or a trajectory")
       ->type_name("POSE")
-      ->check([](const std::string& text) {
-        return text.find_first_not_of(" \t\r\n") == std::string::npos ? "expected a pose, found an empty text" : "";
-      });
+      ->check([](const std::string& text) { return is_blank(text) ? "expected a pose, found an empty text" : ""; });
   parser.add_option("--rates", o.rates, "rates of the independent coordinates there; those not named are 0")
       ->type_name("NAME=V,...");
   parser.add_option("--accelerations", o.accelerations, "their accelerations")->type_name("NAME=V,...");
@@ -129,6 +153,7 @@ void add_equations_options(CLI::App& parser, EquationsOptions& o) {
   output->type_name("FILE");
   parser.add_flag("--force", o.force, "replace a file that exists");
   parser.add_flag("--compress", o.compress, "compress the HDF5 file; slow")->needs(output);
+  add_speed_options(parser, o);
   add_formula_options(parser, o);
 }
 
@@ -153,11 +178,28 @@ const Trajectory* trajectory_at(const EquationsOptions& options, const Study& st
   return options.at == "start" || options.at == "end" ? nullptr : find_trajectory(options.at, study);
 }
 
+namespace {
+
+SpeedChoice read_choice(const EquationsOptions& options, const Study& study) {
+  SpeedChoice choice;
+  if (!options.speeds.empty()) choice.speeds = read_speeds(options.speeds, "--speeds", study);
+  if (!options.constraints.empty()) choice.zero = read_speeds(options.constraints, "--constraints", study);
+  for (const Speed& speed : choice.speeds)
+    for (const Speed& zero : choice.zero)
+      if (speed.name == zero.name)
+        throw UsageError(
+            fmt::format("--constraints has the name {}, too, which is one of --speeds", in_quotes(zero.name)));
+  return choice;
+}
+
+}  // namespace
+
 EquationsQuery make_query(const EquationsOptions& options, const Study& study) {
   if (!std::isfinite(options.time)) throw UsageError("--time needs a finite number of seconds");
   EquationsQuery query;
   if (!options.rates.empty()) query.rates = read_rates(options.rates, "--rates", study);
   if (!options.accelerations.empty()) query.accelerations = read_rates(options.accelerations, "--accelerations", study);
+  query.speeds = read_choice(options, study);
   query.configuration = find_pose(options, study);
   query.time = options.time;
   query.independent = options.independent;

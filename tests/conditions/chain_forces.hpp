@@ -69,13 +69,14 @@ class Moving {
     MatrixX rates(tree.columns, directions_.cols());
     const auto motions = joints();
     for (std::size_t c = 0; c < tree.sources.size(); ++c) {
-      const CoordinateSource& source = tree.sources[c];
-      if (source.column < 0) continue;
+      const LinearQuantity& source = tree.sources[c];
+      if (!source.depends_on_one()) continue;
+      const auto& [column, ratio] = source.terms[0];
       const JointMotion& motion = motions.at(chain.mechanism.coordinates[c].name);
-      y[source.column] = (motion.position - source.offset) / source.ratio;
-      dy[source.column] = moving * motion.velocity / source.ratio;
-      ddy[source.column] = motion.acceleration / source.ratio;
-      rates.row(source.column) = motion.rates.transpose() / source.ratio;
+      y[column] = (motion.position - source.constant) / ratio;
+      dy[column] = moving * motion.velocity / ratio;
+      ddy[column] = motion.acceleration / ratio;
+      rates.row(column) = motion.rates.transpose() / ratio;
     }
     return rates.transpose() * torque(tree, state, y, dy, ddy, gravity);
   }

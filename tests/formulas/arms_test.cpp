@@ -119,6 +119,83 @@ TEST_CASE("a SCARA arm that is balanced as the paper says has constant, decouple
   }
 }
 
+TEST_CASE(
+    "P1 eq. 25: the printed inertias of the planar arm with its discs on the base, for any ratios of their belts") {
+  const Sheets s = sheets("planar-rrr-belts.yaml", {}, {.expressions = Expressions::put_in});
+  for (const char* label : {"D1", "D2", "D3", "D111", "D112", "D122", "D211", "D223", "D311", "D322"})
+    CHECK_MESSAGE(s.is_zero(label), label);
+  Drawn p = draw({"l1", "l2", "m1", "m2", "m3", "J2", "J3", "J4", "J5", "J6", "J7", "beta", "gamma"}, 6);
+  const double beta = p.value["beta"] *= -7, gamma = p.value["gamma"] *= -9;
+  const double shift = square(p["l2"] * p["m3"]) / p["m2"], both = p["m2"] + p["m3"];
+  const double D22 = p["J2"] + p["J3"] + p["m3"] * square(p["l2"]) + shift;  // eq. 21
+  const double D11 = 0.08 + D22 + both * square(p["l1"]) + square(p["l1"] * both) / p["m1"];
+  for (const auto& q : poses) {
+    CHECK(s.at("D11", q, p.value) == near(D11 + p["J4"] + p["J5"] + p["J6"] + p["J7"]));
+    CHECK(s.at("D22", q, p.value) == near(D22 + p["J4"] + p["J5"] * square(beta) + p["J6"] + p["J7"]));
+    CHECK(s.at("D33", q, p.value) == near(p["J3"] + p["J6"] + p["J7"] * square(gamma)));
+    CHECK(s.at("D12", q, p.value) == near(D22 + p["J4"] + p["J5"] * beta + p["J6"] + p["J7"]));
+    CHECK(s.at("D13", q, p.value) == near(p["J3"] + p["J6"] + p["J7"] * gamma));
+    CHECK(s.at("D23", q, p.value) == near(p["J3"] + p["J6"] + p["J7"] * gamma));
+  }
+}
+
+TEST_CASE("P1 eq. 31: the printed inertias and velocity terms of the spatial arm that is balanced statically only") {
+  const Sheets s = sheets("spatial-rrr.yaml", {{"Jy2", "0.26"}}, {.expressions = Expressions::put_in});
+  Drawn p = draw({"l1", "l2", "m2", "m3", "Jx2", "Jy2", "Jz1", "Jz2", "Jx3", "Jy3", "Jz3"}, 7);
+  for (const char* disc : {"Jx4", "Jx5", "m_d4", "m_d5", "Jy_d4", "Jy_d5"}) p.value[disc] = 0;
+  const double m3l2 = p["m3"] * p["l2"], shift = m3l2 * p["l2"] * (1 + p["m3"] / p["m2"]);
+  for (const auto& q : poses) {
+    const double s2 = std::sin(q[1]), c2 = std::cos(q[1]), s23 = std::sin(q[1] + q[2]), c23 = std::cos(q[1] + q[2]);
+    const double D11 = p["Jy2"] * square(s2) + p["Jy3"] * square(s23) + p["Jz1"] + p["Jz2"] * square(c2) +
+                       p["Jz3"] * square(c23) + p["m3"] * square(p["l1"] + p["l2"] * c2) +
+                       square(p["m2"] * p["l1"] - m3l2 * c2) / p["m2"];
+    const double D311 = -(p["Jy3"] - p["Jz3"]) * s23 * c23, D211 = -(p["Jy2"] - p["Jz2"] - shift) * s2 * c2 + D311;
+    CHECK(s.at("D11", q, p.value) == near(D11));
+    CHECK(s.at("D22", q, p.value) == near(p["Jx2"] + p["Jx3"] + shift));
+    CHECK(s.at("D33", q, p.value) == near(p["Jx3"]));
+    CHECK(s.at("D23", q, p.value) == near(p["Jx3"]));
+    CHECK(s.at("D211", q, p.value) == near(D211));
+    CHECK(s.at("D112", q, p.value) == near(-D211));
+    CHECK(s.at("D311", q, p.value) == near(D311));
+    CHECK(s.at("D113", q, p.value) == near(-D311));
+  }
+  for (const char* label : {"D1", "D2", "D3", "D12", "D13", "D111", "D122", "D123", "D222", "D233", "D322"})
+    CHECK_MESSAGE(s.is_zero(label), label);
+}
+
+TEST_CASE("P1 eq. 42: the printed inertias of the SCARA that is balanced statically only") {
+  const Sheets s = sheets("scara.yaml", {}, {.expressions = Expressions::put_in});
+  Drawn p = draw({"l1", "m1", "m2", "m3", "J2", "J3", "Jz1"}, 8);
+  for (const char* none : {"J4", "J5", "l2"}) p.value[none] = 0;  // no discs, the slider on the axis of joint 2
+  const double carried = p["m2"] + p["m3"], D22 = p["J2"] + p["J3"];
+  for (const auto& q : poses) {
+    CHECK(s.at("D11", q, p.value) ==
+          near(p["Jz1"] + D22 + carried * square(p["l1"]) + square(p["l1"] * carried) / p["m1"]));
+    CHECK(s.at("D22", q, p.value) == near(D22));
+    CHECK(s.at("D12", q, p.value) == near(D22));
+    CHECK(s.at("D33", q, p.value) == near(p["m3"]));
+  }
+  for (const char* label : {"D1", "D2", "D3", "D13", "D23", "D112", "D122", "D211", "D311"})
+    CHECK_MESSAGE(s.is_zero(label), label);
+}
+
+// Two ways to the same torques: polynomials in inertias about the origins, and the recursion with unit parameters.
+TEST_CASE("every printed column of the regressor is the engine's, and one that is not is found out") {
+  for (const std::string config : {"planar-rrr-belts.yaml", "scara.yaml", "5r.yaml", "spatial-rrr.yaml"}) {
+    const Sheets s =
+        sheets(config, {},
+               {.only = {Section::inertia, Section::velocity, Section::gravity, Section::closures, Section::regressor}},
+               {.most_terms = 100'000});
+    const Check check = check_against_engine(s.sheet, s.texts, s.study.mechanism);
+    CHECK_MESSAGE(check.agrees, config << ": " << check.reason << " " << check.error);
+    CHECK(check.error < 1e-11);
+    Sheets wrong = sheets(config, {}, {.only = {Section::regressor}});
+    for (auto& [label, text] : wrong.texts)
+      if (label.starts_with("Y1_") && text != "0") text = "1.001 (" + text + ")";
+    CHECK_FALSE(check_against_engine(wrong.sheet, wrong.texts, wrong.study.mechanism).agrees);
+  }
+}
+
 // P1 eq. 31: the form in which people write it.
 TEST_CASE("squares of sines, cosines and sums are recognised") {
   const Sheets s = sheets("spatial-rrr.yaml");

@@ -5,7 +5,6 @@
 #include "balance/formulas/printed.hpp"
 #include "balance/formulas/text_value.hpp"
 #include "balance/spec/spec_texts.hpp"
-#include "balance/spec/text_file.hpp"
 
 #include <algorithm>
 #include <map>
@@ -44,9 +43,8 @@ struct Sheets {
 
 inline Sheets sheets(const std::string& config, const std::vector<std::pair<std::string, std::string>>& set = {},
                      const SheetOptions& options = {}, const PrintOptions& print = {}) {
-  const std::string text = read_text_file(std::string(BALANCE_CONFIGS "/") + config, "spec");
-  Sheets found{read_spec(text, config, {set}), {}, {}, {}};
-  found.sheet = make_sheet(found.study.mechanism, read_spec_texts(text, {set}), options);
+  Sheets found{read_spec_file(std::string(BALANCE_CONFIGS "/") + config, {set}), {}, {}, {}};
+  found.sheet = make_sheet(found.study.mechanism, read_spec_texts(found.study.spec_text, {set}), options);
   found.sections = print_sheet(found.sheet, print);
   found.texts = texts_of(found.sections);
   return found;

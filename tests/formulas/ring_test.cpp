@@ -1,3 +1,4 @@
+#include "balance/formulas/numbers.hpp"
 #include "balance/formulas/polynomial.hpp"
 #include "balance/formulas/printer.hpp"
 #include "balance/formulas/text_value.hpp"
@@ -99,4 +100,11 @@ TEST_CASE("texts that are no formulas are refused, however deep") {
   CHECK_THROWS_AS(text_value(std::string(100'000, '('), {}), FormulaError);
   CHECK_THROWS_AS(text_value(std::string(100'000, '-'), {}), FormulaError);
   CHECK(text_value("-2^2 + 6/2 a (1 + 1)", {{"a", 0.5}}) == doctest::Approx(-1));
+}
+
+TEST_CASE("Greek letters of names are written out, and names that mean something else are not taken") {
+  CHECK(plain_name("θ1") == "theta1");
+  CHECK(plain_name("µ_Ω") == "mu_Omega");
+  CHECK(plain_name("π") == "pi_");
+  CHECK(plain_name("2nd.leg") == "x2nd_leg");
 }

@@ -22,7 +22,11 @@ struct Lump {
 /// Pairs of points on the principal axes: with n points of m / n each at ± d on axis k, ∫ x_k² dm = 2 m d² / n.
 void spread(int body, const balance::Disc* disc, double mass, const Vector3& com, const Matrix3& inertia, bool planar,
             std::vector<Lump>& lumps) {
-  if (mass == 0 || (body == balance::ground && !disc)) return;  // a disc turns on the ground too
+  if ((mass == 0 && inertia.isZero(0)) || (body == balance::ground && !disc)) return;  // a disc turns on the ground too
+  if (mass == 0) {  // inertia alone: what a mass does, less itself at its centre
+    mass = 1;
+    lumps.push_back({body, disc, -mass, com});
+  }
   Matrix3 axes = Matrix3::Identity();
   Vector3 second(0.5 * inertia(2, 2), 0.5 * inertia(2, 2), 0);  // ∫ x_k² dm
   if (!planar) {
@@ -70,7 +74,7 @@ Cloud cloud(const Run& run) {
     for (std::size_t i = 0; i < all.size(); ++i) {
       Vector3 place = all[i].place;
       if (const balance::Disc* disc = all[i].disc) {
-        const double angle = disc->ratio * run.result.joint_position(k, disc->follows);
+        const double angle = disc->ratio * disc->follows.of(run.result.joint_position.row(k));
         place = disc->position + balance::rotation_about(disc->axis, angle) * (place - disc->position);
       }
       const Pose& pose = run.poses[k][all[i].body];

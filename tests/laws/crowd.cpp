@@ -17,7 +17,8 @@ namespace {
 
 class Maker {
  public:
-  Maker(Kind kind, std::uint32_t seed) : random_(seed * 8 + static_cast<std::uint32_t>(kind)), kind_(kind) {
+  Maker(Kind kind, std::uint32_t seed)
+      : random_(seed * 8 + static_cast<std::uint32_t>(kind)), belts_(seed + 1), kind_(kind) {
     planar_ = kind <= Kind::planar_loops;
     m_.name = name_of(kind) + " " + std::to_string(seed);
     m_.space = planar_ ? SpaceKind::planar : SpaceKind::spatial;
@@ -158,13 +159,30 @@ class Maker {
     }
   }
 
+  static bool leads(const Coupling& coupling, int coordinate) {
+    return std::any_of(coupling.leader.terms.begin(), coupling.leader.terms.end(),
+                       [&](const CoordinateTerm& term) { return term.coordinate == coordinate; });
+  }
+
+  /// The coordinate, every other time with a second one over which its belt runs.
+  Followed belt(int coordinate, int but) {
+    Followed out = coordinate;
+    const int other = static_cast<int>(belts_() % static_cast<unsigned>(coordinates()));
+    const bool follows = std::any_of(m_.couplings.begin(), m_.couplings.end(),
+                                     [&](const Coupling& coupling) { return coupling.follower == other; });
+    if (belts_() % 2 == 0 && other != coordinate && other != but && !follows)
+      out.terms.push_back({other, -1.5 + 3 * static_cast<double>(belts_() % 1000) / 1000});
+    return out;
+  }
+
   void couple() {
     if (null_space_.cols() < 2) return;
     const int n = coordinates(), leader = pick(n), follower = (leader + 1 + pick(n - 1)) % n;
     for (const Coupling& other : m_.couplings)
-      if (other.follower == follower || other.leader == follower || other.follower == leader) return;
+      if (other.follower == follower || leads(other, follower) || other.follower == leader) return;
     const double ratio = chance(0.5) ? number(0.5, 2) : -number(0.5, 2);
-    m_.couplings.push_back({follower, leader, ratio, start_[follower] - ratio * start_[leader]});
+    const Followed led_by = belt(leader, follower);
+    m_.couplings.push_back({follower, led_by, ratio, start_[follower] - ratio * led_by.of(start_)});
     const MatrixX space = allowed();
     if (space.cols() == null_space_.cols() - 1)
       null_space_ = space;
@@ -185,7 +203,7 @@ class Maker {
       disc.body = k == 0 ? 1 + pick(last) : pick(last + 1);
       disc.position = 0.3 * anywhere();
       disc.axis = planar_ ? Vector3(0, 0, 1) : direction();
-      disc.follows = pick(coordinates());
+      disc.follows = belt(pick(coordinates()), -1);
       disc.ratio = number(-3, 3), disc.mass = 0.4, disc.inertia = inertia(0.02);
       if (chance(0.6)) m_.discs.push_back(disc);
     }
@@ -254,7 +272,7 @@ class Maker {
       }
   }
 
-  std::mt19937 random_;
+  std::mt19937 random_, belts_;
   Kind kind_;
   bool planar_;
   Mechanism m_;
@@ -284,7 +302,7 @@ VectorX disagreement(const Mechanism& m, const VectorX& q) {
     at += 12;
   }
   for (const Coupling& coupling : m.couplings)
-    out[at++] = q[coupling.follower] - coupling.ratio * q[coupling.leader] - coupling.offset;
+    out[at++] = q[coupling.follower] - coupling.ratio * coupling.leader.of(q) - coupling.offset;
   return out;
 }
 

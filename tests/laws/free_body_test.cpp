@@ -110,8 +110,10 @@ Motion unit_motion(const Run& run, long k, const balance::Joint& joint, int inde
 std::set<int> geared(const Mechanism& mechanism) {
   std::set<int> out;
   for (const balance::Coupling& coupling : mechanism.couplings)
-    out.insert(coupling.leader), out.insert(coupling.follower);
-  for (const balance::Disc& disc : mechanism.discs) out.insert(disc.follows);
+    for (out.insert(coupling.follower); const balance::CoordinateTerm& term : coupling.leader.terms)
+      out.insert(term.coordinate);
+  for (const balance::Disc& disc : mechanism.discs)
+    for (const balance::CoordinateTerm& term : disc.follows.terms) out.insert(term.coordinate);
   return out;
 }
 

@@ -145,7 +145,8 @@ Experiment mirrored(Experiment e) {
   for (auto& extra : m.attachments) flip(extra.position);
   for (auto& disc : m.discs) {
     flip(disc.position);
-    if (m.coordinates[disc.follows].kind == balance::CoordinateKind::length) disc.ratio = -disc.ratio;
+    for (auto& term : disc.follows.terms)
+      if (m.coordinates[term.coordinate].kind == balance::CoordinateKind::length) term.ratio = -term.ratio;
   }
   for (auto& load : m.loads) {
     flip(load.point);
@@ -155,7 +156,8 @@ Experiment mirrored(Experiment e) {
   for (auto& spring : m.springs) flip(spring.point_first), flip(spring.point_second);
   for (auto& coupling : m.couplings) {
     const auto angle = [&](int c) { return m.coordinates[c].kind == balance::CoordinateKind::angle ? -1 : 1; };
-    coupling.ratio *= angle(coupling.leader) * angle(coupling.follower);
+    coupling.ratio *= angle(coupling.follower);
+    for (auto& term : coupling.leader.terms) term.ratio *= angle(term.coordinate);
     coupling.offset *= angle(coupling.follower);
   }
   if (m.tool) flip(m.tool->position);

@@ -37,7 +37,7 @@ TEST_CASE("coupled coordinates keep their ratio") {
     for (const balance::Coupling& coupling : run.mechanism.couplings)
       for (long k = 0; k < run.samples(); ++k) {
         const auto& q = run.result.joint_position;
-        const double want = coupling.ratio * q(k, coupling.leader) + coupling.offset;
+        const double want = coupling.ratio * coupling.leader.of(q.row(k)) + coupling.offset;
         CHECK(q(k, coupling.follower) == doctest::Approx(want).epsilon(1e-14));
       }
   });

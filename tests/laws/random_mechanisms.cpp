@@ -16,7 +16,7 @@ namespace {
 
 class Maker {
  public:
-  Maker(SpaceKind space, std::uint32_t seed) : random_(seed), planar_(space == SpaceKind::planar) {
+  Maker(SpaceKind space, std::uint32_t seed) : random_(seed), belts_(seed + 1), planar_(space == SpaceKind::planar) {
     m_.name = "random " + std::to_string(seed);
     m_.space = space;
     m_.gravity = 9 * anywhere();
@@ -111,11 +111,24 @@ class Maker {
     }
   }
 
+  /// The coordinate, every other time with a second and a third one over which its belt runs.
+  Followed belt(int coordinate, int but) {
+    Followed out = coordinate;
+    for (int k = 0; k < 2 && belts_() % 2 == 0; ++k) {
+      const int other = static_cast<int>(belts_() % m_.coordinates.size());
+      const bool known = std::any_of(out.terms.begin(), out.terms.end(),
+                                     [&](const CoordinateTerm& term) { return term.coordinate == other; });
+      if (!known && other != but) out.terms.push_back({other, -1.5 + 3 * static_cast<double>(belts_() % 1000) / 1000});
+    }
+    return out;
+  }
+
   void couple() {
     if (freedoms_ < 2) return;
     const int n = static_cast<int>(m_.coordinates.size()), leader = pick(n), follower = (leader + 1 + pick(n - 1)) % n;
     const double ratio = chance(0.5) ? number(0.5, 2) : -number(0.5, 2);
-    m_.couplings.push_back({follower, leader, ratio, start_[follower] - ratio * start_[leader]});
+    const Followed led_by = belt(leader, follower);
+    m_.couplings.push_back({follower, led_by, ratio, start_[follower] - ratio * led_by.of(start_)});
     --freedoms_;
   }
 
@@ -129,7 +142,7 @@ class Maker {
       disc.body = k == 0 ? 1 + pick(last) : pick(last + 1);
       disc.position = 0.3 * anywhere();
       disc.axis = planar_ ? Vector3(0, 0, 1) : direction();
-      disc.follows = pick(static_cast<int>(m_.coordinates.size()));
+      disc.follows = belt(pick(static_cast<int>(m_.coordinates.size())), -1);
       disc.ratio = number(-3, 3);
       disc.mass = 0.4;
       disc.inertia = inertia(0.02);
@@ -160,7 +173,9 @@ class Maker {
       all[c] = static_cast<int>(c);
       m_.assembly.push_back({all[c], start_[all[c]]});
     }
-    std::erase_if(all, [&](int c) { return !m_.couplings.empty() && m_.couplings[0].follower == c; });
+    std::erase_if(all, [&](int c) {
+      return !m_.couplings.empty() && m_.couplings[0].follower == c && m_.couplings[0].leader.terms.size() == 1;
+    });
     m_.tool = Tool{static_cast<int>(m_.bodies.size()) - 1, "H", 0.3 * anywhere()};
     for (int attempt = 0; attempt < 6; ++attempt) {
       std::shuffle(all.begin(), all.end(), random_);
@@ -184,7 +199,7 @@ class Maker {
     return {};
   }
 
-  std::mt19937 random_;
+  std::mt19937 random_, belts_;
   bool planar_;
   Mechanism m_;
   VectorX start_;

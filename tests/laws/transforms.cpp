@@ -65,7 +65,8 @@ void scale_masses(MechanismOf<T>& m, const Units& by) {
   for (auto& extra : m.attachments) extra.mass *= by.mass, extra.position *= L, extra.inertia *= inertia;
   for (auto& disc : m.discs) {
     disc.mass *= by.mass, disc.position *= L, disc.inertia *= inertia;
-    if (m.coordinates[disc.follows].kind == CoordinateKind::length) disc.ratio /= L;
+    for (auto& term : disc.follows.terms)
+      if (m.coordinates[term.coordinate].kind == CoordinateKind::length) term.ratio /= L;
   }
 }
 
@@ -94,10 +95,9 @@ template <class T>
 void scale_geometry(MechanismOf<T>& m, double L) {
   for (auto& joint : m.joints) joint.point_first *= L, joint.point_second *= L;
   for (auto& coupling : m.couplings) {
-    const bool leads = m.coordinates[coupling.leader].kind == CoordinateKind::length;
-    const bool follows = m.coordinates[coupling.follower].kind == CoordinateKind::length;
-    coupling.ratio *= (follows ? L : 1) / (leads ? L : 1);
-    if (follows) coupling.offset *= L;
+    for (auto& term : coupling.leader.terms)
+      if (m.coordinates[term.coordinate].kind == CoordinateKind::length) term.ratio /= L;
+    if (m.coordinates[coupling.follower].kind == CoordinateKind::length) coupling.ratio *= L, coupling.offset *= L;
   }
   if (m.tool) m.tool->position *= L;
   for (auto& rough : m.assembly)

@@ -1,6 +1,7 @@
 #include "verdict.hpp"
 
 #include "balance/control/forward_dynamics.hpp"
+#include "balance/model/coupling_roots.hpp"
 #include "balance/simulation/simulate_natural.hpp"
 
 #include <algorithm>
@@ -43,7 +44,16 @@ void judge_formulations(const Run& run, Findings& findings) {
                  allowed);
 }
 
+/// Whether it sticks cannot be computed: forward dynamics refuse it.
+bool rubs_dry_on_a_sum(const Mechanism& mechanism) {
+  const auto roots = coupling_roots(mechanism);
+  return std::any_of(mechanism.friction.begin(), mechanism.friction.end(), [&](const Friction& f) {
+    return f.coulomb != 0 && roots[static_cast<std::size_t>(f.coordinate)].terms.size() > 1;
+  });
+}
+
 void judge_forward(const Run& run, Findings& findings) {
+  if (rubs_dry_on_a_sum(run.mechanism)) return;
   ForwardDynamics forward(run.mechanism);
   const Result& r = run.result;
   for (const long k : {run.samples() / 3, 2 * run.samples() / 3}) {

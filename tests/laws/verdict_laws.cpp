@@ -113,8 +113,12 @@ class Books {
   void free_motions() const {
     const Mechanism& m = run_.mechanism;
     std::set<int> geared;
-    for (const Coupling& coupling : m.couplings) geared.insert({coupling.leader, coupling.follower});
-    for (const Disc& disc : m.discs) geared.insert(disc.follows);
+    for (const Coupling& coupling : m.couplings) {
+      geared.insert(coupling.follower);
+      for (const CoordinateTerm& term : coupling.leader.terms) geared.insert(term.coordinate);
+    }
+    for (const Disc& disc : m.discs)
+      for (const CoordinateTerm& term : disc.follows.terms) geared.insert(term.coordinate);
     const VectorX q = run_.result.joint_position.row(k_).transpose();
     for (int c = 0; c < static_cast<int>(m.coordinates.size()); ++c) {
       if (geared.count(c)) continue;

@@ -80,8 +80,8 @@ void ChainBuilder::add_fittings() {
   for (std::size_t s = 0; s < whole_.springs.size(); ++s) add_spring(static_cast<int>(s));
   add_loads_and_friction();
   for (Coupling coupling : whole_.couplings) {
-    coupling.follower = here(coupling.follower), coupling.leader = here(coupling.leader);
-    if (coupling.follower >= 0 && coupling.leader >= 0) m.couplings.push_back(coupling);
+    coupling.follower = here(coupling.follower);
+    if (coupling.follower >= 0 && bring_here(coupling.leader)) m.couplings.push_back(coupling);
   }
   for (const int c : whole_.actuators)
     if (here(c) >= 0) m.actuators.push_back(here(c));
@@ -139,13 +139,22 @@ void ChainBuilder::add_attachment(int a) {
   carried_.push_back({Bearer::attachment, static_cast<int>(chain_.mechanism.attachments.size()) - 1, a});
 }
 
+/// @return whether all that is followed are coordinates of this chain
+bool ChainBuilder::bring_here(Followed& followed) const {
+  for (CoordinateTerm& term : followed.terms) {
+    term.coordinate = here(term.coordinate);
+    if (term.coordinate < 0) return false;
+  }
+  return true;
+}
+
 /// A disc that follows a coordinate of another chain loads this one with its mass; what its spin does is left over.
 void ChainBuilder::add_disc(int d) {
   Disc disc = whole_.discs[static_cast<std::size_t>(d)];
-  if (!has(disc.body) || (disc.body == ground && here(disc.follows) < 0)) return;
+  const bool led_here = bring_here(disc.follows);
+  if (!has(disc.body) || (disc.body == ground && !led_here)) return;
   disc.body = body_[static_cast<std::size_t>(disc.body)];
-  if (here(disc.follows) >= 0) {
-    disc.follows = here(disc.follows);
+  if (led_here) {
     chain_.mechanism.discs.push_back(disc);
     carried_.push_back({Bearer::disc, static_cast<int>(chain_.mechanism.discs.size()) - 1, d});
   } else {

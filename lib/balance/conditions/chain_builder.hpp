@@ -71,6 +71,7 @@ class ChainBuilder {
   void add_loads_and_friction();
   void find_coordinates();
   int here(int coordinate) const { return coordinate_[static_cast<std::size_t>(coordinate)]; }
+  bool bring_here(Followed& followed) const;
   bool is_own(int body) const { return body != ground && has(body); }
 
   const Mechanism& whole_;

@@ -105,17 +105,25 @@ class Splitting {
                       name(platform.body), solver.rank() == 2 ? "plane" : "line"));
   }
 
-  /// Half of every payload at the joint's point goes over to the chain beyond.
+  /// Half of every payload at the joint's point goes over to the chain beyond. With payloads there on both bodies the spec says itself
+  /// which share is whose.
   void open(int j) {
     const Joint& at = joint(j);
+    bool on_first = false, on_second = false;
     VectorX over = VectorX::Zero(columns_.count());  // from the first body's chain to the second's
     for (std::size_t a = 0; a < whole_.attachments.size() && holds_point(at.type); ++a) {
       const Attachment& payload = whole_.attachments[a];
       const bool first = payload.body == at.first, second = payload.body == at.second;
       if (payload.kind != AttachmentKind::payload || (!first && !second)) continue;
       const Vector3 gap = payload.position - (first ? at.point_first : at.point_second);
-      if (gap.norm() <= coincident * characteristic_length(whole_))
-        over[columns_.first(Bearer::attachment, static_cast<int>(a))] = first ? 0.5 : -0.5;
+      if (gap.norm() > coincident * characteristic_length(whole_)) continue;
+      (first ? on_first : on_second) = true;
+      over[columns_.first(Bearer::attachment, static_cast<int>(a))] = first ? 0.5 : -0.5;
+    }
+    if (on_first && on_second) {
+      split_.notes.push_back(
+          fmt::format("at {}, {} and {} keep their own payloads", at.name, name(at.first), name(at.second)));
+      return;
     }
     if (over.isZero(0)) return;
     add_tip(j, at.second, -over);

@@ -28,7 +28,7 @@ struct ChainSplit {
 
 /// A platform's mass and first moments, with those of everything on it, are replaced by point masses at its joints: barycentric
 /// for three points in a plane, else the smallest ones with the same mass and, as far as possible, the same CoM. A payload
-/// at the joint where a loop is opened is shared equally.
+/// at the joint where a loop is opened is shared equally, unless both bodies have payloads there: then each keeps its own.
 ChainSplit split_into_chains(const Mechanism& mechanism, const LooseSprings& loose = {});
 
 }  // namespace balance

@@ -1,6 +1,8 @@
 #include "balance/conditions/cuts.hpp"
 
 #include <algorithm>
+#include <array>
+#include <set>
 #include <utility>
 
 namespace balance {
@@ -49,6 +51,30 @@ bool reaches_ground(const Mechanism& mechanism, const Bodies& bodies) {
   });
 }
 
+/// The part of the spec that a body is in, `leg1` of `leg1.crank`; empty for a body of the whole.
+std::string part_of(const Mechanism& mechanism, int body) {
+  const std::string& name = mechanism.bodies[static_cast<std::size_t>(body)].name;
+  const auto dot = name.find('.');
+  return dot == std::string::npos ? "" : name.substr(0, dot);
+}
+
+/// How many parts a body of the whole has joints with; of another none.
+int parts_at(const Mechanism& mechanism, int body) {
+  std::set<std::string> parts;
+  for (const int j : joints_of(mechanism, body)) {
+    const int other = other_end(mechanism.joints[static_cast<std::size_t>(j)], body);
+    if (const std::string part = part_of(mechanism, other); !part.empty()) parts.insert(part);
+  }
+  return part_of(mechanism, body).empty() ? static_cast<int>(parts.size()) : 0;
+}
+
+bool holds_several_parts(const Mechanism& mechanism, const Bodies& bodies) {
+  std::set<std::string> parts;
+  for (const int b : bodies)
+    if (const std::string part = part_of(mechanism, b); !part.empty()) parts.insert(part);
+  return parts.size() > 1;
+}
+
 class Cutter {
  public:
   explicit Cutter(const Mechanism& mechanism) : mechanism_(mechanism) {
@@ -83,11 +109,12 @@ class Cutter {
   }
 
   bool split_at_platform(const Bodies& piece) {
-    std::vector<std::pair<int, int>> candidates;  // by number of joints; the tool's body first among equals
+    // by number of parts, then of joints; the tool's body first among equals
+    std::vector<std::pair<std::array<int, 3>, int>> candidates;
     for (const int b : piece) {
-      const int joints = static_cast<int>(joints_of(mechanism_, b).size());
+      const int joints = static_cast<int>(joints_of(mechanism_, b).size()), parts = parts_at(mechanism_, b);
       const bool tool = mechanism_.tool && mechanism_.tool->body == b;
-      if (joints >= 3) candidates.emplace_back(-2 * joints - tool, b);
+      if (joints >= 3 || parts >= 2) candidates.push_back({{parts >= 2 ? -parts : 0, -joints, -tool}, b});
     }
     std::sort(candidates.begin(), candidates.end());
     for (const auto& [rank, body] : candidates) {
@@ -97,6 +124,9 @@ class Cutter {
       const bool grounded = std::all_of(chains.begin(), chains.end(),
                                         [&](const Bodies& chain) { return reaches_ground(mechanism_, chain); });
       if (chains.size() < 2 || !grounded) continue;
+      const bool apart = std::none_of(chains.begin(), chains.end(),
+                                      [&](const Bodies& chain) { return holds_several_parts(mechanism_, chain); });
+      if (rank[0] < 0 && !apart) continue;
       for (const Bodies& chain : chains) add_chain(chain);
       Platform platform{body, joints_of(mechanism_, body)};
       std::erase_if(platform.joints, [&, p = body](int j) {
@@ -117,6 +147,9 @@ class Cutter {
     std::size_t at = joints.size() / 2;
     for (std::size_t j = 1; j + 1 < joints.size(); ++j)
       if (carries_tool(mechanism_.joints[static_cast<std::size_t>(joints[j])])) at = j;
+    const auto between = [&](std::size_t j) { return holds_several_parts(mechanism_, {round[j - 1], round[j]}); };
+    for (std::size_t j = 1; j + 1 < joints.size(); ++j)
+      if (!between(at) && between(j)) at = j;
     cuts_.opened.push_back(joints[at]);
     const auto middle = round.begin() + static_cast<std::ptrdiff_t>(at);
     add_chain(Bodies(round.begin(), middle));

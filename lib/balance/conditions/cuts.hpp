@@ -28,6 +28,9 @@ struct Cuts {
 /// Everything that moves in one piece, the ground aside, is looked at by itself. Without loops it is a chain. With loops its
 /// platform is the body with the most joints, at least three, whose removal leaves several pieces that all reach the
 /// ground. A single loop of bodies with two joints each is opened at the joint at the tool's point, else at the joint halfway round.
+///
+/// Parts that the spec is made of (bodies `leg1.crank`, `leg1.coupler`) stay in one piece each where that is possible: then the platform is
+/// the body of the whole that most parts carry, at least two, and a single loop is opened between two of them.
 Cuts find_cuts(const Mechanism& mechanism);
 
 /// Whether a joint holds one point of its first body at one point of its second.

@@ -1,6 +1,4 @@
 #include "balance/base/factorizations.hpp"
 
 template class Eigen::BDCSVD<balance::MatrixX>;
-template class Eigen::HouseholderQR<balance::MatrixX>;
 template class Eigen::LDLT<balance::MatrixX>;
-template class Eigen::LLT<balance::MatrixX>;

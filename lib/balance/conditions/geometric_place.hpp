@@ -17,6 +17,8 @@ auto& number_at(AMechanism& m, const GeometricPlace& p) {
     case Kind::tool: return m.tool.value().position[p.axis];
     case Kind::disc: return m.discs[at(p.index)].position[p.axis];
     case Kind::disc_ratio: return m.discs[at(p.index)].ratio;
+    case Kind::disc_term_ratio: return m.discs[at(p.index)].follows.terms[at(p.item)].ratio;
+    case Kind::coupling_term_ratio: return m.couplings[at(p.index)].leader.terms[at(p.item)].ratio;
     case Kind::coupling_ratio: return m.couplings[at(p.index)].ratio;
     case Kind::spring_first: return m.springs[at(p.index)].point_first[p.axis];
     case Kind::spring_second: return m.springs[at(p.index)].point_second[p.axis];

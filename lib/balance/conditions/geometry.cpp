@@ -44,6 +44,15 @@ class NumberList {
     }
   }
 
+  /// The ratios of a belt over several joints.
+  void add_terms(const Followed& followed, const std::string& owner, GeometricPlace place) {
+    if (followed.terms.size() < 2) return;
+    for (; place.item < static_cast<int>(followed.terms.size()); ++place.item) {
+      const int coordinate = followed.terms[at(place.item)].coordinate;
+      add(owner + "." + mechanism_.coordinates[at(coordinate)].name + ".ratio", "1", place);
+    }
+  }
+
   std::vector<GeometricNumber> finish() { return std::move(numbers_); }
 
  private:
@@ -80,10 +89,13 @@ std::vector<GeometricNumber> list_geometry(const Mechanism& m) {
     const int index = static_cast<int>(d);
     list.add_point(m.discs[d].body, m.discs[d].position, {Kind::disc, index, 0, 0}, m.discs[d].name + ".at");
     list.add(m.discs[d].name + ".ratio", "1", {Kind::disc_ratio, index, 0, 0});
+    list.add_terms(m.discs[d].follows, m.discs[d].name, {Kind::disc_term_ratio, index, 0, 0});
   }
-  for (std::size_t c = 0; c < m.couplings.size(); ++c)
-    list.add(m.coordinates[at(m.couplings[c].follower)].name + ".ratio", "1",
-             {Kind::coupling_ratio, static_cast<int>(c), 0, 0});
+  for (std::size_t c = 0; c < m.couplings.size(); ++c) {
+    const std::string& name = m.coordinates[at(m.couplings[c].follower)].name;
+    list.add(name + ".ratio", "1", {Kind::coupling_ratio, static_cast<int>(c), 0, 0});
+    list.add_terms(m.couplings[c].leader, name, {Kind::coupling_term_ratio, static_cast<int>(c), 0, 0});
+  }
   for (std::size_t s = 0; s < m.springs.size(); ++s) {
     const Spring& spring = m.springs[s];
     const int index = static_cast<int>(s);

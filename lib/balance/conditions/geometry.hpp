@@ -17,7 +17,9 @@ struct GeometricPlace {
     tool,
     disc,
     disc_ratio,
+    disc_term_ratio,
     coupling_ratio,
+    coupling_term_ratio,
     spring_first,
     spring_second,
     load,
@@ -26,7 +28,7 @@ struct GeometricPlace {
   };
   Kind kind = Kind::joint_first;
   int index = 0;  ///< of the joint, disc, coupling, spring or load; body_point: of the body
-  int item = 0;   ///< body_point: which point
+  int item = 0;   ///< body_point: which point; term_ratio: which of what is followed
   int axis = 0;
 };
 

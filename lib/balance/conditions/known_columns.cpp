@@ -72,10 +72,10 @@ MatrixX KnownColumns<S>::friction(const VectorX& dy) const {
     const Parameter& term = terms_[t];
     if (term.bearer != Bearer::friction) continue;
     const Friction& friction = mechanism_.friction[static_cast<std::size_t>(term.index)];
-    const CoordinateSource& source = tree_.sources[static_cast<std::size_t>(friction.coordinate)];
-    const double rate = source.ratio * dy[source.column];
+    const LinearQuantity& source = tree_.sources[static_cast<std::size_t>(friction.coordinate)];
+    const double rate = source.rate(dy.data());
     const double resists = term.kind == ParameterKind::viscous ? rate : rate > 0 ? 1.0 : rate < 0 ? -1.0 : 0.0;
-    torque(source.column, static_cast<Eigen::Index>(t)) = source.ratio * resists;
+    source.load(resists, torque.col(static_cast<Eigen::Index>(t)).data());
   }
   return torque;
 }

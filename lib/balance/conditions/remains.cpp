@@ -178,10 +178,11 @@ class RestingEfforts {
       for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) actuators_.push_back(static_cast<int>(c));
     selection_ = MatrixX::Zero(static_cast<Eigen::Index>(actuators_.size()), tree_.columns);
     for (std::size_t a = 0; a < actuators_.size(); ++a) {
-      const CoordinateSource& source = tree_.sources[static_cast<std::size_t>(actuators_[a])];
-      lengths_.push_back(mechanism.coordinates[static_cast<std::size_t>(actuators_[a])].kind == CoordinateKind::length);
-      selection_(static_cast<Eigen::Index>(a), source.column) =
-          source.ratio * scale_[source.column] / (lengths_.back() ? tree_.length : 1);
+      const LinearQuantity& source = tree_.sources[static_cast<std::size_t>(actuators_[a])];
+      lengths_.push_back(source.is_length);
+      for (const auto& [column, ratio] : source.terms)
+        selection_(static_cast<Eigen::Index>(a), column) =
+            ratio * scale_[column] / (source.is_length ? tree_.length : 1);
     }
   }
 

@@ -100,9 +100,9 @@ void GoalRows<S>::check(int freedoms) {
   selection_ = MatrixX::Zero(count, tree_.columns);
   for (int a = 0; a < count; ++a) {
     const int coordinate = mechanism_.actuators[static_cast<std::size_t>(a)];
-    const CoordinateSource& source = tree_.sources[static_cast<std::size_t>(coordinate)];
-    const bool length = mechanism_.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::length;
-    selection_(a, source.column) = source.ratio * scale_[source.column] / (length ? tree_.length : 1);
+    const LinearQuantity& source = tree_.sources[static_cast<std::size_t>(coordinate)];
+    for (const auto& [column, ratio] : source.terms)
+      selection_(a, column) = ratio * scale_[column] / (source.is_length ? tree_.length : 1);
   }
 }
 

@@ -1,6 +1,7 @@
 #include "balance/equations/engine.hpp"
 
 #include "balance/dynamics/friction.hpp"
+#include "balance/equations/polarised.hpp"
 #include "balance/motion/configuration_text.hpp"
 #include "balance/motion/wording.hpp"
 
@@ -15,26 +16,6 @@ Mechanism with_only(Mechanism mechanism, EffortPart part) {
   if (part != EffortPart::load) mechanism.loads.clear();
   if (part != EffortPart::spring) mechanism.springs.clear();
   return mechanism;
-}
-
-/// Quadratic forms from their values at unit rates and sums of two: exact but for round-off.
-/// @param at the forms' values at rates
-template <class Values>
-std::vector<MatrixX> polarised(int size, const Values& at) {
-  std::vector<VectorX> own;
-  for (int r = 0; r < size; ++r) own.push_back(at(VectorX::Unit(size, r)));
-  if (own.empty()) return {};
-  std::vector<MatrixX> forms(static_cast<std::size_t>(own.front().size()), MatrixX(size, size));
-  for (int r = 0; r < size; ++r)
-    for (int s = 0; s <= r; ++s) {
-      const VectorX value = r == s ? own[static_cast<std::size_t>(r)]
-                                   : VectorX((at(VectorX::Unit(size, r) + VectorX::Unit(size, s)) -
-                                              own[static_cast<std::size_t>(r)] - own[static_cast<std::size_t>(s)]) /
-                                             2);
-      for (std::size_t k = 0; k < forms.size(); ++k)
-        forms[k](r, s) = forms[k](s, r) = value[static_cast<Eigen::Index>(k)];
-    }
-  return forms;
 }
 
 MotionOutcome finite_or(double time, bool finite, const char* what) {
@@ -74,9 +55,8 @@ void TermsEngine<S>::name_tree() {
   for (int c = 0; c < columns_; ++c)
     redundant_lengths.push_back(tree.column_kind_length[static_cast<std::size_t>(c)] != 0);
   for (std::size_t c = mechanism.coordinates.size(); c-- > 0;) {
-    const CoordinateSource& source = tree.sources[c];
-    if (source.column >= 0 && source.ratio == 1 && source.offset == 0)
-      redundant[static_cast<std::size_t>(source.column)] = mechanism.coordinates[c].name;
+    if (tree.sources[c].is_column())
+      redundant[static_cast<std::size_t>(tree.sources[c].terms[0].first)] = mechanism.coordinates[c].name;
   }
   for (std::size_t c = 0; c < redundant.size(); ++c)
     if (redundant[c].empty()) redundant[c] = "y" + std::to_string(c + 1);
@@ -146,8 +126,9 @@ template <class S>
 MatrixX TermsEngine<S>::viscous_friction() const {
   MatrixX viscous = MatrixX::Zero(columns_, columns_);
   for (const Friction& friction : mechanism.friction) {
-    const CoordinateSource& source = branch_.tree().sources[static_cast<std::size_t>(friction.coordinate)];
-    viscous(source.column, source.column) += source.ratio * source.ratio * friction.viscous;
+    VectorX rates = VectorX::Zero(columns_);
+    branch_.tree().sources[static_cast<std::size_t>(friction.coordinate)].load(1, rates.data());
+    viscous += friction.viscous * rates * rates.transpose();
   }
   return viscous;
 }
@@ -156,8 +137,8 @@ template <class S>
 MatrixX TermsEngine<S>::input() const {
   MatrixX out = MatrixX::Zero(columns_, static_cast<Eigen::Index>(mechanism.actuators.size()));
   for (std::size_t a = 0; a < mechanism.actuators.size(); ++a) {
-    const CoordinateSource& source = branch_.tree().sources[static_cast<std::size_t>(mechanism.actuators[a])];
-    out(source.column, static_cast<Eigen::Index>(a)) = source.ratio;
+    const auto coordinate = static_cast<std::size_t>(mechanism.actuators[a]);
+    branch_.tree().sources[coordinate].load(1, out.col(static_cast<Eigen::Index>(a)).data());
   }
   return out;
 }

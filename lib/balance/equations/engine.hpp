@@ -18,6 +18,9 @@ class EquationTerms::Engine {
   virtual MotionOutcome assemble(const double* q, const std::vector<CoordinateValue>& near, VectorX& coordinates) = 0;
   virtual MotionOutcome independent_terms(const double* q, double time, IndependentTerms& out) = 0;
   virtual MotionOutcome redundant_terms(const double* q, double time, RedundantTerms& out) = 0;
+  /// Speeds per rate of the independent coordinates, and per speed what rates alone make of its derivative.
+  virtual MotionOutcome speed_rows(const double* q, const std::vector<Speed>& speeds, MatrixX& rows,
+                                   std::vector<MatrixX>& forms) = 0;
   virtual MotionOutcome split(const double* q, const double* dq, const double* ddq, double time, EffortSplit& out) = 0;
 
   const Mechanism mechanism;
@@ -35,6 +38,8 @@ class TermsEngine final : public EquationTerms::Engine {
   MotionOutcome assemble(const double* q, const std::vector<CoordinateValue>& near, VectorX& coordinates) override;
   MotionOutcome independent_terms(const double* q, double time, IndependentTerms& out) override;
   MotionOutcome redundant_terms(const double* q, double time, RedundantTerms& out) override;
+  MotionOutcome speed_rows(const double* q, const std::vector<Speed>& speeds, MatrixX& rows,
+                           std::vector<MatrixX>& forms) override;
   MotionOutcome split(const double* q, const double* dq, const double* ddq, double time, EffortSplit& out) override;
 
  private:

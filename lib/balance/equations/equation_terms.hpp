@@ -7,6 +7,7 @@
 ///     if (found) use(found.value.mass);
 
 #include "balance/inverse/inverse_dynamics.hpp"
+#include "balance/motion/speeds.hpp"
 
 #include <array>
 #include <memory>
@@ -47,6 +48,16 @@ struct RedundantTerms {
   std::vector<MatrixX> acceleration;
 };
 
+/// The same in s speeds of the user's choice instead of the rates of coordinates, with p constraints on rates that need not be integrable
+/// (rolling): M σ̇ + w + z = Σ u. Work on what is zero is done by the constraints alone, whose forces `held` gives in the same way:
+/// λ = M σ̇ + w + z − input · u. Source: P0 eq. 1, 14, 17 (Kane's and Boltzmann and Hamel's equations).
+struct SpeedTerms {
+  MatrixX rows;           ///< (s + p)×d: speeds, below them what is zero, per rate of the independent coordinates
+  MatrixX rates;          ///< d×s: rates of the independent coordinates per speed, nothing else moving
+  IndependentTerms own;   ///< s rows; velocity terms are forms in the speeds
+  IndependentTerms held;  ///< p rows of the same, in the same s speeds
+};
+
 /// What an effort is made of.
 enum class EffortPart { inertia, velocity, friction, weight, spring, load };
 inline constexpr std::array effort_part_names{"inertia", "velocity", "friction", "weight", "spring", "load"};
@@ -84,6 +95,10 @@ class EquationTerms {
   /// @param time of loads that change with it [s]
   Answer<IndependentTerms> independent_terms(const VectorX& q, double time = 0);
   Answer<RedundantTerms> redundant_terms(const VectorX& q, double time = 0);
+  /// @throws std::invalid_argument if speeds and zeros together are not as many as degrees of freedom, or name a tool that is not there or
+  ///         the coordinate of a joint that closes a loop
+  /// @return no answer (drive_singularity) where they do not determine the rates
+  Answer<SpeedTerms> speed_terms(const VectorX& q, const SpeedChoice& choice, double time = 0);
   /// No answer where the actuators do not hold the mechanism (actuation_singularity) or are too few (mismatch).
   Answer<EffortSplit> split(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time = 0);
 

@@ -1,5 +1,7 @@
 #include "balance/formulas/check.hpp"
 
+#include "balance/formulas/natural_check.hpp"
+#include "balance/formulas/regressor_check.hpp"
 #include "balance/formulas/text_value.hpp"
 
 #include <Eigen/QR>
@@ -58,7 +60,12 @@ class Comparison {
     const VectorX found = B.transpose() * parts.sum, expected = M.value * a + h.value;
     const double scale = (B.cwiseAbs().transpose() * parts.size).maxCoeff();
     error = std::max(error, (found - expected).cwiseAbs().maxCoeff() / std::max(scale, 1e-300));
-    return true;
+    double others = 0;
+    if (sheet_.regressor) others = regressor_error(sheet_, texts_, engine_, {list(y), dy, B * a + gamma, B, q, v, a});
+    if (sheet_.natural && std::isfinite(others))
+      others = std::max(others, natural_error(sheet_, texts_, mechanism_, values_at(y).names, all_coordinates(y)));
+    error = std::max(error, others);
+    return std::isfinite(others);
   }
 
  private:
@@ -66,6 +73,11 @@ class Comparison {
   static Mechanism without_rest(Mechanism mechanism) {
     mechanism.friction.clear();
     mechanism.loads.clear();
+    const InverseDynamics chosen(mechanism);
+    mechanism.actuators.clear();  // efforts along the independent coordinates themselves
+    for (const std::string& name : chosen.independent())
+      for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
+        if (mechanism.coordinates[c].name == name) mechanism.actuators.push_back(static_cast<int>(c));
     return mechanism;
   }
 
@@ -169,6 +181,7 @@ class Comparison {
   /// The engine's state there, to its last digits; it must be in the same assembly mode.
   bool engine_pose(VectorX& y, VectorX& q) {
     q = selection() * y;
+    closed_.resize(0);
     if (sheet_.equations.closure.empty()) return true;
     std::vector<NamedValue> near;
     for (Eigen::Index c = 0; c < n_; ++c) {
@@ -183,7 +196,23 @@ class Comparison {
       if (std::abs(difference) > 1e-6) return false;
       y[c] += difference;
     }
+    closed_ = found.value;
     return true;
+  }
+
+  /// Of all joints, those that close loops included.
+  VectorX all_coordinates(const VectorX& y) const {
+    if (closed_.size() > 0) return closed_;
+    const SymbolicTree& tree = sheet_.equations.tree;
+    VectorX all = VectorX::Zero(static_cast<Eigen::Index>(mechanism_.coordinates.size()));
+    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
+      if (tree.coordinate_variable[c] < 0) continue;
+      const Variable& variable = tree.variables[static_cast<std::size_t>(tree.coordinate_variable[c])];
+      double& x = all[static_cast<Eigen::Index>(c)];
+      x = variable.offset;
+      for (const auto& [column, ratio] : variable.follows) x += value_of(ratio) * y[column];
+    }
+    return all;
   }
 
   struct TreeTerms {
@@ -222,6 +251,7 @@ class Comparison {
   std::mt19937_64 random_;
   Eigen::Index n_;
   Values values_;
+  VectorX closed_;  ///< the engine's coordinates where there are loops
 };
 
 }  // namespace

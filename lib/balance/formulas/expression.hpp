@@ -40,6 +40,10 @@ class ExpressionReader {
                        " on");
   }
   static bool in_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
+  /// The point in `leg1.l`.
+  bool joins_names() const {
+    return text_[at_] == '.' && at_ + 1 < text_.size() && in_name(text_[at_ + 1]) && !is_digit(text_[at_ + 1]);
+  }
   static bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0 || c == '.'; }
   /// Something that a factor begins with.
   bool factor_follows() {
@@ -112,7 +116,7 @@ class ExpressionReader {
     }
     if (is_digit(c)) return make_.number(number_text());
     if (!in_name(c)) fail();
-    while (at_ < text_.size() && in_name(text_[at_])) ++at_;
+    while (at_ < text_.size() && (in_name(text_[at_]) || joins_names())) ++at_;
     const std::string name = text_.substr(begin, at_ - begin);
     if (!make_.is_function(name) || peek() != '(') return make_.name(name);
     ++at_;

@@ -55,6 +55,8 @@ Vector MechanismNumbers::place(const std::string& path, const Vector3& position,
 }
 
 Vector MechanismNumbers::point(int body, const Vector3& position) {
+  const auto [at, fresh] = points_.try_emplace({body, {position.x(), position.y(), position.z()}});
+  if (!fresh) return at->second;
   const NamedPoint* named = named_point(body, position);
   const Body& owner = mechanism_.bodies[static_cast<std::size_t>(body)];
   const std::string number = body == ground ? "" : std::to_string(body);
@@ -62,7 +64,8 @@ Vector MechanismNumbers::point(int body, const Vector3& position) {
   const std::string path = named != nullptr ? section + ".points." + named->name : "";
   std::string along;
   if (body != ground && nonzero(position) == 1 && has_length_.insert(body).second) along = "l" + number;
-  return place(path, position, along, (named != nullptr ? named->name : "P") + number, SymbolKind::length);
+  at->second = place(path, position, along, (named != nullptr ? named->name : "P") + number, SymbolKind::length);
+  return at->second;
 }
 
 Symmetric<Polynomial> MechanismNumbers::inertia(const MassText& text) {
@@ -175,6 +178,18 @@ Polynomial MechanismNumbers::ratio(int index) {
 Polynomial MechanismNumbers::coupling_ratio(std::size_t c) {
   return numbers_.at("couplings[" + std::to_string(c) + "].ratio", mechanism_.couplings[c].ratio,
                      "n" + std::to_string(c + 1), SymbolKind::ratio);
+}
+
+Polynomial MechanismNumbers::disc_term(int index, const CoordinateTerm& term) {
+  const std::string& disc = mechanism_.discs[static_cast<std::size_t>(index)].name;
+  const std::string& leader = mechanism_.coordinates[static_cast<std::size_t>(term.coordinate)].name;
+  return numbers_.at("discs." + disc + ".follows." + leader, term.ratio, "n_" + disc + "_" + leader, SymbolKind::ratio);
+}
+
+Polynomial MechanismNumbers::coupling_term(std::size_t c, const CoordinateTerm& term) {
+  const std::string& leader = mechanism_.coordinates[static_cast<std::size_t>(term.coordinate)].name;
+  return numbers_.at("couplings[" + std::to_string(c) + "].follows." + leader, term.ratio,
+                     "n" + std::to_string(c + 1) + "_" + leader, SymbolKind::ratio);
 }
 
 Polynomial MechanismNumbers::stiffness(std::size_t s) {

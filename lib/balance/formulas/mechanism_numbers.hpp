@@ -4,7 +4,10 @@
 #include "balance/formulas/numbers.hpp"
 #include "balance/formulas/symbolic_tree.hpp"
 
+#include <array>
+#include <map>
 #include <set>
+#include <utility>
 
 namespace balance::formulas {
 
@@ -22,6 +25,9 @@ class MechanismNumbers {
   Vector gravity();
   Polynomial ratio(int disc);
   Polynomial coupling_ratio(std::size_t coupling);
+  /// Of one coordinate in what a disc or a coupling follows.
+  Polynomial disc_term(int disc, const CoordinateTerm& term);
+  Polynomial coupling_term(std::size_t coupling, const CoordinateTerm& term);
   Polynomial stiffness(std::size_t spring);
   Polynomial free_length(std::size_t spring);
   /// theta1 of the angle J1, d3 of the slide J3, else the coordinate's own name.
@@ -49,6 +55,7 @@ class MechanismNumbers {
   bool origin_;
   std::set<int> has_length_;  ///< bodies whose first length has its name
   std::vector<int> inertial_;
+  std::map<std::pair<int, std::array<double, 3>>, Vector> points_;  ///< by body and position
 };
 
 }  // namespace balance::formulas

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
+#include <utility>
 
 namespace balance::formulas {
 
@@ -52,7 +53,7 @@ Numbers::Numbers(Ring& ring, const SpecTexts& texts, bool put_in) : ring_(&ring)
   }
   for (const auto& [name, text] : texts.parameters) {
     if (!values.contains(name)) continue;
-    symbols_[name] = ring.add_symbol(name, SymbolKind::number, values[name]);
+    symbols_[name] = ring.add_symbol(plain_name(name), SymbolKind::number, values[name]);
     cause_[name] = text;
   }
 }
@@ -121,9 +122,28 @@ Polynomial Numbers::named(double value, const std::string& name, SymbolKind kind
   return Polynomial::of_symbol(*ring_, ring_->add_symbol(plain_name(name), kind, value));
 }
 
+namespace {
+
+/// UTF-8 and what formulas and programs write for it.
+constexpr std::pair<const char*, const char*> greek[] = {
+    {"α", "alpha"}, {"β", "beta"},  {"γ", "gamma"}, {"δ", "delta"},  {"ε", "epsilon"}, {"ζ", "zeta"},   {"η", "eta"},
+    {"θ", "theta"}, {"ι", "iota"},  {"κ", "kappa"}, {"λ", "lambda"}, {"μ", "mu"},      {"µ", "mu"},     {"ν", "nu"},
+    {"ξ", "xi"},    {"π", "pi"},    {"ρ", "rho"},   {"σ", "sigma"},  {"τ", "tau"},     {"φ", "phi"},    {"χ", "chi"},
+    {"ψ", "psi"},   {"ω", "omega"}, {"Γ", "Gamma"}, {"Δ", "Delta"},  {"Θ", "Theta"},   {"Λ", "Lambda"}, {"Ξ", "Xi"},
+    {"Π", "Pi"},    {"Σ", "Sigma"}, {"Φ", "Phi"},   {"Ψ", "Psi"},    {"Ω", "Omega"}};
+
+std::string greek_written_out(std::string name) {
+  for (const auto& [letter, word] : greek)
+    for (std::size_t at = name.find(letter); at != std::string::npos; at = name.find(letter, at))
+      name.replace(at, std::string(letter).size(), word);
+  return name;
+}
+
+}  // namespace
+
 std::string plain_name(const std::string& name) {
   std::string plain;
-  for (const char c : name) {
+  for (const char c : greek_written_out(name)) {
     const bool good = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
     plain += good ? c : '_';
   }

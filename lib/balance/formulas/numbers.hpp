@@ -40,7 +40,7 @@ class Numbers {
   friend struct ParameterMaker;
 };
 
-/// A name that formulas, C and Python can have: letters, digits and `_`.
+/// A name that formulas, C and Python can have: letters, digits and `_`; Greek letters are written out.
 std::string plain_name(const std::string& name);
 
 }  // namespace balance::formulas

@@ -20,6 +20,14 @@ std::string text_of(const Formula& formula, Printer& printer, const PrintOptions
   return (formula.value.size() > 1 ? "(" + above + ")" : above) + "/" + formula.denominator_name;
 }
 
+/// Blocks of natural coordinates are complex numbers.
+std::string latex_head(const std::string& name) {
+  if (name == "Phi" || name == "Delta") return "\\" + name;
+  if (name == "Mre" || name == "Cre") return "\\Re " + name.substr(0, 1);
+  if (name == "Mim" || name == "Cim") return "\\Im " + name.substr(0, 1);
+  return name;
+}
+
 }  // namespace
 
 std::vector<PrintedSection> print_sheet(const Sheet& sheet, const PrintOptions& options) {
@@ -54,7 +62,7 @@ std::string latex_label(const std::string& label) {
   std::string indices = label.substr(digit);
   for (char& c : indices)
     if (c == '_') c = ',';
-  return label.substr(0, digit) + "_{" + indices + "}";
+  return latex_head(label.substr(0, digit)) + "_{" + indices + "}";
 }
 
 }  // namespace balance::formulas

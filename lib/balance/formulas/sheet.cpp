@@ -93,7 +93,65 @@ SheetSection solved(const Mechanism& mechanism, const Equations& e) {
   return section;
 }
 
+SheetSection columns(const Regressor& regressor) {
+  SheetSection section{Section::regressor,
+                       "Regressor: the torque of i has Y_ip times the p-th inertial parameter; d stands before rates, "
+                       "dd before accelerations",
+                       {},
+                       {},
+                       0};
+  const std::size_t n = std::max(regressor.Y.size(), regressor.parameters.size());
+  for (std::size_t i = 0; i < regressor.Y.size(); ++i)
+    for (std::size_t p = 0; p < regressor.parameters.size(); ++p)
+      put(section, {"Y", index_text({i, p}, n), regressor.Y[i][p], 1, ""});
+  return section;
+}
+
+SheetSection points(const NaturalEquations& e) {
+  SheetSection section{
+      Section::natural,
+      "Natural coordinates: points i and j have the block [Mre -Mim; Mim Mre] of the mass matrix, point i "
+      "has [Cre -Cim; Cim Cre] of momentum; constraints Phi_i = 0, and their derivatives G_ij",
+      {},
+      {},
+      0};
+  const std::size_t p = e.points.size(), n = std::max(e.constraint.size(), e.unknowns.size());
+  for (const auto& [symbol, sum] : e.named) put(section, {sum.ring()->symbol(symbol).name, "", sum, 1, ""});
+  for (std::size_t i = 0; i < p; ++i)
+    for (std::size_t j = i; j < p; ++j) {
+      put(section, {"Mre", index_text({i, j}, p), e.mass[i][j].re, 1, ""});
+      if (i != j) put(section, {"Mim", index_text({i, j}, p), e.mass[i][j].im, 1, ""});
+    }
+  for (std::size_t i = 0; i < p; ++i) {
+    put(section, {"Cre", index_text({i}, p), e.coefficients[i].re, 1, ""});
+    put(section, {"Cim", index_text({i}, p), e.coefficients[i].im, 1, ""});
+  }
+  for (std::size_t i = 0; i < e.constraint.size(); ++i)
+    put(section, {"Phi", index_text({i}, n), e.constraint[i], 1, ""});
+  for (std::size_t i = 0; i < e.jacobian.size(); ++i)
+    for (std::size_t j = 0; j < e.unknowns.size(); ++j)
+      put(section, {"G", index_text({i, j}, n), e.jacobian[i][j], 1, ""});
+  section.zero.clear();  // nearly all of them
+  return section;
+}
+
+void add_natural_notes(const Mechanism& mechanism, Sheet& sheet) {
+  std::string list;
+  for (std::size_t k = 0; k < sheet.natural->points.size(); ++k)
+    list += (k > 0 ? ", " : "") + std::to_string(k + 1) + " " + sheet.natural->points[k];
+  sheet.notes.push_back("points: " + list + "; x and y of the first " +
+                        std::to_string(sheet.natural->unknowns.size() / 2) +
+                        " are the unknowns; blocks and derivatives that are not there vanish");
+  if (!mechanism.discs.empty()) sheet.notes.push_back("discs turn beside the points: their inertia is not in Mre");
+  if (!mechanism.couplings.empty())
+    sheet.notes.push_back("couplings relate angles, which points do not have: they are not among Phi");
+}
+
 void add_notes(const Mechanism& mechanism, Sheet& sheet) {
+  if (sheet.natural) add_natural_notes(mechanism, sheet);
+  if (sheet.regressor)
+    sheet.notes.push_back("inertial parameters, about the bodies' origins: " +
+                          parameter_text(*sheet.ring, *sheet.regressor));
   const SymbolicTree& tree = sheet.equations.tree;
   for (const std::string& left : tree.left_out)
     sheet.notes.push_back(left + " are not in these formulas: they are no functions of the pose");
@@ -111,7 +169,8 @@ void add_notes(const Mechanism& mechanism, Sheet& sheet) {
 }  // namespace
 
 const std::vector<std::string>& section_names() {
-  static const std::vector<std::string> names{"inertia", "velocity", "gravity", "closures", "solved", "conditions"};
+  static const std::vector<std::string> names{"inertia", "velocity",   "gravity",   "closures",
+                                              "solved",  "conditions", "regressor", "natural"};
   return names;
 }
 
@@ -124,7 +183,9 @@ std::string index_text(std::initializer_list<std::size_t> indices, std::size_t c
 Sheet make_sheet(const Mechanism& mechanism, const SpecTexts& texts, const SheetOptions& options) {
   Sheet sheet;
   sheet.ring = std::make_unique<Ring>();
-  const TreeOptions tree{Inertial::about_com, options.expressions};
+  const bool linear = std::find(options.only.begin(), options.only.end(), Section::regressor) != options.only.end();
+  const bool natural = std::find(options.only.begin(), options.only.end(), Section::natural) != options.only.end();
+  const TreeOptions tree{linear ? Inertial::about_origin : Inertial::about_com, options.expressions, natural};
   sheet.equations = derive(*sheet.ring, symbolic_tree(*sheet.ring, mechanism, texts, tree));
   const Equations& e = sheet.equations;
   const auto add = [&](Section section, auto&& make) {
@@ -141,6 +202,14 @@ Sheet make_sheet(const Mechanism& mechanism, const SpecTexts& texts, const Sheet
   }
   if (e.closure.empty() && is_wanted(options, Section::conditions))
     for (SheetSection& section : condition_sections(e)) sheet.sections.push_back(std::move(section));
+  if (linear) {
+    sheet.regressor = regressor(*sheet.ring, e);
+    add(Section::regressor, [&] { return columns(*sheet.regressor); });
+  }
+  if (natural) {
+    sheet.natural = natural_equations(*sheet.ring, *e.tree.basic);
+    add(Section::natural, [&] { return points(*sheet.natural); });
+  }
   add_notes(mechanism, sheet);
   return sheet;
 }

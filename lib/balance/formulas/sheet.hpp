@@ -2,14 +2,17 @@
 /// All formulas of a mechanism under their names, section by section.
 
 #include "balance/formulas/equations.hpp"
+#include "balance/formulas/natural.hpp"
+#include "balance/formulas/regressor.hpp"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace balance::formulas {
 
-enum class Section { inertia, velocity, gravity, closures, solved, conditions };
+enum class Section { inertia, velocity, gravity, closures, solved, conditions, regressor, natural };
 
 /// "inertia", …, in that order.
 const std::vector<std::string>& section_names();
@@ -39,11 +42,15 @@ struct Sheet {
   std::unique_ptr<Ring> ring;
   Equations equations;
   std::vector<SheetSection> sections;
+  std::optional<Regressor> regressor;       ///< where it is wanted
+  std::optional<NaturalEquations> natural;  ///< where they are wanted
   std::vector<std::string> notes;
 };
 
 struct SheetOptions {
-  std::vector<Section> only;  ///< empty: all that the mechanism has
+  /// Empty: all that the mechanism has but for the regressor and natural coordinates. With the regressor everything is written in inertial parameters
+  /// about the bodies' origins.
+  std::vector<Section> only;
   Expressions expressions = Expressions::named;
 };
 

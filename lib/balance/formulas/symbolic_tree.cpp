@@ -5,6 +5,7 @@
 #include "balance/model/spanning_tree.hpp"
 
 #include <algorithm>
+#include <map>
 
 namespace balance::formulas {
 
@@ -39,7 +40,8 @@ class TreeBuilder {
         mechanism_(mechanism),
         numbers_(ring, mechanism, texts, options),
         frames_(ring, tree_),
-        edges_(span(mechanism, {})) {
+        edges_(span(mechanism, {})),
+        natural_(options.natural) {
     tree_.planar = mechanism.space == SpaceKind::planar;
     bodies_.resize(mechanism.bodies.size());
     bodies_[0] = {0, {}};
@@ -54,6 +56,7 @@ class TreeBuilder {
     for (std::size_t s = 0; s < mechanism_.springs.size(); ++s) add_spring(s);
     tree_.gravity = numbers_.gravity();
     tree_.inertial = numbers_.inertial();
+    if (natural_) tree_.basic = basic_tree(ring_, mechanism_, numbers_);
     if (!mechanism_.friction.empty()) tree_.left_out.emplace_back("friction");
     if (!mechanism_.loads.empty()) tree_.left_out.emplace_back("loads");
     return std::move(tree_);
@@ -98,18 +101,38 @@ class TreeBuilder {
     std::vector<std::pair<int, Polynomial>> columns;
     double offset = 0;
   };
-  Root roots(int coordinate, std::size_t depth) {
+  /// What a coordinate is made of; each is made out once, since sums of sums meet again and again.
+  const Root& roots(int coordinate, std::size_t depth) {
+    const auto known = roots_.find(coordinate);
+    if (known != roots_.end()) return known->second;
+    return roots_[coordinate] = find_roots(coordinate, depth);
+  }
+  Root find_roots(int coordinate, std::size_t depth) {
     if (depth > mechanism_.couplings.size()) throw FormulaError("couplings follow each other in a circle");
     for (std::size_t k = 0; k < mechanism_.couplings.size(); ++k) {
       const Coupling& coupling = mechanism_.couplings[k];
       if (coupling.follower != coordinate) continue;
-      Root root = roots(coupling.leader, depth + 1);
-      for (auto& [column, ratio] : root.columns) ratio = ratio * numbers_.coupling_ratio(k);
-      root.offset = root.offset * coupling.ratio + coupling.offset;
-      return root;
+      Root sum;
+      for (const CoordinateTerm& term : coupling.leader.terms)
+        add(sum, roots(term.coordinate, depth + 1), numbers_.coupling_ratio(k) * numbers_.coupling_term(k, term),
+            coupling.ratio * term.ratio);
+      sum.offset += coupling.offset;
+      return sum;
     }
     const auto column = std::find(tree_.coordinates.begin(), tree_.coordinates.end(), coordinate);
     return {{{static_cast<int>(column - tree_.coordinates.begin()), Polynomial(1)}}, 0};
+  }
+  /// Adds a multiple of what one of several leaders is made of.
+  static void add(Root& sum, const Root& leader, const Polynomial& ratio, double value) {
+    sum.offset += leader.offset * value;
+    for (const auto& [column, factor] : leader.columns) {
+      const auto same = std::find_if(sum.columns.begin(), sum.columns.end(),
+                                     [&, wanted = column](const auto& entry) { return entry.first == wanted; });
+      if (same == sum.columns.end())
+        sum.columns.emplace_back(column, factor * ratio);
+      else
+        same->second += factor * ratio;
+    }
   }
   static void follow(Variable& variable, Root root) {
     variable.follows = std::move(root.columns);
@@ -191,10 +214,10 @@ class TreeBuilder {
     const Place centre = beside(body(disc.body), numbers_.disc_place(index), 1);
     const int variable = frames_.add_variable("phi_" + plain_name(disc.name), true);
     const Polynomial ratio = numbers_.ratio(index);
-    Root root = roots(disc.follows, 0);
-    for (auto& [column, factor] : root.columns) factor = factor * ratio;
-    root.offset *= disc.ratio;
-    follow(tree_.variables.back(), std::move(root));
+    Root sum;
+    for (const CoordinateTerm& term : disc.follows.terms)
+      add(sum, roots(term.coordinate, 0), ratio * numbers_.disc_term(index, term), disc.ratio * term.ratio);
+    follow(tree_.variables.back(), std::move(sum));
     add_mass(frames_.moved_by(centre, disc.axis, variable, 1), numbers_.disc(index));
   }
 
@@ -216,7 +239,9 @@ class TreeBuilder {
   FrameBuilder frames_;
   SpanningTree edges_;
   std::vector<Place> bodies_;
+  std::map<int, Root> roots_;
   std::vector<int> variable_;  ///< per coordinate; −1: of a joint that closes a loop
+  bool natural_;
 };
 
 }  // namespace

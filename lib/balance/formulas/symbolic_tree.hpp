@@ -2,6 +2,7 @@
 /// A mechanism for the recursions over any ring: a tree of frames that each turn about or slide along a coordinate axis, its
 /// numbers polynomials of symbols, and the closures of its loops.
 
+#include "balance/formulas/basic_tree.hpp"
 #include "balance/formulas/polynomial.hpp"
 #include "balance/formulas/triple.hpp"
 #include "balance/model/mechanism.hpp"
@@ -9,6 +10,7 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -78,6 +80,7 @@ struct SymbolicTree {
   std::vector<int> inertial;          ///< symbols of inertial parameters, where the tree has them for each element
   std::vector<std::string> left_out;  ///< what z does not contain: "friction", "loads"
   std::vector<Relation> relations;
+  std::optional<BasicTree> basic;  ///< where natural coordinates are wanted
 };
 
 enum class Inertial {
@@ -91,6 +94,7 @@ enum class Expressions { named, put_in };
 struct TreeOptions {
   Inertial inertial = Inertial::about_com;
   Expressions expressions = Expressions::named;
+  bool natural = false;  ///< points and bodies for natural coordinates, too
 };
 
 /// @param mechanism without faults

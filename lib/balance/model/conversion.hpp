@@ -25,6 +25,11 @@ MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number)
     for (const auto& v : list) out.push_back(vector(v));
     return out;
   };
+  const auto followed = [&](const FollowedOf<From>& from) {
+    std::vector<CoordinateTermOf<To>> terms;
+    for (const CoordinateTermOf<From>& term : from.terms) terms.push_back({term.coordinate, number(term.ratio)});
+    return FollowedOf<To>(std::move(terms));
+  };
   MechanismOf<To> to;
   to.name = from.name, to.space = from.space, to.gravity = vector(from.gravity);
   for (const auto& body : from.bodies) {
@@ -36,12 +41,13 @@ MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number)
                          vector(joint.point_second), vector(joint.axis), vector(joint.axis2), matrix(joint.rotation)});
   to.coordinates = from.coordinates;
   for (const auto& coupling : from.couplings)
-    to.couplings.push_back({coupling.follower, coupling.leader, number(coupling.ratio), number(coupling.offset)});
+    to.couplings.push_back(
+        {coupling.follower, followed(coupling.leader), number(coupling.ratio), number(coupling.offset)});
   for (const auto& extra : from.attachments)
     to.attachments.push_back(
         {extra.name, extra.kind, extra.body, vector(extra.position), number(extra.mass), matrix(extra.inertia)});
   for (const auto& disc : from.discs)
-    to.discs.push_back({disc.name, disc.body, vector(disc.position), vector(disc.axis), disc.follows,
+    to.discs.push_back({disc.name, disc.body, vector(disc.position), vector(disc.axis), followed(disc.follows),
                         number(disc.ratio), number(disc.mass), matrix(disc.inertia)});
   for (const auto& load : from.loads)
     to.loads.push_back({load.name, load.body, vector(load.point), load.frame, numbers(load.time), vectors(load.force),

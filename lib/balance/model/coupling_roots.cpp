@@ -2,30 +2,84 @@
 
 #include "balance/base/number.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace balance {
 
+namespace {
+
 template <class T>
-std::vector<CouplingRootOf<T>> coupling_roots(const MechanismOf<T>& mechanism) {
-  std::vector<const CouplingOf<T>*> coupling_of(mechanism.coordinates.size(), nullptr);
-  for (const CouplingOf<T>& coupling : mechanism.couplings)
-    if (coupling_of[coupling.follower] == nullptr) coupling_of[coupling.follower] = &coupling;
-  std::vector<CouplingRootOf<T>> roots;
-  for (int c = 0; c < static_cast<int>(mechanism.coordinates.size()); ++c) {
-    CouplingRootOf<T> root{c};
-    std::size_t steps = 0;
-    for (const CouplingOf<T>* next = coupling_of[c]; next != nullptr; next = coupling_of[root.coordinate]) {
-      if (++steps > mechanism.couplings.size()) throw std::invalid_argument("couplings follow each other in a circle");
-      root.offset += root.ratio * next->offset;
-      root.ratio *= next->ratio;
-      root.coordinate = next->leader;
-    }
-    roots.push_back(root);
+class RootFinder {
+ public:
+  explicit RootFinder(const MechanismOf<T>& mechanism)
+      : coupling_of_(mechanism.coordinates.size(), nullptr),
+        state_(mechanism.coordinates.size(), State::unknown),
+        roots_(mechanism.coordinates.size()) {
+    for (const CouplingOf<T>& coupling : mechanism.couplings)
+      if (coupling_of_[coupling.follower] == nullptr) coupling_of_[coupling.follower] = &coupling;
   }
-  return roots;
+
+  std::vector<CouplingRootsOf<T>> run() {
+    for (int c = 0; c < static_cast<int>(roots_.size()); ++c) resolve(c);
+    return std::move(roots_);
+  }
+
+ private:
+  enum class State { unknown, open, known };
+
+  /// Leaders before those that they lead, without recursion: chains may be long.
+  void resolve(int coordinate) {
+    std::vector<int> open = {coordinate};
+    while (!open.empty()) {
+      const int c = open.back();
+      const CouplingOf<T>* coupling = coupling_of_[c];
+      if (state_[c] == State::unknown && coupling != nullptr) {
+        state_[c] = State::open;
+        for (const CoordinateTermOf<T>& term : coupling->leader.terms) {
+          if (state_[term.coordinate] == State::open)
+            throw std::invalid_argument("couplings follow each other in a circle");
+          if (state_[term.coordinate] == State::unknown) open.push_back(term.coordinate);
+        }
+        continue;
+      }
+      if (state_[c] != State::known) roots_[c] = coupling == nullptr ? CouplingRootsOf<T>{{{c, T(1)}}} : sum(*coupling);
+      state_[c] = State::known;
+      open.pop_back();
+    }
+  }
+
+  CouplingRootsOf<T> sum(const CouplingOf<T>& coupling) const {
+    CouplingRootsOf<T> out{{}, coupling.offset};
+    for (const CoordinateTermOf<T>& leader : coupling.leader.terms) {
+      const CouplingRootsOf<T>& above = roots_[leader.coordinate];
+      const T ratio = coupling.ratio * leader.ratio;
+      out.offset += ratio * above.offset;
+      for (const CoordinateTermOf<T>& root : above.terms) {
+        const auto same = std::find_if(out.terms.begin(), out.terms.end(), [&](const CoordinateTermOf<T>& term) {
+          return term.coordinate == root.coordinate;
+        });
+        if (same == out.terms.end())
+          out.terms.push_back({root.coordinate, ratio * root.ratio});
+        else
+          same->ratio += ratio * root.ratio;
+      }
+    }
+    return out;
+  }
+
+  std::vector<const CouplingOf<T>*> coupling_of_;
+  std::vector<State> state_;
+  std::vector<CouplingRootsOf<T>> roots_;
+};
+
+}  // namespace
+
+template <class T>
+std::vector<CouplingRootsOf<T>> coupling_roots(const MechanismOf<T>& mechanism) {
+  return RootFinder<T>(mechanism).run();
 }
 
-template std::vector<CouplingRootOf<Number>> coupling_roots<Number>(const MechanismOf<Number>&);
+template std::vector<CouplingRootsOf<Number>> coupling_roots<Number>(const MechanismOf<Number>&);
 
 }  // namespace balance

@@ -7,16 +7,16 @@
 
 namespace balance {
 
-/// q[c] = ratio · q[coordinate] + offset.
+/// q[c] = Σ ratio · q[coordinate] + offset.
 template <class T>
-struct CouplingRootOf {
-  int coordinate;  ///< follows no other
-  T ratio = 1, offset = 0;
+struct CouplingRootsOf {
+  std::vector<CoordinateTermOf<T>> terms;  ///< coordinates that follow no other, each once
+  T offset = 0;
 };
 
 /// One per coordinate c of the mechanism.
 /// @throws std::invalid_argument if couplings follow each other in a circle
 template <class T>
-std::vector<CouplingRootOf<T>> coupling_roots(const MechanismOf<T>& mechanism);
+std::vector<CouplingRootsOf<T>> coupling_roots(const MechanismOf<T>& mechanism);
 
 }  // namespace balance

@@ -67,6 +67,9 @@ class ElementFaults {
 enum class InertiaOf { body, attachment };
 void check_inertia(const Matrix3& inertia, bool planar, InertiaOf bearer, ElementFaults& faults);
 
+/// @param what "the coordinate that leads" @return whether all that is followed are coordinates
+bool check_followed(const Followed& followed, std::size_t coordinates, const char* what, ElementFaults& faults);
+
 // The parts of validate().
 void check_bodies(const Mechanism& mechanism, std::vector<Fault>& all);
 void check_joints(const Mechanism& mechanism, std::vector<Fault>& all);

@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace balance {
@@ -79,11 +80,37 @@ struct Coordinate {
   CoordinateKind kind = CoordinateKind::angle;
 };
 
-/// Gear or belt: q[follower] = ratio · q[leader] + offset.
+/// ratio · q[coordinate].
+template <class T>
+struct CoordinateTermOf {
+  int coordinate = 0;
+  T ratio = 1;
+};
+
+/// What a disc or a coupled coordinate follows: Σ ratio · q[coordinate], of different coordinates; of a belt over several joints
+/// more than one, else one with the ratio 1.
+template <class T>
+struct FollowedOf {
+  std::vector<CoordinateTermOf<T>> terms;
+
+  FollowedOf(int coordinate = 0)
+      : terms{{coordinate, T(1)}} {}  // NOLINT(google-explicit-constructor): mostly it is one
+  explicit FollowedOf(std::vector<CoordinateTermOf<T>> sum) : terms(std::move(sum)) {}
+
+  /// @param q per coordinate of the mechanism: positions, rates or accelerations
+  template <class Q>
+  T of(const Q& q) const {
+    T sum = 0;
+    for (const CoordinateTermOf<T>& term : terms) sum += term.ratio * q[term.coordinate];
+    return sum;
+  }
+};
+
+/// Gear or belt: q[follower] = ratio · (what the leader says) + offset.
 template <class T>
 struct CouplingOf {
   int follower = 0;  ///< coordinate
-  int leader = 0;    ///< coordinate
+  FollowedOf<T> leader;
   T ratio = 1;
   T offset = 0;
 };
@@ -101,14 +128,15 @@ struct AttachmentOf {
   Matrix3Of<T> inertia = Matrix3Of<T>::Zero();   ///< about its CoM, in the body's axes [kg m^2]
 };
 
-/// A rotor carried by a body at `position` (its CoM, on its axis), turning relative to it by ratio · q[follows] about `axis`.
+/// A rotor carried by a body at `position` (its CoM, on its axis), turning relative to it about `axis` by ratio times what
+/// it follows.
 template <class T>
 struct DiscOf {
   std::string name;
   int body = 0;                                  ///< the carrier
   Vector3Of<T> position = Vector3Of<T>::Zero();  ///< in the carrier's axes [m]
   Vector3Of<T> axis = Vector3Of<T>::UnitZ();     ///< unit vector in the carrier's axes
-  int follows = 0;                               ///< coordinate
+  FollowedOf<T> follows;
   T ratio = 1;
   T mass = 0;                                   ///< [kg]
   Matrix3Of<T> inertia = Matrix3Of<T>::Zero();  ///< about its CoM, in the carrier's axes at coordinate zero [kg m^2]
@@ -189,6 +217,8 @@ struct MechanismOf {
 using NamedPoint = NamedPointOf<double>;
 using Body = BodyOf<double>;
 using Joint = JointOf<double>;
+using CoordinateTerm = CoordinateTermOf<double>;
+using Followed = FollowedOf<double>;
 using Coupling = CouplingOf<double>;
 using Attachment = AttachmentOf<double>;
 using Disc = DiscOf<double>;

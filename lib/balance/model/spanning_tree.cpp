@@ -70,8 +70,11 @@ std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<in
   const auto mark = [&](int coordinate) { keep[mechanism.coordinates[coordinate].joint] = true; };
   for (const int coordinate : needed) mark(coordinate);
   for (const int coordinate : mechanism.actuators) mark(coordinate);
-  for (const Coupling& coupling : mechanism.couplings) mark(coupling.follower), mark(coupling.leader);
-  for (const Disc& disc : mechanism.discs) mark(disc.follows);
+  const auto mark_all = [&](const Followed& followed) {
+    for (const CoordinateTerm& term : followed.terms) mark(term.coordinate);
+  };
+  for (const Coupling& coupling : mechanism.couplings) mark(coupling.follower), mark_all(coupling.leader);
+  for (const Disc& disc : mechanism.discs) mark_all(disc.follows);
   for (const Friction& friction : mechanism.friction) mark(friction.coordinate);
   return keep;
 }

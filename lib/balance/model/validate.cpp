@@ -1,6 +1,7 @@
 #include "balance/model/validate.hpp"
 
 #include "balance/model/fault_list.hpp"
+#include "balance/model/leaders.hpp"
 
 #include <algorithm>
 #include <set>
@@ -62,28 +63,24 @@ void check_connected(const Mechanism& mechanism, std::vector<Fault>& all) {
 
 void check_couplings(const Mechanism& mechanism, std::vector<Fault>& all) {
   const std::size_t coordinates = mechanism.coordinates.size();
-  std::vector<int> leaders(coordinates, -1);
+  Leaders leaders(coordinates);
   for (std::size_t k = 0; k < mechanism.couplings.size(); ++k) {
     const Coupling& coupling = mechanism.couplings[k];
     ElementFaults faults(ElementKind::coupling, k, "", all);
     const bool follower = faults.in_range(coupling.follower, coordinates, "the coordinate that follows");
-    const bool leader = faults.in_range(coupling.leader, coordinates, "the coordinate that leads");
+    const bool leader = check_followed(coupling.leader, coordinates, "the coordinate that leads", faults);
     faults.finite(coupling.offset, "the offset");
     if (faults.finite(coupling.ratio, "the ratio") && coupling.ratio == 0)
       faults.add(FaultKind::ratio_zero, "the ratio must not be zero: a joint that does not move is fixed");
     if (!follower || !leader) continue;
     const std::string name = mechanism.coordinates[static_cast<std::size_t>(coupling.follower)].name;
-    int& led_by = leaders[static_cast<std::size_t>(coupling.follower)];
-    if (led_by >= 0) {
+    std::vector<int>& led_by = leaders[static_cast<std::size_t>(coupling.follower)];
+    if (!led_by.empty())
       faults.add(FaultKind::coupled_twice, "'" + name + "' follows another coordinate already");
-      continue;
-    }
-    int above = coupling.leader;  // the chains so far have ends
-    while (above >= 0 && above != coupling.follower) above = leaders[static_cast<std::size_t>(above)];
-    if (above == coupling.follower)
+    else if (follows_itself(leaders, coupling.follower, coordinates_of(coupling.leader)))
       faults.add(FaultKind::coupling_circle, "'" + name + "' follows itself in a circle");
     else
-      led_by = coupling.leader;
+      led_by = coordinates_of(coupling.leader);
   }
 }
 

@@ -16,7 +16,7 @@ enum class FaultKind {
   ground_with_mass,       ///< bodies[0] has mass or inertia
   not_finite,             ///< a number is infinite or none
   index_out_of_range,     ///< of a body, joint or coordinate
-  mass_not_positive,      ///< of a moving body
+  mass_not_positive,      ///< of a moving body; it may be zero where a fixed joint holds a body of nothing
   mass_negative,          ///< of an attachment or a disc
   inertia_not_symmetric,  ///< in space
   inertia_not_positive,  ///< body: not positive definite; attachment, disc: a negative principal moment; planar: its zz entry

@@ -2,6 +2,7 @@
 
 #include "balance/model/fault_list.hpp"
 
+#include <algorithm>
 #include <set>
 
 namespace balance {
@@ -61,7 +62,30 @@ void check_rotation(const Matrix3& R, bool planar, ElementFaults& faults) {
     faults.add(FaultKind::out_of_plane, "its rotation must be about z, as the mechanism is planar");
 }
 
+/// A body of nothing that a fixed joint holds adds no freedom that would have to have mass: the ground of a part, where it was placed.
+bool is_frame(const Mechanism& mechanism, std::size_t body) {
+  const int b = static_cast<int>(body);
+  return mechanism.bodies[body].mass == 0 && mechanism.bodies[body].inertia.isZero(0) &&
+         std::any_of(mechanism.joints.begin(), mechanism.joints.end(), [b](const Joint& joint) {
+           return joint.type == JointType::fixed && (joint.first == b || joint.second == b);
+         });
+}
+
 }  // namespace
+
+bool check_followed(const Followed& followed, std::size_t coordinates, const char* what, ElementFaults& faults) {
+  bool good = !followed.terms.empty();
+  if (!good) faults.add(FaultKind::index_out_of_range, std::string(what) + " is missing");
+  std::set<int> seen;
+  for (const CoordinateTerm& term : followed.terms) {
+    good = faults.in_range(term.coordinate, coordinates, what) && good;
+    if (!seen.insert(term.coordinate).second)
+      faults.add(FaultKind::duplicate_reference, std::string(what) + " is named twice");
+    if (faults.finite(term.ratio, "the ratio") && term.ratio == 0)
+      faults.add(FaultKind::ratio_zero, "no ratio must be zero: what does not count is not followed");
+  }
+  return good;
+}
 
 void check_bodies(const Mechanism& mechanism, std::vector<Fault>& all) {
   const bool planar = is_planar(mechanism);
@@ -76,10 +100,11 @@ void check_bodies(const Mechanism& mechanism, std::vector<Fault>& all) {
         faults.add(FaultKind::ground_with_mass, "the first body is the ground, its mass and inertia must be zero");
       continue;
     }
-    if (faults.finite(body.mass, "the mass") && !(body.mass > 0))
+    const bool frame = is_frame(mechanism, b);
+    if (!frame && faults.finite(body.mass, "the mass") && !(body.mass > 0))
       faults.add(FaultKind::mass_not_positive, "the mass must be positive, is " + text_of(body.mass));
     faults.place(body.com, planar, "the centre of mass");
-    check_inertia(body.inertia, planar, InertiaOf::body, faults);
+    if (!frame) check_inertia(body.inertia, planar, InertiaOf::body, faults);
   }
 }
 
@@ -130,7 +155,7 @@ void check_discs(const Mechanism& mechanism, std::vector<Fault>& all) {
     if (!disc.name.empty() && !names.insert(disc.name).second)
       faults.add(FaultKind::duplicate_name, "another disc has the same name");
     faults.in_range(disc.body, mechanism.bodies.size(), "its body");
-    faults.in_range(disc.follows, mechanism.coordinates.size(), "the coordinate that it follows");
+    check_followed(disc.follows, mechanism.coordinates.size(), "the coordinate that it follows", faults);
     faults.place(disc.position, planar, "its position");
     faults.unit(disc.axis, "its axis");
     if (planar && disc.axis != Vector3::UnitZ())

@@ -1,6 +1,6 @@
 #pragma once
 /// Which points describe which body. Revolute and fixed joints share a point between their bodies (P3 section 2); a body that has
-/// too few of them, or only such as lie close together, gets auxiliary ones. Private to natural.
+/// too few of them, or only such as lie close together, gets auxiliary ones. Private to natural and formulas.
 
 #include "balance/model/mechanism.hpp"
 #include "balance/natural/form.hpp"

@@ -46,10 +46,12 @@ void add_masses(const Mechanism& mechanism, Model& model) {
     if (disc.body == ground) model.resting_moment += disc.mass * planar(disc.position, model.length());
     const BodyModel& carrier = model.bodies[static_cast<std::size_t>(disc.body)];
     if (carrier.angle >= 0) rotor.turn.terms.push_back({carrier.angle, 1});
-    const ScalarForm& leader = model.coordinates[static_cast<std::size_t>(disc.follows)].form;
-    rotor.turn.constant = disc.ratio * leader.constant;
-    for (const ScalarTerm& term : leader.terms)
-      rotor.turn.terms.push_back({term.scalar, disc.ratio * term.coefficient});
+    for (const auto& [coordinate, ratio] : disc.follows.terms) {
+      const ScalarForm& leader = model.coordinates[static_cast<std::size_t>(coordinate)].form;
+      rotor.turn.constant += disc.ratio * ratio * leader.constant;
+      for (const ScalarTerm& term : leader.terms)
+        rotor.turn.terms.push_back({term.scalar, disc.ratio * ratio * term.coefficient});
+    }
     model.rotors.push_back(rotor);
   }
 }

@@ -78,11 +78,14 @@ class Builder {
     place_points();
     for (std::size_t b = 0; b < mechanism_.bodies.size(); ++b) add_body(b);
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) add_coordinate(static_cast<int>(c));
+    const auto count_all = [&](const Followed& followed) {
+      for (const CoordinateTerm& term : followed.terms) count(term.coordinate);
+    };
     for (const int c : needed) count(c);
     for (const int c : mechanism_.actuators) count(c);
-    for (const Coupling& coupling : mechanism_.couplings) count(coupling.follower), count(coupling.leader);
+    for (const Coupling& coupling : mechanism_.couplings) count(coupling.follower), count_all(coupling.leader);
     for (const Friction& friction : mechanism_.friction) count(friction.coordinate);
-    for (const Disc& disc : mechanism_.discs) count(disc.follows), body_angle(disc.body);
+    for (const Disc& disc : mechanism_.discs) count_all(disc.follows), body_angle(disc.body);
     if (mechanism_.tool) {
       const int body = mechanism_.tool->body;
       if (tool_angle) body_angle(body);
@@ -211,7 +214,6 @@ class Builder {
 
   void add_coupling(const Coupling& coupling) {
     const JointCoordinate& follower = m_.coordinates[static_cast<std::size_t>(coupling.follower)];
-    const JointCoordinate& leader = m_.coordinates[static_cast<std::size_t>(coupling.leader)];
     const double unit = follower.angle ? 1 : m_.length();
     Row row;
     const auto add = [&](const ScalarForm& form, double factor) {
@@ -219,7 +221,8 @@ class Builder {
       row.constant -= factor * form.constant / unit;
     };
     add(follower.form, 1);
-    add(leader.form, -coupling.ratio);
+    for (const CoordinateTerm& term : coupling.leader.terms)
+      add(m_.coordinates[static_cast<std::size_t>(term.coordinate)].form, -coupling.ratio * term.ratio);
     row.constant += coupling.offset / unit;
     m_.constraints.push_back(row);
   }

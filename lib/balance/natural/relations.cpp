@@ -26,11 +26,16 @@ class Togetherness {
       if (m_.coordinates[c].kind == CoordinateKind::angle)
         rows.push_back(unit(coordinate(static_cast<int>(c))) - unit(joint.second) + unit(joint.first));
     }
+    const auto sum = [&](const Followed& followed) {
+      Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(count);
+      for (const CoordinateTerm& term : followed.terms) row += term.ratio * unit(coordinate(term.coordinate));
+      return row;
+    };
     for (const Coupling& coupling : m_.couplings)
-      rows.push_back(unit(coordinate(coupling.follower)) - coupling.ratio * unit(coordinate(coupling.leader)));
+      rows.push_back(unit(coordinate(coupling.follower)) - coupling.ratio * sum(coupling.leader));
     for (int d = 0; d < discs_; ++d) {
       const Disc& disc = m_.discs[static_cast<std::size_t>(d)];
-      rows.push_back(unit(bodies_ + d) - unit(disc.body) - disc.ratio * unit(coordinate(disc.follows)));
+      rows.push_back(unit(bodies_ + d) - unit(disc.body) - disc.ratio * sum(disc.follows));
     }
     MatrixX matrix(static_cast<Eigen::Index>(rows.size()), count);
     for (std::size_t r = 0; r < rows.size(); ++r) matrix.row(static_cast<Eigen::Index>(r)) = rows[r];

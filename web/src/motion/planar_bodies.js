@@ -1,5 +1,6 @@
 // Links, joints and the ground they stand on.
-import {hull} from "../data/shape.js";
+import {hull, rollingRadius} from "../data/shape.js";
+import {drawWheel} from "./planar_wheels.js";
 
 const slides = (joint) => joint.type === "prismatic" || joint.type === "pin-slot";
 
@@ -24,7 +25,8 @@ export function drawBodies(stage) {
 export function drawSliders(stage) {
   const {view} = stage;
   for (const joint of view.geometry.joints) {
-    if (joint.type === "pin-slot") slot(stage, joint);
+    if (rollingRadius(view.geometry, joint) > 0) drawWheel(stage, joint);
+    else if (joint.type === "pin-slot") slot(stage, joint);
     if (joint.type === "prismatic") block(stage, joint);
   }
 }

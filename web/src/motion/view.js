@@ -1,7 +1,7 @@
 // What both stages, canvas and WebGL, know of a run: geometry, poses, the force over time, the room that all of it needs.
 import {Poses} from "../data/poses.js";
 import {largestForce, largestMoment} from "../data/loads.js";
-import {distance, heaviest, outline, radius, wheels} from "../data/shape.js";
+import {distance, heaviest, outline, radius, rollingRadius, wheels} from "../data/shape.js";
 
 const points = (columns, sample) => columns.map((c) => c.values[sample]);
 
@@ -18,12 +18,14 @@ export class View {
     this.forceScale = this.largest("shaking_force");
     this.loadScale = Math.max(0, ...this.geometry.loads.map(largestForce));
     this.momentScale = Math.max(0, ...this.geometry.loads.map(largestMoment));
-    this.couplings = this.geometry.couplings.map((coupling) => {
+    // one wheel for each leader that a belt runs over
+    this.couplings = this.geometry.couplings.flatMap(({follower, ratio, leaders}) => leaders.map((led) => {
       const of = (c) => this.geometry.coordinates[c];
       const joint = (c) => this.geometry.joints[of(c).joint];
-      return {coupling, leader: joint(coupling.leader), follower: joint(coupling.follower),
-        turning: of(coupling.leader).unit === "rad" && of(coupling.follower).unit === "rad"};
-    });
+      return {coupling: {follower, leader: led.coordinate, ratio: ratio * led.ratio},
+        leader: joint(led.coordinate), follower: joint(follower),
+        turning: of(led.coordinate).unit === "rad" && of(follower).unit === "rad"};
+    }));
     this.box = this.ownBounds();
   }
 
@@ -61,7 +63,8 @@ export class View {
   /** Turn of a disc relative to its carrier. */
   discAngle(disc, sample) {
     const columns = this.column("joint_position");
-    return disc.ratio * columns[disc.follows].values[sample];
+    const sum = (total, {coordinate, ratio}) => total + ratio * columns[coordinate].values[sample];
+    return disc.ratio * disc.follows.reduce(sum, 0);
   }
 
   /** How far a joint's second point is along its axis from the first. */
@@ -122,6 +125,8 @@ export class View {
     const step = Math.max(1, Math.floor(this.samples / 120));
     for (let k = 0; k < this.samples; k += step) {
       this.outlines.forEach((list, b) => list.forEach((p) => include(this.poses.point(k, b, p))));
+      for (const joint of this.geometry.joints)
+        include(this.poses.point(k, joint.second, joint.point_second), rollingRadius(this.geometry, joint));
       for (const a of this.geometry.attachments)
         include(this.poses.point(k, a.body, a.position), this.massRadius(a.mass));
       for (const load of this.geometry.loads) include(this.poses.point(k, load.body, load.point), 0.12 * this.length);

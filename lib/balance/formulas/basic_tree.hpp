@@ -1,0 +1,44 @@
+#pragma once
+/// What natural coordinates need of a planar mechanism, with symbols: which points carry which body, and where. Private to formulas.
+
+#include "balance/formulas/polynomial.hpp"
+#include "balance/formulas/triple.hpp"
+#include "balance/model/mechanism.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance::formulas {
+
+/// Points of a body in its own axes. The first two are its base; the first three a triangle where that carries the mass.
+struct BasicBody {
+  std::vector<int> points;
+  std::vector<Triple<Polynomial>> places;
+  bool triangle = false;
+  MassOf<Polynomial> mass;  ///< of everything fixed to it, about its origin
+};
+
+/// A joint that says more than that two bodies share a point.
+struct BasicJoint {
+  JointType type = JointType::prismatic;
+  int first = 0, second = 0;
+  Triple<Polynomial> p, q;  ///< P on the first body, Q on the second
+  Triple<Polynomial> axis;  ///< of the slide, in the first body's axes
+  Triple<Polynomial> turn;  ///< cos, sin of what the second body is turned by in the first one's axes
+};
+
+struct BasicTree {
+  int moving = 0;                         ///< points 0 … moving − 1; behind them those of the ground
+  std::vector<std::string> names;         ///< per point: "crank1.B"
+  std::vector<Triple<Polynomial>> fixed;  ///< places of the ground's points
+  std::vector<BasicBody> bodies;          ///< the ground's is empty
+  std::vector<BasicJoint> joints;
+};
+
+class MechanismNumbers;
+
+/// The points are those of the second formulation. @param mechanism planar
+/// @throws FormulaError if it is not
+BasicTree basic_tree(Ring& ring, const Mechanism& mechanism, MechanismNumbers& numbers);
+
+}  // namespace balance::formulas

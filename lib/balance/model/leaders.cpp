@@ -1,0 +1,20 @@
+#include "balance/model/leaders.hpp"
+
+namespace balance {
+
+bool follows_itself(const Leaders& leaders, int follower, const std::vector<int>& from) {
+  std::vector<bool> seen(leaders.size(), false);
+  std::vector<int> open = from;
+  while (!open.empty()) {
+    const int c = open.back();
+    open.pop_back();
+    if (c == follower) return true;
+    if (seen[static_cast<std::size_t>(c)]) continue;
+    seen[static_cast<std::size_t>(c)] = true;
+    const std::vector<int>& above = leaders[static_cast<std::size_t>(c)];
+    open.insert(open.end(), above.begin(), above.end());
+  }
+  return false;
+}
+
+}  // namespace balance

@@ -1,0 +1,24 @@
+#pragma once
+/// Who follows whom among joint coordinates.
+
+#include "balance/model/mechanism.hpp"
+
+#include <vector>
+
+namespace balance {
+
+/// Per coordinate those that lead it, none if it follows nobody.
+using Leaders = std::vector<std::vector<int>>;
+
+/// The coordinates that are followed.
+template <class T>
+std::vector<int> coordinates_of(const FollowedOf<T>& followed) {
+  std::vector<int> out;
+  for (const CoordinateTermOf<T>& term : followed.terms) out.push_back(term.coordinate);
+  return out;
+}
+
+/// Whether one of `from`, or what leads it, is the follower. Among `leaders` there must be no circle yet.
+bool follows_itself(const Leaders& leaders, int follower, const std::vector<int>& from);
+
+}  // namespace balance
