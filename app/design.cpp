@@ -1,12 +1,14 @@
 #include "answers.hpp"
 #include "console.hpp"
+#include "design_front.hpp"
 #include "design_options.hpp"
+#include "progress_line.hpp"
 #include "signals.hpp"
 
+#include "balance/answers/designed_spec.hpp"
 #include "balance/present/design_hdf5.hpp"
 #include "balance/present/design_json.hpp"
 #include "balance/present/design_text.hpp"
-#include "balance/write/balanced_spec.hpp"
 
 #include <memory>
 
@@ -34,16 +36,29 @@ std::vector<std::string> write_files(const DesignCommandOptions& options, const 
   return files;
 }
 
+/// On a terminal it tells how far it is; Ctrl-C ends it with what it has.
+DesignReport search(const DesignCommandOptions& options, const DesignSpace& space, DesignStudyOptions wanted) {
+  ProgressLine line(options.quiet || options.spec.json);
+  const AwaitInterrupt interrupt;
+  wanted.watch = [&](const SearchProgress& progress) {
+    line.draw_part("searching, Ctrl-C ends it with the best so far", progress.seconds / progress.allowed);
+    return !interrupt.came();
+  };
+  return design_or_throw(space, wanted);
+}
+
 ExitCode run(const DesignCommandOptions& options) {
   const DesignSpace space = read_space(options.spec);
+  check_front_options(options, space.start);
   const DesignStudyOptions wanted = study_options(options, space.start);
   check_outputs(options, space.start);
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
-  DesignReport report = design_or_throw(space, wanted);
+  if (asks_for_front(options, space.start)) return run_front(options, space);
+  DesignReport report = search(options, space, wanted);
   const DesignStatus status = report.outcome.status;
   const bool done = status == DesignStatus::balanced || status == DesignStatus::not_asked;
-  const std::string spec = balanced_spec(space.start, report.outcome.x);
+  const std::string spec = designed_spec(space, report);
   const DesignView view = make_view(wanted, space, spec, std::move(report));
   const std::vector<std::string> files = write_files(options, space, spec, view);
   if (options.spec.json) {
@@ -69,13 +84,16 @@ Command setup_design(CLI::App& program) {
       "if something is to be minimized; otherwise the best compromise and the reason why there is no\n"
       "solution. Says what was shown: proved-best, local-best or stopped. Prints the numbers, the\n"
       "conditions, what they cost and what every trajectory gains. Without a goal the numbers are\n"
-      "chosen for what is to be minimized alone.\n"
-      "Exit code 0: balanced, or there was no goal; 1: a compromise, or balancing is impossible; files\n"
-      "are written all the same.\n\n"
+      "chosen for what is to be minimized alone. Ctrl-C ends the search with the best so far.\n"
+      "Where the spec has a front, a trade-off between two or three figures, designs all along it are\n"
+      "listed, numbered from 1; --point K shows one, and writes it with -o.\n"
+      "Exit code 0: balanced (or no goal) and within all limits; 1: a compromise, or it is impossible;\n"
+      "files are written all the same.\n\n"
       "Examples:\n"
       "  balance design 5r.yaml -o balanced.yaml\n"
       "  balance design 5r.yaml --goal static --minimize '{rms: torque, along: cycloid}' --h5 design.h5\n"
-      "  balance design 5r.yaml --strategy modular --json");
+      "  balance design 5r.yaml --strategy modular --json\n"
+      "  balance design four-bar-front.yaml --csv front.csv --point middle -o balanced.yaml");
   return {parser, [options] { return run(*options); }};
 }
 

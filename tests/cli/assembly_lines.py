@@ -57,6 +57,7 @@ class AssemblyLines(Case):
 
     def test_of_every_config(self):
         several = 0
+        shutil.copytree(os.path.join(CONFIGS, "parts"), os.path.join(self.folder, "parts"))
         for name in sorted(os.listdir(CONFIGS)):
             if name.endswith((".csv", ".h5")):
                 shutil.copy(os.path.join(CONFIGS, name), self.folder)

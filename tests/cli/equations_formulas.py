@@ -84,6 +84,7 @@ class Formulas(Case):
                 file.write("\\documentclass{article}\\usepackage{amsmath}\\begin{document}\n")
                 for spec in (ARM, SPATIAL, FIVE_BAR, SPRING):
                     file.write(self.text(spec, "--latex"))
+                file.write(self.text(FIVE_BAR, "--latex", "--only", "natural"))
                 file.write("\\end{document}\n")
             done = subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "page.tex"], cwd=folder, text=True,
                                   check=False, capture_output=True)

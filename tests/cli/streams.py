@@ -125,13 +125,13 @@ class Streams(Case):
 
     def test_a_long_run_shows_how_far_it_is_on_a_terminal_only(self):
         spec = os.path.join(CONFIGS, "3rrr.yaml")
-        arguments = ("simulate", spec, "-t", "cycloid", "--samples", "400000", "-q")
+        arguments = ("simulate", spec, "-t", "cycloid", "--samples", "1200000", "-q")
         code, text = on_terminal(*arguments)
         self.assertEqual(code, 0)
         self.assertEqual(text, "")  # --quiet
         code, text = on_terminal(*arguments[:-1])
         self.assertIn(" %", text)
-        self.assertEqual(json.loads(run(*arguments[:-1], "--json").stdout)["samples"], 400000)
+        self.assertEqual(json.loads(run(*arguments[:-1], "--json").stdout)["samples"], 1200000)
 
     def test_a_long_run_under_control_shows_how_far_it_is_on_a_terminal_only(self):
         """A8."""

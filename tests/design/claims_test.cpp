@@ -128,7 +128,7 @@ TEST_CASE("numbers that occur nowhere stay free and are named (B11)") {
 TEST_CASE("without a goal the objective alone is made small, with a bound where it is convex (B12)") {
   auto design = two_counterweights();
   design.goals.clear();
-  CHECK_THROWS_WITH_AS(solve(design), "a design needs a goal or something to minimize", std::invalid_argument);
+  CHECK_THROWS_WITH_AS(solve(design), "a design needs a goal, something to minimize or limits", std::invalid_argument);
   design.objective = by_variables([](const VectorX& x) { return (x - Eigen::Vector2d(3, 12)).squaredNorm(); });
   DesignOutcome outcome = solve(design);
   CHECK(outcome.status == DesignStatus::not_asked);

@@ -1,7 +1,7 @@
+#include "balance/base/quadratic_program.hpp"
 #include "balance/design/gauss_newton.hpp"
 #include "balance/design/least_squares.hpp"
 #include "balance/design/parameter_map.hpp"
-#include "balance/design/quadratic_program.hpp"
 
 #include "mechanisms.hpp"
 

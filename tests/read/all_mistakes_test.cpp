@@ -188,8 +188,8 @@ TEST_CASE("'body' and 'on' are the same, but not both at once (D8)") {
 }
 
 TEST_CASE("names are letters, digits, '_' and '-' after a letter, in every section (C8)") {
-  for (const std::string name :
-       {"\"a\\x1b[31m\"", "\"a\\u202Eb\"", "\"a\\0b\"", "\"\\a\"", "1a", "_a", "=1+1", "\"a b\"", "a.b", "a\\nb"}) {
+  for (const std::string name : {"\"a\\x1b[31m\"", "\"a\\u202Eb\"", "\"a\\0b\"", "\"\\a\"", "1a", "_a", "=1+1",
+                                 "\"a b\"", ".a", "a..b", "a.1", "a\\nb"}) {
     CAPTURE(name);
     for (const char* old : {"  upper:", "  J1:", "  cw:", "  cargo:", "  disc:", "  cut:", "  s:", "  line:"}) {
       CAPTURE(old);

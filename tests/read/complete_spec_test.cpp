@@ -37,7 +37,7 @@ TEST_CASE("a planar spec becomes the mechanism that it describes") {
   CHECK(m.coordinates[3].name == "D.angle");
   REQUIRE(m.couplings.size() == 1);
   CHECK(m.couplings[0].follower == 3);
-  CHECK(m.couplings[0].leader == 1);
+  CHECK(m.couplings[0].leader.terms[0].coordinate == 1);
   CHECK(m.couplings[0].ratio == -1);
   CHECK(m.actuators == std::vector<int>{0, 1, 2});
   REQUIRE(m.tool);
@@ -61,7 +61,7 @@ TEST_CASE("masses, discs, loads, springs and friction are read with their places
   CHECK(m.attachments[1].position == Vector3(0.5, 0, 0));
   CHECK(m.attachments[1].inertia(2, 2) == 0.001);
   REQUIRE(m.discs.size() == 1);
-  CHECK(m.discs[0].follows == 1);
+  CHECK(m.discs[0].follows.terms[0].coordinate == 1);
   CHECK(m.discs[0].ratio == -2);
   CHECK(m.discs[0].axis == Vector3::UnitZ());
   REQUIRE(m.loads.size() == 2);

@@ -25,8 +25,8 @@ TEST_CASE("a body must be one that can exist and is connected") {
        "s.yaml:10:42: bodies.lower.inertia: expected a number, an expression or {free: [lower, upper]}, found a list "
        "of 3"},
       {"H: [l, 0]", "H: [l]", "s.yaml:10:71: bodies.lower.points.H: expected [x, y], found a list of 1"},
-      {"H: [l, 0]", "H.x: [l, 0]",
-       "s.yaml:10:68: bodies.lower.points.H.x: expected a name of letters, digits, '_' and '-', found 'H.x'"},
+      {"H: [l, 0]", "H..x: [l, 0]",
+       "s.yaml:10:68: bodies.lower.points.H..x: expected a name of letters, digits, '_' and '-', found 'H..x'"},
       {"  wheel:", "  ground:",
        "s.yaml:11:3: bodies.ground: expected a name other than 'ground', which is the body that does not move; its "
        "points go into 'ground:'"},

@@ -4,7 +4,7 @@ TEST_CASE("the first mistake in a document is reported with its place") {
   const specs::Mistake in_planar[] = {
       {"name: test arm", "name: [test", "s.yaml:1:7: expected YAML, found an error of syntax: '[' is not closed"},
       {"name: test arm", "nam: test arm",
-       "s.yaml:1:1: nam: unknown key: expected name, space, gravity, parameters, units, ground, bodies,"},
+       "s.yaml:1:1: nam: unknown key: expected name, space, gravity, parameters, units, include, ground, bodies,"},
       {"gravity: [0, -9.81]", "gravity: [0, -9.81]\ngravity: [0, 0]",
        "s.yaml:4:1: gravity: expected every key once, found 'gravity' again"},
       {"mass: 1, com", "mass: 1, mass: 2, com",
@@ -14,7 +14,7 @@ TEST_CASE("the first mistake in a document is reported with its place") {
       {"space: planar", "space: flat",
        "s.yaml:2:8: space: expected the kind of space (planar or spatial), found 'flat'; nearest is 'planar'"},
       {"bodies:", "bodeis:",
-       "s.yaml:8:1: bodeis: unknown key: expected name, space, gravity, parameters, units, ground, bodies,"},
+       "s.yaml:8:1: bodeis: unknown key: expected name, space, gravity, parameters, units, include, ground, bodies,"},
       {"gravity: [0, -9.81]", "gravity: -9.81", "s.yaml:3:10: gravity: expected [x, y], found '-9.81'"},
       {"gravity: [0, -9.81]", "gravity: [0, 0, -9.81]", "s.yaml:3:10: gravity: expected [x, y], found a list of 3"},
       {"gravity: [0, -9.81]", "gravity: [0, down]",
@@ -55,7 +55,8 @@ TEST_CASE("expressions, free numbers, parameters and units that make no sense ar
       {"mass: {free: [0, 10]}", "mass: {free: [-1, 10]}",
        "s.yaml:26:40: counterweights.cw.mass: must not be negative: expected a number ≥ 0, found -1"},
       {"mass: {free: [0, 10]}", "mass: {fre: [0, 10]}",
-       "s.yaml:26:41: counterweights.cw.mass.fre: unknown key: expected free or start, found 'fre'; nearest is 'free'"},
+       "s.yaml:26:41: counterweights.cw.mass.fre: unknown key: expected free, start or step, found 'fre'; nearest is "
+       "'free'"},
       {"m: 2, k: \"l / 2\"", "m: \"k + 1\", k: \"m / 2\"",
        "s.yaml:4:25: parameters.m: expected a parameter that does not depend on itself, found the cycle m → k → m"},
       {"k: \"l / 2\"", "k: \"l / b\"",
@@ -65,8 +66,8 @@ TEST_CASE("expressions, free numbers, parameters and units that make no sense ar
        "s.yaml:4:31: parameters.k: expected a parameter that does not depend on itself, found the cycle k → k"},
       {"k: \"l / 2\"", "pi: 3, k: 1",
        "s.yaml:4:28: parameters.pi: expected a name of its own, found 'pi', which has a meaning in expressions"},
-      {"k: \"l / 2\"", "l2.x: 3, k: 1",
-       "s.yaml:4:28: parameters.l2.x: expected a name of letters, digits and '_', found 'l2.x'"},
+      {"k: \"l / 2\"", "l2..x: 3, k: 1",
+       "s.yaml:4:28: parameters.l2..x: expected a name of letters, digits and '_', found 'l2..x'"},
       {"length: m", "length: inch",
        "s.yaml:5:17: units.length: expected a unit of length (m, dm, cm, mm, um, km, in or ft), found 'inch'; nearest "
        "is 'in'"},

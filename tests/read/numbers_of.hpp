@@ -34,6 +34,7 @@ class Numbers {
     return value ? *this << *value : *this;
   }
   Numbers& operator<<(const balance::CoordinateValue& value) { return *this << value.coordinate << value.value; }
+  Numbers& operator<<(const balance::CoordinateTerm& term) { return *this << term.coordinate << term.ratio; }
   Numbers& operator<<(const balance::NamedPoint& point) { return *this << point.position; }
 
   std::vector<double> all;
@@ -45,9 +46,10 @@ inline std::vector<double> numbers_of(const balance::Mechanism& m) {
   for (const auto& b : m.bodies) n << b.mass << b.com << b.inertia << b.points;
   for (const auto& j : m.joints)
     n << j.first << j.second << j.point_first << j.point_second << j.axis << j.axis2 << j.rotation;
-  for (const auto& c : m.couplings) n << c.follower << c.leader << c.ratio << c.offset;
+  for (const auto& c : m.couplings) n << c.follower << c.leader.terms << c.ratio << c.offset;
   for (const auto& a : m.attachments) n << a.body << a.position << a.mass << a.inertia;
-  for (const auto& d : m.discs) n << d.body << d.follows << d.position << d.axis << d.ratio << d.mass << d.inertia;
+  for (const auto& d : m.discs)
+    n << d.body << d.follows.terms << d.position << d.axis << d.ratio << d.mass << d.inertia;
   for (const auto& l : m.loads) n << l.body << l.point << l.time << l.force << l.moment;
   for (const auto& s : m.springs)
     n << s.first << s.second << s.point_first << s.point_second << s.stiffness << s.free_length;

@@ -147,3 +147,34 @@ TEST_CASE("names of result files end as such") {
   CHECK(names_result_file("design.h5:after/cycloid"));
   CHECK_FALSE(names_result_file("spec.yaml"));
 }
+
+TEST_CASE("the law of a run and its phase plane are read back as they were written") {
+  const Folder folder;
+  const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/3rrr.yaml");
+  Trajectory trajectory = study.trajectories.at(0);
+  trajectory.samples = 21;
+  trajectory.law.kind = LawKind::gentlest;
+  trajectory.gentlest_of = "shaking_force";
+  trajectory.limits = {{"torque", 100}};
+  const Result result = simulate(study.mechanism, trajectory);
+  REQUIRE(result.outcome.status == MotionStatus::done);
+  write_result(folder("law.h5"), result, {.title = "a title"}, {.existing = Existing::replace});
+  const Result read = read_result_file(folder("law.h5")).result;
+  REQUIRE(read.found_law.has_value());
+  CHECK(read.found_law->duration == result.found_law->duration);
+  CHECK(read.found_law->peak == result.found_law->peak);
+  CHECK(read.found_law->unit == "N");
+  CHECK(read.found_law->of == "shaking_force");
+  CHECK(read.found_law->switches == result.found_law->switches);
+  REQUIRE(read.found_law->stretches.size() == result.found_law->stretches.size());
+  for (std::size_t i = 0; i < read.found_law->stretches.size(); ++i) {
+    CHECK(read.found_law->stretches[i].limit == result.found_law->stretches[i].limit);
+    CHECK(read.found_law->stretches[i].begin == result.found_law->stretches[i].begin);
+    CHECK(read.found_law->stretches[i].to == result.found_law->stretches[i].to);
+  }
+  CHECK(read.phase_plane.time == result.phase_plane.time);
+  CHECK(read.phase_plane.place == result.phase_plane.place);
+  CHECK(read.phase_plane.rate == result.phase_plane.rate);
+  CHECK(read.phase_plane.ceiling_place == result.phase_plane.ceiling_place);
+  CHECK(read.phase_plane.ceiling == result.phase_plane.ceiling);
+}

@@ -112,6 +112,20 @@ def wrong_controllers():
     yield "two initial errors", {"c": {"type": "pd", "initial_error": {"joints": {"J": 1}, "tool": [0, 0]}}}
 
 
+def parts():
+    """What `include` may say, by name."""
+    yield "one part", {"file": "leg.yaml", "as": "leg"}
+    yield "copies", [{"file": "leg.yaml", "as": ["a", "b"], "at": {"a": [0, "l"]}, "on": "platform", "set": {"l": {"a": 1}, "m": "shared"}}]
+    yield "less of it", [{"file": "leg.yaml", "as": "a", "without": ["payloads", "actuators.B"], "angle": {"free": [0, 1]}}]
+
+
+def wrong_parts():
+    """What `include` may not say, by name."""
+    yield "a file alone", "leg.yaml"
+    yield "no name", [{"file": "leg.yaml"}]
+    yield "another key", [{"file": "leg.yaml", "as": "a", "place": [0, 0]}]
+
+
 def is_mechanism(spec):
     return isinstance(spec, dict) and "bodies" in spec
 
@@ -137,6 +151,10 @@ def main():
         for controller, value in all_controllers:
             if validator.is_valid(dict(spec, controllers=value)) != right:
                 failures.append(f"{name}: the schema {'refuses' if right else 'takes'} {controller}")
+    for right, all_parts in ((True, parts()), (False, wrong_parts())):
+        for part, value in all_parts:
+            if validator.is_valid(dict(spec, include=value)) != right:
+                failures.append(f"{name}: the schema {'refuses' if right else 'takes'} {part}")
     print("\n".join(failures) or f"{len(mechanisms)} mechanisms fit the schema")
     return 1 if failures or not mechanisms else 0
 

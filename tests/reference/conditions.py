@@ -191,8 +191,8 @@ def configurations(mechanism, seed=3):
         while True:
             q = np.array([rng.uniform(-np.pi, np.pi) if turning else rng.uniform(-length, length)
                           for turning in mechanism.angular])
-            for follower, leader, ratio, offset in mechanism.couplings:
-                q[follower] = ratio * q[leader] + offset
+            for coupling in mechanism.couplings:
+                q[coupling[0]] = mechanism.led(coupling, q) + coupling[2]
             mechanism.near = q
             yield Sample(mechanism, *mechanism.place(q), q)
     here = begin(mechanism, rng)

@@ -67,8 +67,8 @@ class Mechanism:
         raw = spec.raw
         self.actuators = [index(name) for name in raw.get("actuators") or []]
         number = spec.number
-        self.couplings = [(index(c["joint"]), index(c["follows"]), number(c["ratio"]), number(c.get("offset", 0)))
-                          for c in raw.get("couplings") or []]
+        self.couplings = [(index(c["joint"]), spec.leaders(c), number(c.get("offset", 0)))
+                          for c in raw.get("couplings") or []] + list(spec.wheels())
         self.friction = [(index(name), spec.number(f.get("viscous", 0)), spec.number(f.get("coulomb", 0)))
                          for name, f in (raw.get("friction") or {}).items()]
         self.assembly = {index(name): spec.number(v) for name, v in (raw.get("assembly") or {}).items()}
@@ -93,12 +93,17 @@ class Mechanism:
         self.columns = np.array([6 * body + k for body in range(1, self.n) for k in per_body])
 
     def _add_disc(self, disc):
-        """A disc is one more body on one more revolute joint, geared to the coordinate that it follows."""
+        """A disc is one more body on one more revolute joint, geared to what it follows."""
         self.lumps.append([(disc["mass"], np.zeros(3), disc["inertia"])])
         self.joints.append(dict(name=disc["name"], kind="revolute", first=disc["carrier"], second=len(self.lumps) - 1,
                                 p=disc["at"], q=np.zeros(3), axis=disc["axis"], axis2=None, rotation=np.eye(3)))
         self.names.append(disc["name"])
-        self.couplings.append((len(self.names) - 1, disc["follows"], disc["ratio"], 0.0))
+        self.couplings.append((len(self.names) - 1, disc["leaders"], 0.0))
+
+    @staticmethod
+    def led(coupling, values):
+        """What the coupling makes of its leaders' values, rates or rows."""
+        return sum(ratio * values[leader] for leader, ratio in coupling[1].items())
 
     # joints
 

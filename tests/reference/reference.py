@@ -106,8 +106,8 @@ class Balance:
                 if at != j:
                     continue
                 effort = np.zeros(len(x))
-                for n, (follower, leader, ratio, _) in enumerate(mechanism.couplings):
-                    effort[k + n] += (follower == c) - ratio * (leader == c)
+                for n, (follower, leaders, _) in enumerate(mechanism.couplings):
+                    effort[k + n] += (follower == c) - leaders.get(c, 0)
                 for n, motor in enumerate(mechanism.actuators):
                     effort[k + g + n] += motor == c
                 through += np.outer(G[c], effort)

@@ -39,7 +39,7 @@ def gears(mechanism, p, R):
     if not mechanism.couplings:
         return np.zeros(0), np.zeros((0, 6 * mechanism.n))
     q, G = mechanism.coordinates(p, R, mechanism.near), mechanism.rates(p, R)
-    values = [q[follower] - ratio * q[leader] - offset for follower, leader, ratio, offset in mechanism.couplings]
+    values = [q[c[0]] - mechanism.led(c, q) - c[2] for c in mechanism.couplings]
     # a follower's angle is known up to whole turns
     values = [wrap(x) if mechanism.angular[c[0]] else x for x, c in zip(values, mechanism.couplings)]
     return np.array(values), gear_rows(mechanism, p, R)
@@ -82,8 +82,8 @@ def assemble(mechanism, target):
     rough = {**mechanism.assembly, **target.get("joints", {})}
     for c, value in rough.items():
         q[c] = value
-    for follower, leader, ratio, offset in mechanism.couplings:
-        q[follower] = ratio * q[leader] + offset
+    for coupling in mechanism.couplings:
+        q[coupling[0]] = mechanism.led(coupling, q) + coupling[2]
     mechanism.near = q
     p, R = mechanism.place(q)
 
@@ -109,7 +109,7 @@ def gear_rows(mechanism, p, R):
     if not mechanism.couplings:
         return np.zeros((0, 6 * mechanism.n))
     G = mechanism.rates(p, R)
-    return np.array([G[follower] - ratio * G[leader] for follower, leader, ratio, _ in mechanism.couplings])
+    return np.array([G[c[0]] - mechanism.led(c, G) for c in mechanism.couplings])
 
 
 def complex_step(mechanism, rows, p, R, velocity, size=1e-30):

@@ -22,6 +22,7 @@ FUNCTIONS = {name: getattr(math, name)
              for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "exp")}
 JOINT_COORDINATES = {
     "revolute": ("angle",), "prismatic": ("slide",), "fixed": (), "pin-slot": ("slide", "angle"),
+    "rolling": ("slide", "angle"),
     "cylindrical": ("angle", "slide"), "universal": ("1", "2"), "spherical": ("1", "2", "3"),
     "planar": ("x", "y", "angle"),
 }
@@ -135,8 +136,12 @@ class Spec:
                 rotation = roll_pitch_yaw(self.vector(raw.get("rpy", [0, 0, 0])))
                 axis = self.vector(raw.get("axis", [0, 0, 1]))
             axis2 = self.vector(raw.get("axis2", [1, 0, 0]))
+            place = self.point(first, p)
+            if kind == "rolling":  # the wheel's centre goes along a slot
+                kind, axis = "pin-slot", self.vector(raw.get("axis", [1, 0]))
+                place = place + self.number(raw["radius"]) * np.array([-axis[1], axis[0], 0]) / np.linalg.norm(axis)
             yield dict(name=name, kind=kind, first=self.body_names.index(first), second=self.body_names.index(second),
-                       p=self.point(first, p), q=self.point(second, q), axis=axis / np.linalg.norm(axis),
+                       p=place, q=self.point(second, q), axis=axis / np.linalg.norm(axis),
                        axis2=axis2 / np.linalg.norm(axis2), rotation=rotation)
 
     def coordinate_names(self):
@@ -145,6 +150,19 @@ class Spec:
             parts = JOINT_COORDINATES[raw["type"]]
             names += [name] if len(parts) == 1 else [f"{name}.{part}" for part in parts]
         return names
+
+    def leaders(self, raw):
+        """Ratios to the coordinates that a coupling or a disc follows."""
+        follows, index = raw["follows"], self.coordinate_names().index
+        ratios = follows if isinstance(follows, dict) else {follows: 1}
+        return {index(name): self.number(raw.get("ratio", 1)) * self.number(ratio) for name, ratio in ratios.items()}
+
+    def wheels(self):
+        """(coordinate, its leaders with their ratios, offset) of joints that roll."""
+        index = self.coordinate_names().index
+        for name, raw in self.raw["joints"].items():
+            if raw["type"] == "rolling":
+                yield index(f"{name}.slide"), {index(f"{name}.angle"): -self.number(raw["radius"])}, 0.0
 
     def discs(self):
         for name, raw in (self.raw.get("discs") or {}).items():
@@ -161,8 +179,7 @@ class Spec:
             else:
                 inertia = self.inertia(value, mass, np.zeros(3))
             yield dict(name=name, carrier=self.body_names.index(carrier(raw)), at=self.point(carrier(raw), raw["at"]),
-                       axis=axis, follows=self.coordinate_names().index(raw["follows"]),
-                       ratio=self.number(raw.get("ratio", 1)), mass=mass, inertia=inertia)
+                       axis=axis, leaders=self.leaders(raw), mass=mass, inertia=inertia)
 
     def _followed_axis(self, carrier, coordinate):
         """The followed joint's axis in the carrier; the carrier must be one of the bodies that it connects."""

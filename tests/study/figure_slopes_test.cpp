@@ -125,8 +125,9 @@ int compare_all(const std::string& name, const DesignSpace& space, const VectorX
       compared += compare(which, slopes.quantities[q], q, i, near, jumps);
     if (kink_of_energy(near)) continue;
     const double energy = near.of([](const Result& run) { return run.energy; });
+    // samples whose power changes its sign from one step to the next are kinks as well, of the size of one sample's part of the sum
     CHECK_MESSAGE(
-        std::abs(slopes.energy.by_number[i] - energy) <= 1e-5 * std::abs(energy) + 1e-9 * slopes.energy.value / near.h,
+        std::abs(slopes.energy.by_number[i] - energy) <= 1e-4 * std::abs(energy) + 1e-9 * slopes.energy.value / near.h,
         which << ": energy " << slopes.energy.by_number[i] << " is not " << energy);
   }
   return compared;

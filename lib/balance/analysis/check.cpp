@@ -187,8 +187,7 @@ class Checker {
   std::string assembly_line(const std::vector<double>& values) const {
     std::string line;
     for (std::size_t c = 0; c < values.size(); ++c) {
-      const CoordinateSource& source = tree_.sources[c];
-      if (source.column < 0 || stated(static_cast<int>(c)) || follows(static_cast<int>(c))) continue;
+      if (!tree_.sources[c].depends() || stated(static_cast<int>(c)) || follows(static_cast<int>(c))) continue;
       const bool length = mechanism_.coordinates[c].kind == CoordinateKind::length;
       const double unit = length ? study_.units.length : study_.units.angle;
       line += (line.empty() ? "" : ", ") + mechanism_.coordinates[c].name + ": " +
@@ -198,9 +197,9 @@ class Checker {
   }
 
   bool stated(int coordinate) const {
-    const CoordinateSource& source = tree_.sources[coordinate];
+    const LinearQuantity& source = tree_.sources[coordinate];
     return std::any_of(from_.drive.linear.begin(), from_.drive.linear.end(), [&](const LinearQuantity& quantity) {
-      return quantity.terms.size() == 1 && quantity.terms[0].first == source.column;
+      return quantity.depends_on_one() && source.depends_on_one() && quantity.terms[0].first == source.terms[0].first;
     });
   }
 

@@ -298,6 +298,7 @@ Result control(const Mechanism& mechanism, const Trajectory& trajectory, const C
   if (timed.outcome.status != MotionStatus::done) return result;
   result = ControlRun(mechanism, timed.trajectory, controller, options).run();
   result.found_law = timed.found;
+  result.found_corridor = timed.corridor;
   return result;
 }
 

@@ -1,16 +1,19 @@
 #include "balance/analysis/design_study.hpp"
 
+#include "balance/analysis/duties.hpp"
+#include "balance/analysis/figure_limits.hpp"
 #include "balance/analysis/finite_trial.hpp"
+#include "balance/analysis/load_case_study.hpp"
 #include "balance/analysis/objective.hpp"
+#include "balance/analysis/objective_pieces.hpp"
+#include "balance/analysis/offered.hpp"
 #include "balance/analysis/start_pose.hpp"
 #include "balance/conditions/modular.hpp"
 #include "balance/conditions/proportion.hpp"
-#include "balance/cost/trajectory_cost.hpp"
 #include "balance/simulation/simulate.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
@@ -24,56 +27,12 @@ struct Weight {
   double mass = 0, inertia = 0, added_mass = 0, added_inertia = 0;
 };
 
-/// Motions that a design must be able to make: those that do not depend on masses and can be followed to begin with. Where the
-/// mechanism cannot be assembled to begin with, all that do not depend on masses.
-class Duties {
- public:
-  explicit Duties(const Study& start) : coordinates_(start_coordinates(start)) {
-    std::vector<Trajectory> all;
-    for (const Trajectory& trajectory : start.trajectories) {
-      if (depends_on_masses(trajectory)) continue;
-      all.push_back(shortened(trajectory));
-      if (why_not(start.mechanism, all.back()).empty()) motions_.push_back(all.back().name);
-    }
-    if (coordinates_.empty())
-      for (const Trajectory& trajectory : all) motions_.push_back(trajectory.name);
-  }
-
-  const std::vector<CoordinateValue>& coordinates() const { return coordinates_; }
-
-  std::string obstacle(const Trial& trial) const {
-    for (const Trajectory& trajectory : trial.trajectories) {
-      if (std::find(motions_.begin(), motions_.end(), trajectory.name) == motions_.end()) continue;
-      const std::string why = why_not(trial.mechanism, shortened(trajectory));
-      if (!why.empty()) return fmt::format("'{}' cannot be followed: {}", trajectory.name, why);
-    }
-    return "";
-  }
-
- private:
-  /// As often looked at as a search needs.
-  static Trajectory shortened(Trajectory trajectory) {
-    constexpr long enough = 201;
-    trajectory.samples = std::min(trajectory.samples, enough);
-    return trajectory;
-  }
-  static std::string why_not(const Mechanism& mechanism, const Trajectory& trajectory) {
-    try {
-      const Result result = simulate(mechanism, trajectory);
-      return result.outcome.status == MotionStatus::done ? "" : result.outcome.reason;
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-  }
-
-  std::vector<CoordinateValue> coordinates_;
-  std::vector<std::string> motions_;
-};
+}  // namespace
 
 DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& options) {
   DesignProblem problem;
   for (const FreeNumber& number : space.start.free_numbers)
-    problem.variables.push_back({number.path, number.lower, number.upper, number.start});
+    problem.variables.push_back({number.path, number.lower, number.upper, number.start, number.sizes});
   const auto duties = std::make_shared<const Duties>(space.start);
   problem.mechanism_at = [&space, duties](const VectorX& x) {
     return assembled_at(finite_trial(space, x).mechanism, duties->coordinates());
@@ -81,23 +40,36 @@ DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& 
   problem.obstacle = [&space, duties](const VectorX& x) { return duties->obstacle(finite_trial(space, x)); };
   problem.goals = options.goals.empty() ? space.start.design.goals : options.goals;
   if (problem.variables.empty()) throw std::invalid_argument("a design needs free numbers, and the spec has none");
+  problem.choices = list_choices(space);
   const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
-  if (problem.goals.empty() && terms.empty())
-    throw std::invalid_argument("a design needs a goal or something to minimize");
+  const std::vector<FigureLimit>& limits = space.start.design.subject_to;
+  if (problem.goals.empty() && terms.empty() && limits.empty())
+    throw std::invalid_argument("a design needs a goal, something to minimize or limits");
   if (!space.start.trajectories.empty()) problem.options.about = space.start.trajectories.front().about;
   problem.derive = options.modular ? derive_modular_conditions : derive_conditions;
   problem.modular = options.modular;
   problem.search = options.search;
+  problem.watch = options.watch;
   problem.options.without = options.without;
   problem.options.loose_springs = find_loose_springs(problem);
+  problem.limits = build_limits(space, limits, space.start_values(), problem.options.loose_springs);
+  problem.limits_at = [&space, &limits](const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose) {
+    return build_limits(space.held(x, kept), limits, x(kept), loose);
+  };
   if (terms.empty()) return problem;
   problem.objective = build_objective(space, terms, space.start_values(), problem.options.loose_springs);
+  problem.pieces_at = [&space, terms, loose = problem.options.loose_springs](const VectorX& x) {
+    return objective_pieces(space, terms, loose, x);
+  };
   problem.figures_at = build_figures(space, terms, problem.options.loose_springs);
+  problem.whole_figures_at = build_figures(space, terms, problem.options.loose_springs, FigureSamples::all);
   problem.objective_at = [&space, terms](const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose) {
     return build_objective(space.held(x, kept), terms, x(kept), loose);
   };
   return problem;
 }
+
+namespace {
 
 Result run(const Study& study, const std::string& name) {
   for (const Trajectory& trajectory : study.trajectories) {
@@ -148,14 +120,7 @@ std::string law_note(const Mechanism& mechanism, GoalKind kind) {
 
 }  // namespace
 
-DesignReport design_study(const DesignSpace& space, const DesignStudyOptions& options) {
-  DesignReport report;
-  report.numbers = space.start.free_numbers;
-  report.before = space.start_values();
-  const DesignProblem problem = state_problem(space, options);
-  report.outcome = solve(problem);
-  if (report.outcome.status == DesignStatus::unsolved) return report;
-
+void measure_design(const DesignSpace& space, DesignReport& report) {
   report.study_before = space.at(report.before);
   report.study_after = space.at(report.outcome.x);
   const Weight before = weigh(report.study_before.mechanism), after = weigh(report.study_after.mechanism);
@@ -165,14 +130,34 @@ DesignReport design_study(const DesignSpace& space, const DesignStudyOptions& op
   report.inertia_after = after.inertia;
   report.added_mass = after.added_mass;
   report.added_inertia = after.added_inertia;
-  for (const Goal& goal : problem.goals)
-    if (report.outcome.status == DesignStatus::balanced &&
-        (goal.kind == GoalKind::proportional || goal.kind == GoalKind::affine))
-      report.notes.push_back(law_note(report.study_after.mechanism, goal.kind));
-  if (!options.trajectories) return report;
+}
+
+void compare_trajectories(DesignReport& report) {
   for (const Trajectory& trajectory : report.study_after.trajectories)
     report.comparisons.push_back(
         {trajectory.name, run(report.study_before, trajectory.name), run(report.study_after, trajectory.name)});
+}
+
+DesignReport design_study(const DesignSpace& space, const DesignStudyOptions& options) {
+  if (space.start.design.front && options.minimize.empty())
+    throw std::invalid_argument(
+        "front: a trade-off has many designs, not one; say which figure to minimize to get one design");
+  DesignReport report;
+  report.numbers = space.start.free_numbers;
+  report.before = space.start_values();
+  report.choices = list_choices(space);
+  if (space.start.design.cases.size() > 0)
+    study_load_cases(space, options, report);
+  else
+    report.outcome = solve(state_problem(space, options));
+  if (report.outcome.status == DesignStatus::unsolved) return report;
+
+  measure_design(space, report);
+  for (const Goal& goal : report.outcome.conditions.goals)
+    if (report.outcome.status == DesignStatus::balanced &&
+        (goal.kind == GoalKind::proportional || goal.kind == GoalKind::affine))
+      report.notes.push_back(law_note(report.study_after.mechanism, goal.kind));
+  if (options.trajectories) compare_trajectories(report);
   return report;
 }
 

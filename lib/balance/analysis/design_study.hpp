@@ -1,10 +1,12 @@
 #pragma once
 /// A whole design: conditions, numbers that meet them, and every trajectory before and after.
 
+#include "balance/analysis/load_case_report.hpp"
 #include "balance/design/solve.hpp"
 #include "balance/result/result.hpp"
 #include "balance/study/design_space.hpp"
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -16,7 +18,8 @@ struct DesignStudyOptions {
   std::vector<std::string> without;     ///< what the goals leave out (ConditionOptions)
   std::vector<ObjectiveTerm> minimize;  ///< empty: the spec's
   SearchOptions search;
-  bool trajectories = true;  ///< compare the spec's trajectories before and after
+  std::function<bool(const SearchProgress&)> watch;  ///< as DesignProblem::watch
+  bool trajectories = true;                          ///< compare the spec's trajectories before and after
 };
 
 /// One trajectory before and after. Whichever could not be followed has an outcome that says so and no samples.
@@ -38,11 +41,15 @@ struct DesignReport {
   /// Of counterweights and discs in the designed mechanism, against none at all [kg], [kg m^2].
   double added_mass = 0, added_inertia = 0;
   std::vector<TrajectoryComparison> comparisons;
+  std::vector<Choice> choices;             ///< of design.choose, as outcome.chosen
+  std::vector<LoadCaseReport> load_cases;  ///< of design.cases; empty: one load
+  std::optional<AdaptiveReport> adaptive;  ///< where numbers follow the load
   std::vector<std::string> notes;
 };
 
+/// With load cases the outcome is that of all of them; its numbers, conditions and residuals are those at the spec's own load.
 /// @throws std::invalid_argument if there are no free numbers, neither a goal nor something to minimize, or the objective's
-///         trajectory does not exist
+///         trajectory does not exist; for a front (front_study) unless the options say what to minimize; for load cases that change gravity, with the goals proportional and affine, and with modular
 DesignReport design_study(const DesignSpace& space, const DesignStudyOptions& options);
 
 }  // namespace balance

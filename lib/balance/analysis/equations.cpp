@@ -24,7 +24,7 @@ class Report {
   EquationsReport run() {
     name();
     place();
-    if (!add_terms()) return std::move(out_);
+    if (!add_terms() || !add_speeds()) return std::move(out_);
     if (wants(EquationSection::torques)) add_split();
     if (wants(EquationSection::redundant) && !take(terms_.redundant_terms(at_.q, query_.time), at_.loops))
       return std::move(out_);
@@ -101,6 +101,14 @@ class Report {
     if (!take(terms_.independent_terms(at_.q, query_.time), at_.terms)) return false;
     find_factors();
     return true;
+  }
+
+  bool add_speeds() {
+    const SpeedChoice& choice = query_.speeds;
+    if (choice.speeds.empty() && choice.zero.empty()) return true;
+    for (const Speed& speed : choice.speeds) at_.speeds.push_back(speed.name);
+    for (const Speed& zero : choice.zero) at_.zero.push_back(zero.name);
+    return take(terms_.speed_terms(at_.q, choice, query_.time), at_.in_speeds);
   }
 
   /// P1 eq. 27: u_k = k q̈_k.

@@ -24,6 +24,7 @@ struct EquationsQuery {
   std::vector<CoordinateValue> rates, accelerations;  ///< of independent coordinates; others are 0
   double time = 0;                                    ///< of loads that change with it [s]
   std::vector<std::string> independent;               ///< see InverseOptions
+  SpeedChoice speeds;                                 ///< the equation in these, too; without any only as it is
   std::set<EquationSection> sections;
 };
 
@@ -38,6 +39,8 @@ struct EquationsAt {
   VectorX configuration;     ///< of all coordinates of the mechanism
   VectorX q, dq, ddq;
   std::optional<IndependentTerms> terms;
+  std::optional<SpeedTerms> in_speeds;
+  std::vector<std::string> speeds, zero;  ///< their names, and those of what is zero
   std::optional<RedundantTerms> loops;
   std::optional<EffortSplit> split;
   std::optional<EffortRegressor> regressor;

@@ -2,18 +2,13 @@
 
 #include "balance/gradients/motion_gradient.hpp"
 #include "balance/result/tracks.hpp"
-#include "balance/simulation/simulate.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <stdexcept>
 
 namespace balance {
 
 namespace {
-
-constexpr double step = 1e-4;  // of a number's range
 
 std::size_t index_of(const DesignSpace& space, const std::string& trajectory) {
   const auto& all = space.start.trajectories;
@@ -29,65 +24,45 @@ struct Place {
   Slope QuantitySlopes::*slope;
   double FigureGradient::*value;
   std::array<double, dual_width> FigureGradient::*derivatives;
-  double Metric::*metric;
 };
-constexpr Place places[] = {{&QuantitySlopes::peak, &FigureGradient::peak, &FigureGradient::d_peak, &Metric::peak},
-                            {&QuantitySlopes::rms, &FigureGradient::rms, &FigureGradient::d_rms, &Metric::rms},
-                            {&QuantitySlopes::mean, &FigureGradient::mean, &FigureGradient::d_mean, &Metric::mean},
-                            {&QuantitySlopes::range, &FigureGradient::range, &FigureGradient::d_range, &Metric::range}};
+constexpr Place places[] = {{&QuantitySlopes::peak, &FigureGradient::peak, &FigureGradient::d_peak},
+                            {&QuantitySlopes::rms, &FigureGradient::rms, &FigureGradient::d_rms},
+                            {&QuantitySlopes::mean, &FigureGradient::mean, &FigureGradient::d_mean},
+                            {&QuantitySlopes::range, &FigureGradient::range, &FigureGradient::d_range}};
 
 class Differentiation {
  public:
-  Differentiation(const DesignSpace& space, const VectorX& x, std::size_t trajectory)
-      : space_(space), x_(x), trajectory_(trajectory), trial_(space.trial(x)) {}
+  Differentiation(const DesignSpace& space, const VectorX& x, std::size_t trajectory,
+                  const std::vector<std::string>& arrays)
+      : space_(space), x_(x), trajectory_(trajectory), arrays_(arrays) {}
 
   FigureSlopes run() {
-    std::vector<int> of_mechanism, of_motion;
-    for (int i = 0; i < x_.size(); ++i) (moves_trajectory(i) ? of_motion : of_mechanism).push_back(i);
-    std::vector<int> together;
-    for (const int i : of_mechanism) {
-      together.push_back(i);
-      if (together.size() < dual_width) continue;
-      if (!by_mechanism(together)) return std::move(out_);
-      together.clear();
-    }
-    const bool none = of_mechanism.empty();  // then one run is for the values
-    if ((none || !together.empty()) && !by_mechanism(together)) return std::move(out_);
-    for (const int i : of_motion) by_motion(i);
+    for (Eigen::Index first = 0; first == 0 || first < x_.size(); first += dual_width)
+      if (!by_numbers(first, std::min<Eigen::Index>(x_.size(), first + dual_width))) break;
     return std::move(out_);
   }
 
  private:
   /// What the spec says, with its derivatives by these numbers.
-  RecordedValues<DualNumber> derived_by(const std::vector<int>& numbers) const {
+  RecordedValues<DualNumber> derived_by(Eigen::Index first, Eigen::Index last) const {
     std::vector<DualNumber> inputs(space_.inputs.begin(), space_.inputs.end());
-    const auto input = [&](int i) -> DualNumber& {
-      return inputs[static_cast<std::size_t>(space_.free[static_cast<std::size_t>(i)])];
-    };
-    for (int i = 0; i < x_.size(); ++i) input(i) = x_[i];
-    for (std::size_t k = 0; k < numbers.size(); ++k) input(numbers[k]).d[k] = 1;
+    for (Eigen::Index i = 0; i < x_.size(); ++i) {
+      DualNumber& input = inputs[static_cast<std::size_t>(space_.free[static_cast<std::size_t>(i)])];
+      input = x_[i];
+      if (i >= first && i < last) input.d[static_cast<std::size_t>(i - first)] = 1;
+    }
     return {*space_.recording, inputs};
   }
 
-  bool moves_trajectory(int number) const {
-    bool moves = false;
-    const RecordedValues<DualNumber> values = derived_by({number});
-    converted<double>(space_.recording->trajectories[trajectory_], [&](const Expression& expression) {
-      const DualNumber x = values(expression);
-      moves = moves || x.d[0] != 0;
-      return x.value;
-    });
-    return moves;
-  }
-
   /// @return whether there is a run
-  bool by_mechanism(const std::vector<int>& numbers) {
-    const RunGradient gradient = differentiate(derived_by(numbers).mechanism(), trial_.trajectories[trajectory_]);
+  bool by_numbers(Eigen::Index first, Eigen::Index last) {
+    const RecordedValues<DualNumber> values = derived_by(first, last);
+    const auto trajectory = converted<DualNumber>(space_.recording->trajectories[trajectory_], values);
+    const RunGradient gradient = differentiate(values.mechanism(), trajectory, arrays_);
     out_.outcome = gradient.run.outcome;
     if (gradient.run.outcome.status != MotionStatus::done) return false;
-    const FigureGradients figures = figure_gradients(gradient);
     if (out_.quantities.empty()) name_quantities(gradient.run);
-    take(figures, numbers);
+    take(figure_gradients(gradient), first, last);
     return true;
   }
 
@@ -96,67 +71,73 @@ class Differentiation {
     const std::vector<Track> tracks = list_tracks(run);
     const Slope unknown{0, VectorX::Zero(x_.size())};
     const auto add = [&](const std::string& quantity, std::size_t first, std::size_t last) {
-      out_.quantities.push_back({quantity, unknown, unknown, unknown, unknown});
+      out_.quantities.push_back({quantity, unknown, unknown, unknown, unknown, {}, {}});
       members_.emplace_back(first, last);
     };
     for (const auto& [first, last] : neighbours(tracks)) {
       if (!tracks[first].of_worst.empty()) add(tracks[first].of_worst, first, last);
       for (std::size_t i = first; i < last; ++i) add(tracks[i].quantity, i, i + 1);
     }
-    out_.energy = unknown;
+    out_.energy = out_.duration = unknown;
   }
 
-  void take(const FigureGradients& found, const std::vector<int>& numbers) {
-    for (std::size_t q = 0; q < members_.size(); ++q)
+  void take(const FigureGradients& found, Eigen::Index from, Eigen::Index to) {
+    const auto copy = [&](const std::array<double, dual_width>& derivatives, Slope& slope) {
+      for (Eigen::Index i = from; i < to; ++i) slope.by_number[i] = derivatives[static_cast<std::size_t>(i - from)];
+    };
+    for (std::size_t q = 0; q < members_.size(); ++q) {
+      const auto first = found.figures.begin() + static_cast<std::ptrdiff_t>(members_[q].first);
+      const auto last = found.figures.begin() + static_cast<std::ptrdiff_t>(members_[q].second);
       for (const Place& place : places) {
-        const auto first = found.figures.begin() + static_cast<std::ptrdiff_t>(members_[q].first);
-        const auto last = found.figures.begin() + static_cast<std::ptrdiff_t>(members_[q].second);
         const FigureGradient& worst = *std::max_element(
             first, last,
             [&](const FigureGradient& a, const FigureGradient& b) { return a.*place.value < b.*place.value; });
         Slope& slope = out_.quantities[q].*place.slope;
         slope.value = worst.*place.value;
-        for (std::size_t k = 0; k < numbers.size(); ++k) slope.by_number[numbers[k]] = (worst.*place.derivatives)[k];
+        copy(worst.*place.derivatives, slope);
       }
+      const auto add = [&](const std::vector<Extreme> FigureGradient::*extremes, std::vector<Slope>& slopes) {
+        std::size_t k = 0;
+        for (auto member = first; member != last; ++member)
+          for (const Extreme& extreme : (*member).*extremes) {
+            if (k == slopes.size()) slopes.push_back({0, VectorX::Zero(x_.size())});
+            slopes[k].value = extreme.value;
+            copy(extreme.d, slopes[k++]);
+          }
+      };
+      add(&FigureGradient::highest, out_.quantities[q].highest);
+      add(&FigureGradient::lowest, out_.quantities[q].lowest);
+    }
     out_.energy.value = found.energy;
-    for (std::size_t k = 0; k < numbers.size(); ++k) out_.energy.by_number[numbers[k]] = found.d_energy[k];
-  }
-
-  Result run_at(int number, double value) const {
-    VectorX x = x_;
-    x[number] = value;
-    const Trial trial = space_.trial(x);
-    return simulate(trial.mechanism, trial.trajectories[trajectory_]);
-  }
-
-  void by_motion(int number) {
-    const FreeNumber& free = space_.start.free_numbers[static_cast<std::size_t>(number)];
-    const double reach = step * (free.upper - free.lower);
-    const double up = std::min(x_[number] + reach, free.upper), down = std::max(x_[number] - reach, free.lower);
-    const Result above = run_at(number, up), below = run_at(number, down);
-    const bool done = above.outcome.status == MotionStatus::done && below.outcome.status == MotionStatus::done;
-    const auto slope = [&](double high, double low) {
-      return done ? (high - low) / (up - down) : std::numeric_limits<double>::quiet_NaN();
-    };
-    for (std::size_t q = 0; q < out_.quantities.size(); ++q)
-      for (const Place& place : places)
-        (out_.quantities[q].*place.slope).by_number[number] =
-            slope(done ? above.metrics[q].*place.metric : 0, done ? below.metrics[q].*place.metric : 0);
-    out_.energy.by_number[number] = slope(above.energy, below.energy);
+    copy(found.d_energy, out_.energy);
+    out_.duration.value = found.duration;
+    copy(found.d_duration, out_.duration);
   }
 
   const DesignSpace& space_;
   const VectorX& x_;
   std::size_t trajectory_;
-  Trial trial_;
+  const std::vector<std::string>& arrays_;
   FigureSlopes out_;
   std::vector<std::pair<std::size_t, std::size_t>> members_;  ///< per quantity: the gradient's figures
 };
 
+/// "torque[A1]" is in the array "torque".
+std::vector<std::string> arrays_of(const std::vector<std::string>& quantities) {
+  std::vector<std::string> arrays;
+  for (const std::string& quantity : quantities) arrays.push_back(quantity.substr(0, quantity.find('[')));
+  return arrays;
+}
+
 }  // namespace
 
-FigureSlopes figure_slopes(const DesignSpace& space, const VectorX& x, const std::string& trajectory) {
-  return Differentiation(space, x, index_of(space, trajectory)).run();
+FigureSlopes figure_slopes(const DesignSpace& space, const VectorX& x, const std::string& trajectory,
+                           const std::vector<std::string>& quantities) {
+  if (x.size() != static_cast<Eigen::Index>(space.free.size()))
+    throw std::invalid_argument("expected " + std::to_string(space.free.size()) + " values of free numbers, found " +
+                                std::to_string(x.size()));
+  const std::vector<std::string> arrays = arrays_of(quantities);
+  return Differentiation(space, x, index_of(space, trajectory), arrays).run();
 }
 
 const QuantitySlopes* find_quantity(const FigureSlopes& slopes, const std::string& quantity) {

@@ -19,22 +19,25 @@ struct Slope {
 struct QuantitySlopes {
   std::string quantity;
   Slope peak, rms, mean, range;
+  /// Stretch by stretch of the run, of the worst ones all of them: the largest and the least value.
+  std::vector<Slope> highest, lowest;
 };
 
 struct FigureSlopes {
   MotionOutcome outcome;                   ///< of the run; what follows is there if it is done
   std::vector<QuantitySlopes> quantities;  ///< as a run's metrics, before round-off is dropped
-  Slope energy;                            ///< [J]
+  Slope energy;                            ///< [J], zero where powers were not asked for
+  Slope duration;                          ///< [s]
 };
 
-/// By the chain rule: the spec's expressions over numbers with derivatives make a mechanism with derivatives, and the run of that is
-/// differentiated by the implicit function theorem (gradients/motion_gradient.hpp), dual_width numbers at a time. Numbers that the
-/// trajectory itself depends on are moved by a ten-thousandth of their range to both sides as far as their bounds allow, instead: their
-/// derivatives are differences, good to 1e-7 of the figure inside the bounds, and NaN where one of these runs fails.
+/// By the chain rule: the spec's expressions over numbers with derivatives make a mechanism and a trajectory with derivatives, and the
+/// run of these is differentiated by the implicit function theorem (gradients/motion_gradient.hpp), dual_width numbers at a time.
 /// @param x values of space.start.free_numbers [SI] @param trajectory a name of the spec's
+/// @param quantities as "torque[A1]", "shaking_moment"; those that are computed with them come along. Empty: all there are
 /// @throws std::invalid_argument for a vector of another length, a trajectory that the spec has not, one whose law is searched for, and
 ///         where a motion cannot be stated
-FigureSlopes figure_slopes(const DesignSpace& space, const VectorX& x, const std::string& trajectory);
+FigureSlopes figure_slopes(const DesignSpace& space, const VectorX& x, const std::string& trajectory,
+                           const std::vector<std::string>& quantities = {});
 
 /// The quantity of that name; null if there is none.
 const QuantitySlopes* find_quantity(const FigureSlopes& slopes, const std::string& quantity);

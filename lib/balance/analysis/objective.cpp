@@ -1,6 +1,8 @@
 #include "balance/analysis/objective.hpp"
 
 #include "balance/analysis/finite_trial.hpp"
+#include "balance/analysis/objective_pieces.hpp"
+#include "balance/analysis/run_figure.hpp"
 #include "balance/base/error.hpp"
 #include "balance/cost/trajectory_cost.hpp"
 #include "balance/design/features.hpp"
@@ -21,13 +23,9 @@ struct Part {
   double weight = 1;
   CostFunction of_parameters;  ///< empty: by simulation
   ObjectiveTerm term;
+  std::shared_ptr<const Result> run =
+      {};  ///< null: the free numbers may change the motion, or more than the motion counts
 };
-
-const Trajectory& trajectory_of(const Trial& trial, const ObjectiveTerm& term) {
-  for (const Trajectory& trajectory : trial.trajectories)
-    if (trajectory.name == term.trajectory) return trajectory;
-  throw std::invalid_argument("there is no trajectory '" + term.trajectory + "' to minimize along");
-}
 
 /// A point in general position: no two numbers at the same part of their bounds.
 VectorX somewhere_else(const std::vector<FreeNumber>& numbers) {
@@ -73,37 +71,14 @@ CostFunction linear(VectorX coefficients) {
   };
 }
 
-/// Of everything that moves, or of what was added to balance it: counterweights and discs.
-VectorX size_coefficients(ObjectiveTerm::Size size, const Mechanism& mechanism, const LooseSprings& loose) {
-  const auto parameters = list_parameters(mechanism, loose);
-  VectorX coefficients =
-      size == ObjectiveTerm::Size::added_inertia ? inertia_coefficients(parameters) : mass_coefficients(parameters);
-  if (size != ObjectiveTerm::Size::total_mass) coefficients.array() *= is_added(mechanism, parameters).array();
-  return coefficients;
-}
-
 /// Along a motion that stays the same; empty if it does not, or if the quantity is not linear in the parameters.
 CostFunction along_fixed_motion(const DesignSpace& space, const Trial& start, const ObjectiveTerm& term,
                                 const LooseSprings& loose) {
   const Trajectory& trajectory = trajectory_of(start, term);
+  if (term.run != ObjectiveTerm::Run::figure || depends_on_mechanism(trajectory)) return {};
   if (depends_on_masses(trajectory) || !stays_the_same(space, start, term, loose)) return {};
   const TrajectoryCost cost(start.mechanism, trajectory, loose);
   return cost.figure(term.figure, term.quantity).value_or(CostFunction{});
-}
-
-double by_simulation(const Trial& trial, const ObjectiveTerm& term) {
-  const Result result = simulate(trial.mechanism, trajectory_of(trial, term));
-  if (result.outcome.status != MotionStatus::done) return NAN;
-  for (const Metric& metric : result.metrics) {
-    if (metric.quantity != term.quantity) continue;
-    switch (term.figure) {
-      case Figure::peak: return metric.peak;
-      case Figure::rms: return metric.rms;
-      case Figure::mean: return metric.mean;
-      case Figure::range: return metric.range;
-    }
-  }
-  throw std::invalid_argument("a run along '" + term.trajectory + "' has no quantity '" + term.quantity + "'");
 }
 
 /// Absolute values and norms of affine functions are convex; how far values lie apart is, too; a minimum is not.
@@ -131,8 +106,9 @@ std::function<double(const VectorX&)> sum_of_variables(const DesignSpace& space,
     const VectorX parameters = parameter_values(trial.mechanism, loose);
     double sum = 0;
     for (const Part& part : parts)
-      sum += part.weight *
-             (part.of_parameters ? part.of_parameters(parameters, nullptr) : by_simulation(trial, part.term));
+      sum += part.weight * (part.of_parameters ? part.of_parameters(parameters, nullptr)
+                            : part.run         ? run_figure(trial.mechanism, *part.run, part.term)
+                                               : by_simulation(trial, part.term));
     return sum;
   };
 }
@@ -160,18 +136,42 @@ void require_quantity(const Trial& trial, const ObjectiveTerm& term) {
   }
 }
 
-/// As often looked at as a search over lengths needs.
-constexpr long enough_samples = 201;
+/// Where places and singularities are all that counts, and the free numbers do not change the motion: the run.
+std::shared_ptr<const Result> fixed_run(const DesignSpace& space, const Trial& start, const ObjectiveTerm& term,
+                                        const LooseSprings& loose) {
+  const bool of_motion = term.run == ObjectiveTerm::Run::mobility || term.run == ObjectiveTerm::Run::clearance;
+  if (!of_motion || depends_on_masses(trajectory_of(start, term)) || !stays_the_same(space, start, term, loose))
+    return {};
+  return std::make_shared<const Result>(simulate(start.mechanism, trajectory_of(start, term)));
+}
+
+/// The figure of such a run where the places that it is of do not change either.
+std::optional<double> constant_value(const DesignSpace& space, const Trial& start, const Part& part) {
+  if (!part.run) return std::nullopt;
+  const auto value = [&](const Trial& trial) { return run_figure(trial.mechanism, *part.run, part.term); };
+  const double here = value(start), elsewhere = value(space.trial(somewhere_else(space.start.free_numbers)));
+  return here == elsewhere ? std::optional(here) : std::nullopt;
+}
+
+CostFunction constant(double value) {
+  return [value](const VectorX& parameters, VectorX* gradient) {
+    if (gradient != nullptr) gradient->setZero(parameters.size());
+    return value;
+  };
+}
+
+constexpr long few_samples = 201;
 
 /// One term; nothing where the trajectory cannot be followed.
-std::optional<LinearFigure> figure_at(const Trial& trial, const ObjectiveTerm& term, const LooseSprings& loose) {
+std::optional<LinearFigure> figure_at(const Trial& trial, const ObjectiveTerm& term, const LooseSprings& loose,
+                                      FigureSamples samples) {
   LinearFigure figure{term.weight, {}, term.figure, {}};
   if (term.size != ObjectiveTerm::Size::none) {
     figure.coefficients = size_coefficients(term.size, trial.mechanism, loose);
     return figure;
   }
   Trajectory trajectory = trajectory_of(trial, term);
-  trajectory.samples = std::min(trajectory.samples, enough_samples);
+  if (samples == FigureSamples::few) trajectory.samples = std::min(trajectory.samples, few_samples);
   auto series = TrajectoryCost(trial.mechanism, trajectory, loose).rows(term.quantity);
   if (!series) return std::nullopt;
   figure.series = std::move(*series);
@@ -181,23 +181,26 @@ std::optional<LinearFigure> figure_at(const Trial& trial, const ObjectiveTerm& t
 /// A convex function of the parameters, whatever the motion is.
 bool is_of_parameters(const Trial& trial, const ObjectiveTerm& term) {
   if (term.size != ObjectiveTerm::Size::none) return term.weight >= 0;
-  return term.weight >= 0 && (term.figure == Figure::rms || term.figure == Figure::peak) &&
-         is_linear_quantity(trial.mechanism, term.quantity) && !depends_on_masses(trajectory_of(trial, term));
+  return term.run == ObjectiveTerm::Run::figure && term.weight >= 0 &&
+         (term.figure == Figure::rms || term.figure == Figure::peak) &&
+         is_linear_quantity(trial.mechanism, term.quantity) && !depends_on_masses(trajectory_of(trial, term)) &&
+         !depends_on_mechanism(trajectory_of(trial, term));
 }
 
 }  // namespace
 
 std::function<std::optional<std::vector<LinearFigure>>(const VectorX& x)> build_figures(
-    const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const LooseSprings& loose) {
+    const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const LooseSprings& loose,
+    FigureSamples samples) {
   const Trial start = space.trial(space.start_values());
   const auto all = [&](const ObjectiveTerm& term) { return is_of_parameters(start, term); };
   if (!std::all_of(terms.begin(), terms.end(), all)) return {};
-  return [space, terms, loose](const VectorX& x) -> std::optional<std::vector<LinearFigure>> {
+  return [space, terms, loose, samples](const VectorX& x) -> std::optional<std::vector<LinearFigure>> {
     std::vector<LinearFigure> figures;
     try {
       const Trial trial = finite_trial(space, x);
       for (const ObjectiveTerm& term : terms) {
-        std::optional<LinearFigure> figure = figure_at(trial, term, loose);
+        std::optional<LinearFigure> figure = figure_at(trial, term, loose, samples);
         if (!figure) return std::nullopt;
         figures.push_back(std::move(*figure));
       }
@@ -223,6 +226,10 @@ Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveT
                    : along_fixed_motion(space, before, term, loose),
               term};
     if (!part.of_parameters) require_quantity(before, term);  // says now what does not exist
+    if (!size) part.run = fixed_run(space, before, term, loose);
+    const std::optional<double> fixed = constant_value(space, before, part);
+    if (fixed) part.of_parameters = constant(*fixed);
+    objective.constant = fixed && terms.size() == 1;
     objective.convex = objective.convex && part.of_parameters && is_convex(term);
     objective.size = objective.size && size;
     objective.name +=
@@ -267,24 +274,12 @@ VectorX inertia_coefficients(const std::vector<Parameter>& parameters) {
   return coefficients;
 }
 
-std::string name_of(Figure figure) {
-  switch (figure) {
-    case Figure::peak: return "peak";
-    case Figure::rms: return "rms";
-    case Figure::mean: return "mean";
-    case Figure::range: return "range";
-  }
-  return "";
-}
-
-std::string name_of(const ObjectiveTerm& term) {
-  switch (term.size) {
-    case ObjectiveTerm::Size::added_mass: return "added mass";
-    case ObjectiveTerm::Size::added_inertia: return "added inertia";
-    case ObjectiveTerm::Size::total_mass: return "total mass";
-    case ObjectiveTerm::Size::none: break;
-  }
-  return name_of(term.figure) + "(" + term.quantity + ") along " + term.trajectory;
+VectorX size_coefficients(ObjectiveTerm::Size size, const Mechanism& mechanism, const LooseSprings& loose) {
+  const auto parameters = list_parameters(mechanism, loose);
+  VectorX coefficients =
+      size == ObjectiveTerm::Size::added_inertia ? inertia_coefficients(parameters) : mass_coefficients(parameters);
+  if (size != ObjectiveTerm::Size::total_mass) coefficients.array() *= is_added(mechanism, parameters).array();
+  return coefficients;
 }
 
 }  // namespace balance

@@ -15,15 +15,22 @@ namespace balance {
 Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const VectorX& start,
                           const LooseSprings& loose);
 
-/// The same terms one by one at the lengths and along the motion of x, from few samples.
+/// As often looked at as a search over lengths needs; as the trajectory says.
+enum class FigureSamples { few, all };
+
+/// The same terms one by one at the lengths and along the motion of x.
 /// @return null if a term is no convex function of the parameters alone
 std::function<std::optional<std::vector<LinearFigure>>(const VectorX& x)> build_figures(
-    const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const LooseSprings& loose);
+    const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const LooseSprings& loose,
+    FigureSamples samples = FigureSamples::few);
 
 /// Mass of everything that moves [kg], and the sum of its moments of inertia about the frames' origins (space: half the
 /// trace) [kg m^2], as coefficients of the parameters.
 VectorX mass_coefficients(const std::vector<Parameter>& parameters);
 VectorX inertia_coefficients(const std::vector<Parameter>& parameters);
+
+/// A size as coefficients of the parameters: of everything that moves, or of what was added to balance it.
+VectorX size_coefficients(ObjectiveTerm::Size size, const Mechanism& mechanism, const LooseSprings& loose);
 
 /// 1 for parameters of what is added to balance a mechanism, counterweights and discs, else 0.
 VectorX is_added(const Mechanism& mechanism, const std::vector<Parameter>& parameters);

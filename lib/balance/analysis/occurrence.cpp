@@ -19,15 +19,23 @@ bool same_joints(const Mechanism& a, const Mechanism& b) {
   return true;
 }
 
+bool same_sum(const Followed& a, const Followed& b) {
+  return std::equal(a.terms.begin(), a.terms.end(), b.terms.begin(), b.terms.end(),
+                    [](const CoordinateTerm& p, const CoordinateTerm& q) { return p.ratio == q.ratio; });
+}
+
 /// Everything but masses, centres of mass, inertias and stiffnesses.
 bool same_geometry(const Mechanism& a, const Mechanism& b) {
   if (!same_joints(a, b) || a.gravity != b.gravity) return false;
   for (std::size_t d = 0; d < a.discs.size(); ++d) {
     const Disc &p = a.discs[d], &q = b.discs[d];
-    if (p.position != q.position || p.axis != q.axis || p.ratio != q.ratio) return false;
+    if (p.position != q.position || p.axis != q.axis || p.ratio != q.ratio || !same_sum(p.follows, q.follows))
+      return false;
   }
   for (std::size_t c = 0; c < a.couplings.size(); ++c)
-    if (a.couplings[c].ratio != b.couplings[c].ratio || a.couplings[c].offset != b.couplings[c].offset) return false;
+    if (a.couplings[c].ratio != b.couplings[c].ratio || a.couplings[c].offset != b.couplings[c].offset ||
+        !same_sum(a.couplings[c].leader, b.couplings[c].leader))
+      return false;
   for (std::size_t s = 0; s < a.springs.size(); ++s) {
     const Spring &p = a.springs[s], &q = b.springs[s];
     if (p.point_first != q.point_first || p.point_second != q.point_second || p.free_length != q.free_length)

@@ -5,22 +5,39 @@
 #include "balance/design/problem.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <utility>
 
 namespace balance::designing {
 
 class Budget {
  public:
-  explicit Budget(double seconds) : end_(computing_time() + seconds) {}
+  /// @param watch as DesignProblem::watch
+  explicit Budget(double seconds, std::function<bool(const SearchProgress&)> watch = {})
+      : watch_(std::move(watch)), begin_(computing_time()), end_(begin_ + seconds) {}
 
   /// [s], positive.
-  double left() const { return std::max(1e-3, end_ - computing_time()); }
+  double left() const { return interrupted_ ? least : std::max(least, end_ - computing_time()); }
   /// Nothing is left; remembered.
   bool spent() {
-    if (computing_time() >= end_) stopped = true;
+    if (interrupted() || computing_time() >= end_) stopped = true;
     return stopped;
   }
+  /// Whoever watches wants the end; remembered. Asks a few dozen times a second.
+  bool interrupted() {
+    const double now = computing_time();
+    if (!watch_ || interrupted_ || now < next_) return interrupted_;
+    next_ = now + 0.03;
+    interrupted_ = !watch_({now - begin_, end_ - begin_, starts, descents, geometries, evaluations});
+    stopped = stopped || interrupted_;
+    return interrupted_;
+  }
+  /// For searches that ask others.
+  std::function<bool()> stopper() {
+    return [this] { return interrupted(); };
+  }
 
-  bool stopped = false;  ///< a search ended for lack of time or evaluations
+  bool stopped = false;  ///< a search ended for lack of time or evaluations, or was interrupted
   int starts = 0;        ///< from which conditions were solved
   int solutions = 0;     ///< different ones found
   int descents = 0;      ///< local searches
@@ -29,7 +46,11 @@ class Budget {
   int geometries = 0;    ///< lengths and ratios at which the other numbers were solved for
 
  private:
-  double end_;
+  static constexpr double least = 1e-3;
+
+  std::function<bool(const SearchProgress&)> watch_;
+  double begin_, end_, next_ = 0;
+  bool interrupted_ = false;
 };
 
 }  // namespace balance::designing

@@ -155,6 +155,17 @@ ConeProgram ConeRows::finish(VectorX cost) const {
   return program;
 }
 
+ConeProgram with_inequalities(const ConeProgram& program, const MatrixX& matrix, const VectorX& right) {
+  ConeProgram more = program;
+  const Eigen::Index linear = program.linear, added = matrix.rows(), conic = program.right.size() - linear;
+  more.linear += added;
+  more.matrix.resize(linear + added + conic, program.matrix.cols());
+  more.matrix << program.matrix.topRows(linear), matrix, program.matrix.bottomRows(conic);
+  more.right.resize(more.matrix.rows());
+  more.right << program.right.head(linear), right, program.right.tail(conic);
+  return more;
+}
+
 ConeSolution minimise(const ConeProgram& program, double tolerance) { return InteriorPoint(program, tolerance).run(); }
 
 }  // namespace balance::designing

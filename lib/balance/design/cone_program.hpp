@@ -34,6 +34,9 @@ class ConeRows {
   std::vector<std::pair<MatrixX, VectorX>> linear_, cones_;
 };
 
+/// The program with more inequalities, matrix x ≤ right.
+ConeProgram with_inequalities(const ConeProgram& program, const MatrixX& matrix, const VectorX& right);
+
 enum class ConeStatus { unsolved, solved };
 
 struct ConeSolution {

@@ -1,6 +1,7 @@
 #include "balance/design/context.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/design/limits.hpp"
 
 namespace balance::designing {
 
@@ -19,13 +20,36 @@ Context::Context(const DesignProblem& p, Budget& b)
   for (int variable = 0; variable < box.size(); ++variable)
     for (Eigen::Index k = 0; k < known; ++k)
       if (survey.touches(variable, static_cast<int>(own + k))) options.open_terms[static_cast<std::size_t>(k)] = true;
+  limits = std::make_unique<const Limits>(*this);
+}
+
+Context::~Context() = default;
+
+bool Context::allows(const VectorX& u) const { return physical.holds(map.exact(u)) && limits->hold(u); }
+
+int Context::inequalities() const { return physical.size() + limits->size(); }
+
+bool Context::convex() const { return physical.convex() && limits->convex(); }
+
+void Context::evaluate_inequalities(const VectorX& u, VectorX& g, MatrixX* jacobian) const {
+  VectorX features, bodies, figures;
+  MatrixX slopes, by_body, by_figure;
+  map.evaluate(u, features, jacobian != nullptr ? &slopes : nullptr);
+  physical.evaluate(features, &slopes, bodies, jacobian != nullptr ? &by_body : nullptr);
+  limits->evaluate(u, figures, jacobian != nullptr ? &by_figure : nullptr);
+  g.resize(bodies.size() + figures.size());
+  g << bodies, figures;
+  if (jacobian == nullptr) return;
+  jacobian->resize(g.size(), u.size());
+  jacobian->topRows(bodies.size()) = by_body;
+  jacobian->bottomRows(figures.size()) = by_figure;
 }
 
 Conditions Context::derive(const Mechanism& mechanism) const {
   if (!problem.goals.empty()) return problem.derive(mechanism, problem.goals, options);
   Conditions none;
   none.status = ConditionsStatus::done;
-  none.parameters = list_parameters(mechanism, options.loose_springs);
+  none.parameters = list_terms(mechanism, options.loose_springs);
   none.matrix.resize(0, static_cast<Eigen::Index>(none.parameters.size()));
   return none;
 }

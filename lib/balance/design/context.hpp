@@ -5,11 +5,16 @@
 #include "balance/design/gauss_newton.hpp"
 #include "balance/design/physical.hpp"
 
+#include <memory>
+
 namespace balance::designing {
+
+class Limits;
 
 struct Context {
   Context(const DesignProblem& problem, Budget& budget);
   Context(const Context&) = delete;
+  ~Context();
 
   /// @throws SpecError where an expression of the spec has no value
   Mechanism mechanism(const VectorX& u) const { return problem.mechanism_at(box.numbers(u)); }
@@ -17,8 +22,13 @@ struct Context {
   Conditions conditions_at(const VectorX& u) const;
   /// Why there is no design at u; empty: there may be one.
   std::string obstacle(const VectorX& u) const;
-  /// All bodies are physical, judged by the mechanism itself.
-  bool is_physical(const VectorX& u) const { return physical.holds(map.exact(u)); }
+  /// All bodies are physical, judged by the mechanism itself, and all limits are kept.
+  bool allows(const VectorX& u) const;
+  /// What is allowed as inequalities g(u) ≥ 0, and their derivatives unless null.
+  int inequalities() const;
+  void evaluate_inequalities(const VectorX& u, VectorX& g, MatrixX* jacobian) const;
+  /// What is allowed is a convex set.
+  bool convex() const;
   /// None where there is no goal.
   Conditions derive(const Mechanism& mechanism) const;
 
@@ -29,6 +39,7 @@ struct Context {
   ConditionOptions options;  ///< with the springs that the free numbers make loose and the loads that they change
   ParameterMap map;
   Physical physical;
+  std::unique_ptr<const Limits> limits;
 };
 
 }  // namespace balance::designing

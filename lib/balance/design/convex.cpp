@@ -1,7 +1,8 @@
 #include "balance/design/convex.hpp"
 
 #include "balance/base/factorizations.hpp"
-#include "balance/design/quadratic_program.hpp"
+#include "balance/base/quadratic_program.hpp"
+#include "balance/design/limits.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +17,8 @@ constexpr int newton_steps = 30, bundle_steps = 400;
 constexpr std::size_t most_cuts = 150;
 /// Curvature that keeps the epigraph's variable near, in units of the objective.
 constexpr double height_curvature = 0.1;
+/// Limits of which more than this part of the bound is left need no tangent.
+constexpr double far_from_limit = 0.1;
 
 /// f(u) ≥ constant + slope · u for all u.
 struct Tangent {
@@ -32,12 +35,16 @@ class ConvexSearch {
     best_.value = merit_(start, &slope_);
     best_.bound = -std::numeric_limits<double>::infinity();
     size_ = std::max({std::abs(best_.value), 1e-6 * std::abs(merit_(context.box.start(), nullptr)), 1e-300});
+    scale_ = size_;
   }
 
   Optimum run() {
     add_tangent(best_.u, best_.value, slope_);
+    keep_interior(best_.u);
     bundle_step();
     if (!done()) newton();
+    // what is left is small beside the start: the programs' own round-off must be, too
+    scale_ = std::max(std::abs(best_.value), 1e-6 * size_);
     for (int k = 0; k < bundle_steps && !done() && !context_.budget.spent(); ++k)
       if (!bundle_step()) break;
     conclude();
@@ -62,12 +69,12 @@ class ConvexSearch {
 
   /// Tangents of the physical inequalities at u; each holds for every physical design.
   void add_physical(const VectorX& u) {
-    if (context_.physical.size() == 0) return;
-    VectorX features, g;
-    MatrixX slopes, dg;
-    context_.map.evaluate(u, features, &slopes);
-    context_.physical.evaluate(features, &slopes, g, &dg);
+    if (context_.inequalities() == 0) return;
+    VectorX g;
+    MatrixX dg;
+    context_.evaluate_inequalities(u, g, &dg);
     for (Eigen::Index k = 0; k < g.size(); ++k) {
+      if (k >= context_.physical.size() && g[k] > far_from_limit) continue;
       if (physical_.size() >= most_cuts) physical_.erase(physical_.begin());
       physical_.push_back({g[k] - dg.row(k).dot(u), dg.row(k).transpose()});
     }
@@ -91,10 +98,11 @@ class ConvexSearch {
 
   /// A candidate brought back onto the conditions. @return it is better
   bool accept(const VectorX& candidate, bool& admissible) {
-    const VectorX u = back_(clipped(candidate));
-    admissible = context_.is_physical(u);
+    VectorX u = back_(clipped(candidate));
+    admissible = context_.allows(u);
     add_physical(u);
-    if (!admissible) return false;
+    if (!admissible && !draw_in(u)) return false;
+    keep_interior(u);
     VectorX slope;
     const double value = merit_(u, &slope);
     if (!std::isfinite(value) || !slope.allFinite()) return false;
@@ -106,8 +114,32 @@ class ConvexSearch {
     return true;
   }
 
+  /// The allowed point with the most left of its limits.
+  void keep_interior(const VectorX& u) {
+    if (context_.limits->size() == 0) return;
+    VectorX g;
+    context_.limits->evaluate(u, g, nullptr);
+    if (!(g.minCoeff() > left_)) return;
+    left_ = g.minCoeff();
+    interior_ = u;
+  }
+
+  /// From beyond the limits towards that point, no farther than needed. Source: Veinott, The supporting hyperplane method for
+  /// unimodal programming, Operations Research 15 (1967). @return it is allowed there
+  bool draw_in(VectorX& u) const {
+    if (interior_.size() == 0) return false;
+    const auto between = [&, from = u](double part) { return back_(from + part * (interior_ - from)); };
+    double outside = 0, inside = 1;
+    while (inside - outside > 1e-9 * inside) {
+      const double middle = (outside + inside) / 2;
+      (context_.allows(between(middle)) ? inside : outside) = middle;
+    }
+    u = between(inside);
+    return inside < 1 && context_.allows(u);
+  }
+
   void newton() {
-    for (int k = 0; k < newton_steps; ++k) {
+    for (int k = 0; k < newton_steps && !context_.budget.spent(); ++k) {
       QuadraticProgram program;
       program.hessian = positive(central_differences(
           [this](const VectorX& v) {
@@ -145,16 +177,16 @@ class ConvexSearch {
     QuadraticProgram program;
     program.hessian = MatrixX::Identity(n_ + 1, n_ + 1) * curvature_;
     program.hessian(n_, n_) = height_curvature;
-    program.gradient = -program.hessian.col(n_) * (best_.value / size_);
+    program.gradient = -program.hessian.col(n_) * (best_.value / scale_);
     program.gradient[n_] += 1;
     program.gradient.head(n_) = -curvature_ * best_.u;
     constrain(program, n_ + 1, cuts);
     const auto first = program.at_least.size() - cuts;
     for (Eigen::Index k = 0; k < cuts; ++k) {
       const Tangent& tangent = tangents_[static_cast<std::size_t>(k)];
-      program.inequalities.row(first + k).head(n_) = -tangent.slope.transpose() / size_;
+      program.inequalities.row(first + k).head(n_) = -tangent.slope.transpose() / scale_;
       program.inequalities(first + k, n_) = 1;
-      program.at_least[first + k] = tangent.constant / size_;
+      program.at_least[first + k] = tangent.constant / scale_;
     }
     const auto optimum = solve(program);
     if (!optimum) return false;
@@ -164,7 +196,7 @@ class ConvexSearch {
     const double before = best_.value;
     bool admissible = false;
     const bool better = accept(candidate, admissible);
-    const double promised = before - size_ * optimum->x[n_];
+    const double promised = before - scale_ * optimum->x[n_];
     if (better && before - best_.value > 0.3 * promised)
       curvature_ = std::max(curvature_ / 3, 1e-8);
     else if (!better)
@@ -178,15 +210,15 @@ class ConvexSearch {
     const auto first = program.at_least.size() - cuts, p = static_cast<Eigen::Index>(physical_.size());
     const double sum = z.tail(cuts).sum();
     if (!(sum > 0)) return;
-    double constant = size_ * optimum.equality_multipliers.dot(conditions_.c) / sum;
-    VectorX slope = -size_ * (conditions_.a.transpose() * optimum.equality_multipliers) / sum;
+    double constant = scale_ * optimum.equality_multipliers.dot(conditions_.c) / sum;
+    VectorX slope = -scale_ * (conditions_.a.transpose() * optimum.equality_multipliers) / sum;
     for (Eigen::Index k = 0; k < cuts; ++k) {
       constant += z[first + k] / sum * tangents_[static_cast<std::size_t>(k)].constant;
       slope += z[first + k] / sum * tangents_[static_cast<std::size_t>(k)].slope;
     }
     for (Eigen::Index k = 0; k < p; ++k) {
-      constant -= size_ * z[2 * n_ + k] / sum * physical_[static_cast<std::size_t>(k)].constant;
-      slope -= size_ * z[2 * n_ + k] / sum * physical_[static_cast<std::size_t>(k)].slope;
+      constant -= scale_ * z[2 * n_ + k] / sum * physical_[static_cast<std::size_t>(k)].constant;
+      slope -= scale_ * z[2 * n_ + k] / sum * physical_[static_cast<std::size_t>(k)].slope;
     }
     best_.bound = std::max(best_.bound, constant - slope.lpNorm<1>());
   }
@@ -198,10 +230,13 @@ class ConvexSearch {
   Eigen::Index n_;
   Optimum best_;
   VectorX slope_;
-  double size_;  ///< of the objective
+  double size_;   ///< of the objective where the search began
+  double scale_;  ///< of what the programs are solved in
   double curvature_ = 1;
   std::vector<Tangent> tangents_;
   std::vector<Tangent> physical_;  ///< ≥ 0
+  VectorX interior_;               ///< empty: none is known
+  double left_ = 0;
 };
 
 }  // namespace

@@ -13,19 +13,19 @@ namespace balance::designing {
 namespace {
 
 /// Weight of a violated inequality among scaled residuals.
-constexpr double physical_weight = 1;
+constexpr double inequality_weight = 1;
 
 /// Fills rows that are zero where g ≥ 0 and g elsewhere.
-void append_physical(const Physical& physical, const VectorX& features, const MatrixX* slopes, Eigen::Index first,
-                     VectorX& values, MatrixX* jacobian) {
+void append_inequalities(const Context& context, const VectorX& u, Eigen::Index first, VectorX& values,
+                         MatrixX* jacobian) {
   VectorX g;
   MatrixX dg;
-  physical.evaluate(features, slopes, g, jacobian != nullptr ? &dg : nullptr);
+  context.evaluate_inequalities(u, g, jacobian != nullptr ? &dg : nullptr);
   for (Eigen::Index k = 0; k < g.size(); ++k) {
-    values[first + k] = physical_weight * std::min(0.0, g[k]);
+    values[first + k] = inequality_weight * std::min(0.0, g[k]);
     if (jacobian == nullptr) continue;
     if (g[k] < 0)
-      jacobian->row(first + k) = physical_weight * dg.row(k);
+      jacobian->row(first + k) = inequality_weight * dg.row(k);
     else
       jacobian->row(first + k).setZero();
   }
@@ -89,7 +89,7 @@ double FixedRows::least(const VectorX& factors) const {
 Equations fixed_equations(const Context& context, const FixedRows& rows, std::vector<int> which, VectorX target) {
   Equations equations;
   equations.conditions = static_cast<int>(which.size());
-  equations.rows = equations.conditions + context.physical.size();
+  equations.rows = equations.conditions + context.inequalities();
   equations.evaluate = [&context, &rows, which = std::move(which), target = std::move(target), total = equations.rows](
                            const VectorX& u, VectorX& values, MatrixX* jacobian) {
     VectorX all;
@@ -101,12 +101,7 @@ Equations fixed_equations(const Context& context, const FixedRows& rows, std::ve
       jacobian->resize(total, u.size());
       jacobian->topRows(target.size()) = slopes(which, Eigen::all);
     }
-    if (context.physical.size() > 0) {
-      VectorX features;
-      MatrixX by_number;
-      context.map.evaluate(u, features, jacobian != nullptr ? &by_number : nullptr);
-      append_physical(context.physical, features, &by_number, target.size(), values, jacobian);
-    }
+    if (context.inequalities() > 0) append_inequalities(context, u, target.size(), values, jacobian);
     return values.allFinite();
   };
   return equations;
@@ -135,7 +130,7 @@ Equations geometric_equations(const Context& context, const VectorX& from) {
   VectorX first;
   Equations equations;
   equations.conditions = safe(from, first) ? static_cast<int>(first.size()) : 0;
-  equations.rows = equations.conditions + context.physical.size();
+  equations.rows = equations.conditions + context.inequalities();
   equations.evaluate = [&context, safe, count = equations.conditions, total = equations.rows](
                            const VectorX& u, VectorX& values, MatrixX* jacobian) {
     constexpr double step = 1e-7;  // Gauss–Newton then gains seven digits per step at the end
@@ -150,13 +145,8 @@ Equations geometric_equations(const Context& context, const VectorX& from) {
       if (!safe(v, ahead) || ahead.size() != count) return false;
       jacobian->col(i).head(count) = (ahead - r) / (v[i] - u[i]);
     }
-    if (context.physical.size() > 0) {
-      VectorX features;
-      MatrixX by_number;
-      context.map.evaluate(u, features, jacobian != nullptr ? &by_number : nullptr);
-      append_physical(context.physical, features, &by_number, count, values, jacobian);
-    }
-    return true;
+    if (context.inequalities() > 0) append_inequalities(context, u, count, values, jacobian);
+    return values.allFinite() && (jacobian == nullptr || jacobian->allFinite());
   };
   return equations;
 }

@@ -14,6 +14,7 @@ class FixedRows {
   FixedRows(const Context& context, const Conditions& conditions);
 
   int size() const { return static_cast<int>(matrix_.rows()); }
+  const MatrixX& matrix() const { return matrix_; }
   bool touches(int row, int variable) const;
   bool affine(const std::vector<int>& rows) const;
   void evaluate(const VectorX& u, VectorX& residual, MatrixX* jacobian) const;

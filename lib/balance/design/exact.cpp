@@ -1,8 +1,8 @@
 #include "balance/design/exact.hpp"
 
 #include "balance/base/factorizations.hpp"
+#include "balance/base/quadratic_program.hpp"
 #include "balance/design/least_squares.hpp"
-#include "balance/design/quadratic_program.hpp"
 #include "balance/design/solve.hpp"
 
 #include <algorithm>
@@ -48,7 +48,7 @@ LinearConditions linear_conditions(const Equations& equations, int numbers) {
 
 bool is_exact(const Context& context, const Equations& equations, const VectorX& u) {
   VectorX values;
-  return equations.evaluate(u, values, nullptr) && worst(equations, values) < met && context.is_physical(u);
+  return equations.evaluate(u, values, nullptr) && worst(equations, values) < met && context.allows(u);
 }
 
 ExactSearch find_exact(const Context& context, const Equations& equations, const Effort& effort) {
@@ -64,7 +64,7 @@ ExactSearch find_exact(const Context& context, const Equations& equations, const
       break;
     const VectorX from = k < known ? first[static_cast<std::size_t>(k)] : dice.point(context.box.size());
     ++context.budget.starts;
-    Descent descent = gauss_newton(equations, from);
+    Descent descent = gauss_newton(equations, from, 100, [&] { return context.budget.spent(); });
     if (descent.largest < met && is_exact(context, equations, descent.u) && is_new(search.solutions, descent.u)) {
       const bool usable = !effort.usable || effort.usable(descent.u);
       if (usable) {
@@ -131,7 +131,7 @@ VectorX tidied(const Context& context, const Equations& equations, const std::fu
       if (!equations.evaluate(moved, values, nullptr) || worst(equations, values) > std::max(left, negligible))
         continue;
       const double changed = merit ? merit(moved) : 0;
-      if (!(changed <= figure + 1e-12 * std::abs(figure)) || !context.is_physical(moved)) continue;
+      if (!(changed <= figure + 1e-12 * std::abs(figure)) || !context.allows(moved)) continue;
       u = moved;
       left = worst(equations, values);
       figure = changed;
@@ -156,13 +156,12 @@ std::optional<VectorX> nearest_exact(const Context& context, const LinearConditi
   for (int cut = 0; cut < 50; ++cut) {
     const auto optimum = solve(program);
     if (!optimum) return std::nullopt;
-    VectorX u = clipped(optimum->x), features, g;
+    VectorX u = clipped(optimum->x), g;
     for (double& value : u)
       if (std::abs(value) > 1 - 1e-12) value = value < 0 ? -1 : 1;
-    if (context.physical.size() == 0) return u;
-    MatrixX slopes, dg;
-    context.map.evaluate(u, features, &slopes);
-    context.physical.evaluate(features, &slopes, g, &dg);
+    if (context.inequalities() == 0) return u;
+    MatrixX dg;
+    context.evaluate_inequalities(u, g, &dg);
     if (g.minCoeff() >= -1e-9) return u;
     for (Eigen::Index k = 0; k < g.size(); ++k) {
       if (g[k] >= -1e-9) continue;

@@ -77,12 +77,14 @@ VectorX geometry(const Mechanism& mechanism, const LooseSprings& loose) {
   }
   for (const Coupling& coupling : mechanism.couplings) {
     all.add(coupling.ratio);
+    for (const CoordinateTerm& term : coupling.leader.terms) all.add(term.ratio);
     all.add(coupling.offset);
   }
   for (const Disc& disc : mechanism.discs) {
     all.add(disc.position);
     all.add(disc.axis);
     all.add(disc.ratio);
+    for (const CoordinateTerm& term : disc.follows.terms) all.add(term.ratio);
   }
   for (std::size_t s = 0; s < mechanism.springs.size(); ++s) {
     const Spring& spring = mechanism.springs[s];

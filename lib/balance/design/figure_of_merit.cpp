@@ -22,28 +22,59 @@ std::vector<int> positions(const Mechanism& mechanism, const LooseSprings& asked
 
 }  // namespace
 
-FigureOfMerit::FigureOfMerit(const Context& context) : context_(context), objective_(*context.problem.objective) {
+FigureOfMerit::FigureOfMerit(const Context& context, const Objective& objective)
+    : context_(context), objective_(objective) {
   if (static_cast<bool>(objective_.of_parameters) == static_cast<bool>(objective_.of_variables))
     throw std::invalid_argument("an objective is a function of the parameters or of the variables");
   parameters_ = positions(context.survey.at_base, context.problem.options.loose_springs, context.survey.loose);
   convex_ = objective_.of_parameters && objective_.convex && depends_affinely();
 }
 
+double FigureOfMerit::by_simulation(const VectorX& u) const {
+  try {
+    return objective_.of_variables(context_.box.numbers(u));
+  } catch (const SpecError&) {
+    return std::numeric_limits<double>::quiet_NaN();  // an expression of the spec has no value here
+  } catch (const std::invalid_argument&) {
+    return std::numeric_limits<double>::quiet_NaN();  // nor is there a motion
+  }
+}
+
+std::optional<std::vector<MaximumTerm>> FigureOfMerit::pieces(const VectorX& u) const {
+  try {
+    auto terms = context_.problem.pieces_at(context_.box.numbers(u));
+    if (!terms) return std::nullopt;
+    for (MaximumTerm& term : *terms) {
+      if (!term.values.allFinite() || !term.slopes.allFinite()) return std::nullopt;
+      term.slopes = term.slopes * context_.box.half().asDiagonal();
+    }
+    return terms;
+  } catch (const SpecError&) {
+    return std::nullopt;
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  }
+}
+
+/// By differences where slopes are not known.
+VectorX FigureOfMerit::simulated_slope(const VectorX& u) const {
+  if (const auto terms = has_pieces() ? pieces(u) : std::nullopt) {
+    VectorX slope = VectorX::Zero(u.size());
+    for (const MaximumTerm& term : *terms) {
+      Eigen::Index largest = 0;
+      term.values.maxCoeff(&largest);
+      slope += term.weight * term.slopes.row(largest).transpose();
+    }
+    return slope;
+  }
+  const auto value = [this](const VectorX& v) { return VectorX::Constant(1, by_simulation(v)).eval(); };
+  return central_differences(value, u, 1).transpose();
+}
+
 double FigureOfMerit::operator()(const VectorX& u, VectorX* gradient) const {
   if (simulated()) {
-    const auto value = [this](const VectorX& v) {
-      try {
-        return objective_.of_variables(context_.box.numbers(v));
-      } catch (const SpecError&) {
-        return std::numeric_limits<double>::quiet_NaN();  // an expression of the spec has no value here
-      } catch (const std::invalid_argument&) {
-        return std::numeric_limits<double>::quiet_NaN();  // nor is there a motion
-      }
-    };
-    if (gradient != nullptr)
-      *gradient = central_differences([&](const VectorX& v) { return VectorX::Constant(1, value(v)).eval(); }, u, 1)
-                      .transpose();
-    return value(u);
+    if (gradient != nullptr) *gradient = simulated_slope(u);
+    return by_simulation(u);
   }
   VectorX features, slope;
   MatrixX slopes;

@@ -7,14 +7,17 @@ namespace balance::designing {
 
 class FigureOfMerit {
  public:
-  /// @param context its problem has an objective
-  explicit FigureOfMerit(const Context& context);
+  /// @param objective must outlive it, as the context must
+  FigureOfMerit(const Context& context, const Objective& objective);
 
   /// @param gradient written if not null (by differences where the objective has none)
   /// @return not finite where it cannot be computed
   double operator()(const VectorX& u, VectorX* gradient) const;
   /// Why there is no value at u; may be empty.
   std::string trouble(const VectorX& u) const;
+  /// The same as a sum of maxima, with slopes; nothing where it cannot be computed. Only where they are known.
+  std::optional<std::vector<MaximumTerm>> pieces(const VectorX& u) const;
+  bool has_pieces() const { return simulated() && context_.problem.pieces_at; }
   /// Every value takes a simulation.
   bool simulated() const { return static_cast<bool>(objective_.of_variables); }
   /// Convex in the free numbers: convex in parameters that are affine in the numbers wherever it depends on them.
@@ -22,6 +25,8 @@ class FigureOfMerit {
 
  private:
   bool depends_affinely() const;
+  double by_simulation(const VectorX& u) const;
+  VectorX simulated_slope(const VectorX& u) const;
 
   const Context& context_;
   const Objective& objective_;

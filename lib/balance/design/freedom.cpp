@@ -35,15 +35,12 @@ MatrixX touched_limits(const Context& context, const VectorX& u) {
     if (u[i] <= -1 + touching) rows.push_back(VectorX::Unit(n, i));
     if (u[i] >= 1 - touching) rows.push_back(-VectorX::Unit(n, i));
   }
-  if (context.physical.size() > 0) {
-    VectorX features, g;
-    MatrixX slopes, dg;
-    context.map.evaluate(u, features, &slopes);
-    if (features.allFinite() && slopes.allFinite()) {
-      context.physical.evaluate(features, &slopes, g, &dg);
-      for (Eigen::Index k = 0; k < g.size(); ++k)
-        if (g[k] < touching) rows.push_back(dg.row(k).transpose());
-    }
+  if (context.inequalities() > 0) {
+    VectorX g;
+    MatrixX dg;
+    context.evaluate_inequalities(u, g, &dg);
+    for (Eigen::Index k = 0; k < g.size(); ++k)
+      if (g[k] < touching && dg.row(k).allFinite()) rows.push_back(dg.row(k).transpose());
   }
   MatrixX limits(static_cast<Eigen::Index>(rows.size()), n);
   for (std::size_t k = 0; k < rows.size(); ++k) limits.row(static_cast<Eigen::Index>(k)) = rows[k].transpose();

@@ -17,6 +17,8 @@ constexpr double nearly_solved = 1e-12;
 /// Relative decrease of the sum of squares that counts as none, and how often in a row it may happen.
 constexpr double stalled = 1e-10;
 constexpr int stall_limit = 4;
+/// Steps that are made whoever wants the end: most descents take no more.
+constexpr int granted = 20;
 
 double largest(const VectorX& v) { return v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0; }
 
@@ -43,7 +45,7 @@ VectorX stepped(const VectorX& u, const VectorX& d) {
 
 }  // namespace
 
-Descent gauss_newton(const Equations& equations, VectorX start, int iterations) {
+Descent gauss_newton(const Equations& equations, VectorX start, int iterations, const std::function<bool()>& stop) {
   Descent result{std::move(start), {}, std::numeric_limits<double>::infinity()};
   MatrixX jacobian;
   if (!equations.evaluate(result.u, result.values, &jacobian)) return result;
@@ -56,6 +58,7 @@ Descent gauss_newton(const Equations& equations, VectorX start, int iterations) 
   int stalls = 0;
   VectorX values;
   for (int iteration = 0; iteration < iterations && largest(result.values) > solved; ++iteration) {
+    if (iteration >= granted && stop && stop()) break;
     const VectorX d = step(jacobian, result.values, result.u, damping);
     const double before = result.values.squaredNorm();
     const double predicted = before - (result.values + jacobian * d).squaredNorm();

@@ -24,6 +24,8 @@ struct Descent {
 
 /// Levenberg–Marquardt with the bounds in every step's least-squares problem; ends at a solution to round-off or at a local
 /// minimum of the sum of squares.
-Descent gauss_newton(const Equations& equations, VectorX start, int iterations = 100);
+/// @param stop asked after the first twenty steps: true ends it; null: nothing does
+Descent gauss_newton(const Equations& equations, VectorX start, int iterations = 100,
+                     const std::function<bool()>& stop = {});
 
 }  // namespace balance::designing

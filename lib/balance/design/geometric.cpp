@@ -1,6 +1,8 @@
 #include "balance/design/geometric.hpp"
 
 #include "balance/design/exact.hpp"
+#include "balance/design/limits.hpp"
+#include "balance/design/maxima_search.hpp"
 #include "balance/design/optimum.hpp"
 #include "balance/design/restricted.hpp"
 #include "balance/design/seek.hpp"
@@ -43,8 +45,9 @@ class GeometrySearch {
         if (merit_ == nullptr && best.balanced) break;
       }
     if (!best.balanced) trials_.improve(best, balanced_elsewhere());
-    if (merit_ != nullptr && best.balanced) best = improved(best, able);
+    if (merit_ != nullptr && best.balanced) best = improved(best, able && context_.limits->size() == 0);
     if (!best.balanced) best = compromise(best);
+    if (best.possible && equations_.conditions == 0 && context_.limits->size() == 0) descend_together(best);
     return report(best);
   }
 
@@ -157,7 +160,7 @@ class GeometrySearch {
   }
 
   /// Better lengths for an exact design.
-  /// @param looked around already, where designs exist at all lengths
+  /// @param looked around already, where designs exist at all lengths: two levels do so without limits
   Trial improved(const Trial& from, bool looked) {
     Trial best = from;
     if (!is_open(from)) {
@@ -196,6 +199,12 @@ class GeometrySearch {
     task.evaluations = std::min(context_.problem.search.evaluations, 40 + 40 * n);
     task.finest = 1e-5;
     seek(task, context_.budget);
+  }
+
+  /// Without conditions all numbers may go down the figure's slopes at once.
+  void descend_together(Trial& best) const {
+    if (merit_ == nullptr || !merit_->has_pieces() || context_.budget.spent()) return;
+    if (const auto end = least_maxima_from(context_, *merit_, best.u)) trials_.improve(best, trials_.as_it_is(*end));
   }
 
   /// The least that can be had without balance.

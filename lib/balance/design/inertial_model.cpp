@@ -52,9 +52,13 @@ bool InertialModel::curved(int i, int j, const VectorX& base, const std::vector<
   const VectorX f0 = features(base), fa = features(a), fb = features(b), f = features(both);
   const VectorX bend = i == j ? VectorX(f0 - 2 * fa + fb) : VectorX(f0 - fa - fb + f);
   const VectorX size = f0.cwiseAbs().cwiseMax(fa.cwiseAbs()).cwiseMax(fb.cwiseAbs());
+  const Mechanism& mechanism = context_.survey.at_base;
+  const double length = characteristic_length(mechanism);
+  const double nothing =
+      1e-14 * std::min(1.0, total_mass(mechanism) * length * length);  // a small mechanism's terms are small
   for (Eigen::Index k = 0; k < bend.size(); ++k) {
     const bool counts = k >= terms_ || matters[static_cast<std::size_t>(k)];
-    if (counts && !(std::abs(bend[k]) <= straight * size[k] + 1e-14)) return true;
+    if (counts && !(std::abs(bend[k]) <= straight * size[k] + nothing)) return true;
   }
   return false;
 }
@@ -194,6 +198,24 @@ std::optional<InertialTerms> InertialModel::at(const VectorX& u) const {
   for (const Lift& lift : lifts_) limit(lift, terms, zero, slopes, rows);
   terms.limits = rows.finish(VectorX::Zero(unknowns_));
   return terms;
+}
+
+std::vector<Eigen::Index> InertialModel::massless(const InertialTerms& terms, const VectorX& upper) const {
+  std::vector<Eigen::Index> none;
+  const Box& box = context_.box;
+  for (const Lift& lift : lifts_) {
+    double most = terms.constant[lift.first];
+    for (std::size_t k = 0; k < linear_.size(); ++k) {
+      const double slope = terms.matrix(lift.first, static_cast<Eigen::Index>(k));
+      const int i = linear_[k];
+      const double high = box.half()[i] > 0 ? std::min(1.0, (upper[i] - box.centre()[i]) / box.half()[i]) : 0.0;
+      most += std::max(-slope, slope * high);
+    }
+    if (most > 1e-12 * lift.mass) continue;
+    const int count = dimension_ + (lift.inertia >= 0 ? 1 : 0);
+    for (int k = 0; k < count; ++k) none.push_back(lift.unknown + k);
+  }
+  return none;
 }
 
 /// The element's first moment and inertia from its own unknowns, which are measured in mass · radius (²).

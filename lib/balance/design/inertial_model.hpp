@@ -26,6 +26,10 @@ class InertialModel {
 
   /// Positions of the numbers that are no unknowns and change something.
   const std::vector<int>& outer() const { return outer_; }
+  /// Positions of the numbers that are unknowns themselves, the first of all unknowns.
+  const std::vector<int>& linear() const { return linear_; }
+  /// Unknowns of elements that have no mass where the linear numbers are not above `upper` [SI]: none of them is anything but zero.
+  std::vector<Eigen::Index> massless(const InertialTerms& terms, const VectorX& upper) const;
   Eigen::Index unknowns() const { return unknowns_; }
   /// @return nothing where there is no mechanism
   std::optional<InertialTerms> at(const VectorX& u) const;

@@ -18,22 +18,6 @@ constexpr double difference = 1e-5;
 /// Directions in which the rows of the movable unknowns are this much weaker than in the strongest are left to the lengths.
 constexpr double weak = 0.03;
 
-/// The figure as one of the unknowns instead of the parameters.
-LinearFigure of_unknowns(const LinearFigure& figure, const InertialTerms& terms) {
-  LinearFigure result{figure.weight, {}, figure.figure, {}};
-  if (const Eigen::Index p = figure.coefficients.size(); p > 0) {
-    result.coefficients = with_one(terms.matrix.topRows(p), terms.constant.head(p)).transpose() * figure.coefficients;
-    return result;
-  }
-  for (const PlaceRows& one : figure.series) {
-    const Eigen::Index p = one.rows.cols() - 1;
-    const MatrixX by_unknown = one.rows.leftCols(p) * terms.matrix.topRows(p);
-    const VectorX rest = one.rows.leftCols(p) * terms.constant.head(p) + one.rows.col(p);
-    result.series.push_back({with_one(by_unknown, rest), one.components, one.share});
-  }
-  return result;
-}
-
 /// Multipliers · (matrix · x − right) of one piece of a figure, without its epigraph.
 double pulled(const LinearFigure& figure, const PlaceRows& one, const Eigen::Ref<const VectorX>& z, const VectorX& w) {
   const VectorX values = one.rows * w;

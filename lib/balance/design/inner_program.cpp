@@ -45,6 +45,31 @@ MatrixX with_one(const MatrixX& matrix, const VectorX& constant) {
   return all;
 }
 
+LinearFigure of_unknowns(const LinearFigure& figure, const InertialTerms& terms) {
+  LinearFigure result{figure.weight, {}, figure.figure, {}};
+  if (const Eigen::Index p = figure.coefficients.size(); p > 0) {
+    result.coefficients = with_one(terms.matrix.topRows(p), terms.constant.head(p)).transpose() * figure.coefficients;
+    return result;
+  }
+  for (const PlaceRows& one : figure.series) {
+    const Eigen::Index p = one.rows.cols() - 1;
+    const MatrixX by_unknown = one.rows.leftCols(p) * terms.matrix.topRows(p);
+    const VectorX rest = one.rows.leftCols(p) * terms.constant.head(p) + one.rows.col(p);
+    result.series.push_back({with_one(by_unknown, rest), one.components, one.share});
+  }
+  return result;
+}
+
+void mark_what_matters(const std::vector<LinearFigure>& figures, std::vector<bool>& matters) {
+  for (const LinearFigure& figure : figures) {
+    for (Eigen::Index k = 0; k < figure.coefficients.size(); ++k)
+      if (figure.coefficients[k] != 0) matters[static_cast<std::size_t>(k)] = true;
+    for (const PlaceRows& one : figure.series)
+      for (Eigen::Index k = 0; k + 1 < one.rows.cols(); ++k)
+        if (!one.rows.col(k).isZero(0)) matters[static_cast<std::size_t>(k)] = true;
+  }
+}
+
 InnerProgram::InnerProgram(const InnerData& data, double size, bool figures, bool residual)
     : data_(data),
       size_(size),

@@ -22,6 +22,11 @@ struct FigurePiece {
 /// [matrix, constant]
 MatrixX with_one(const MatrixX& matrix, const VectorX& constant);
 
+/// The figure as one of the unknowns instead of the parameters.
+LinearFigure of_unknowns(const LinearFigure& figure, const InertialTerms& terms);
+/// Adds the parameters that occur in figures.
+void mark_what_matters(const std::vector<LinearFigure>& figures, std::vector<bool>& matters);
+
 /// Unknowns, the epigraphs of figures that are no sums, the epigraph of the residual.
 class InnerProgram {
  public:

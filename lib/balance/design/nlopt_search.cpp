@@ -99,7 +99,8 @@ class Run {
   template <class Work>
   void guarded(const Work& work) noexcept {
     try {
-      if (limits_.seconds > 0 && computing_time() - begin_ > limits_.seconds) {
+      const bool late = limits_.seconds > 0 && computing_time() - begin_ > limits_.seconds;
+      if (late || (limits_.stop && limits_.stop())) {
         out_of_time_ = true;
         nlopt_force_stop(get());
       }

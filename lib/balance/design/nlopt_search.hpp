@@ -24,6 +24,7 @@ struct SearchLimits {
   double seconds = 0;       ///< of computing; 0: no limit. Looked at in every call of objective and constraints.
   double relative = 1e-13;  ///< change of the numbers or of the objective that ends a local search
   double step = 0;          ///< first one of methods without gradients; 0: their own choice
+  std::function<bool()> stop = {};  ///< asked in every call: true ends the search; null: nothing does
 };
 
 struct Found {

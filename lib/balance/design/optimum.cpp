@@ -1,6 +1,8 @@
 #include "balance/design/optimum.hpp"
 
 #include "balance/base/factorizations.hpp"
+#include "balance/design/limits.hpp"
+#include "balance/design/maxima_search.hpp"
 #include "balance/design/nlopt_search.hpp"
 #include "balance/design/seek.hpp"
 #include "balance/design/solve.hpp"
@@ -23,6 +25,7 @@ SearchLimits local_limits(const Context& context, const FigureOfMerit& merit) {
   SearchLimits limits;
   limits.evaluations = std::min(context.problem.search.evaluations, 2000);
   limits.seconds = context.budget.left();
+  limits.stop = context.budget.stopper();
   limits.step = 0.1;
   if (merit.simulated()) limits.relative = 1e-6;
   return limits;
@@ -32,12 +35,9 @@ SearchLimits local_limits(const Context& context, const FigureOfMerit& merit) {
 double penalty(double reference) { return 1e3 * (std::abs(reference) + 1); }
 
 void add_physical(const Context& context, Program& program) {
-  program.inequality_count = context.physical.size();
+  program.inequality_count = context.inequalities();
   program.inequalities = [&context](const VectorX& u, VectorX& values, MatrixX* jacobian) {
-    VectorX features;
-    MatrixX slopes;
-    context.map.evaluate(u, features, jacobian != nullptr ? &slopes : nullptr);
-    context.physical.evaluate(features, &slopes, values, jacobian);
+    context.evaluate_inequalities(u, values, jacobian);
   };
 }
 
@@ -211,13 +211,18 @@ Optimum best_compromise(const Context& context, const FigureOfMerit& merit, cons
   const SearchOptions& options = context.problem.search;
   Best best(merit);
   const auto consider = [&](const VectorX& u) {
-    if (context.is_physical(u)) best.consider(u);
+    if (context.allows(u)) best.consider(u);
   };
   consider(start);
+  if (merit.has_pieces() && options.local == "auto" && context.limits->size() == 0) {
+    for (const VectorX& u : least_maxima(context, merit, start)) consider(u);
+    if (best.optimum.u.size() > 0) return best.optimum;
+  }
   const auto value = [&](const VectorX& u) {
     VectorX features;
     context.map.evaluate(u, features, nullptr);
-    return context.physical.holds(features) ? merit(u, nullptr) : std::numeric_limits<double>::quiet_NaN();
+    const bool allowed = context.physical.holds(features) && context.limits->hold(u);
+    return allowed ? merit(u, nullptr) : std::numeric_limits<double>::quiet_NaN();
   };
   Program program;
   program.size = context.box.size();
@@ -228,7 +233,7 @@ Optimum best_compromise(const Context& context, const FigureOfMerit& merit, cons
     return inside;
   };
   const int evaluations = merit.simulated() ? std::max(1, options.evaluations / 20) : options.evaluations;
-  const SearchLimits limits{evaluations, context.budget.left() / 2, 0, 0};
+  const SearchLimits limits{evaluations, context.budget.left() / 2, 0, 0, context.budget.stopper()};
   const VectorX coarse =
       context.box.size() > 0
           ? search_globally(options.global, program, start, limits, options.seed, !merit.simulated()).u
@@ -270,22 +275,25 @@ VectorX least_residual(const Context& context, const Equations& equations, const
   const SearchOptions& options = context.problem.search;
   Descent best = start;
   if (evaluations > 0) {
-    const VectorX coarse = search_globally(options.global, program, start.u, {evaluations, context.budget.left(), 0, 0},
-                                           options.seed, true)
-                               .u;
+    const VectorX coarse =
+        search_globally(options.global, program, start.u,
+                        {evaluations, context.budget.left(), 0, 0, context.budget.stopper()}, options.seed, true)
+            .u;
     ++context.budget.descents;
     Descent found = gauss_newton(equations, coarse);
     if (found.values.size() > 0 && (best.values.size() == 0 || found.values.squaredNorm() < best.values.squaredNorm()))
       best = std::move(found);
   }
-  if (context.is_physical(best.u)) return best.u;
+  if (context.allows(best.u)) return best.u;
   // the inequalities were one residual among others: now they are kept
   program.objective = [&](const VectorX& u, VectorX* gradient) { return sum_of_squares(u, gradient, conditions); };
   add_physical(context, program);
-  const VectorX kept = search_locally("slsqp", program, context.box.start(), {2000, context.budget.left(), 1e-12, 0}).u;
-  if (context.is_physical(kept)) return kept;
+  const VectorX kept = search_locally("slsqp", program, context.box.start(),
+                                      {2000, context.budget.left(), 1e-12, 0, context.budget.stopper()})
+                           .u;
+  if (context.allows(kept)) return kept;
   double part = 1;
-  while (part > 1e-9 && !context.is_physical(context.box.start() + part * (kept - context.box.start()))) part *= 0.9;
+  while (part > 1e-9 && !context.allows(context.box.start() + part * (kept - context.box.start()))) part *= 0.9;
   return part > 1e-9 ? VectorX(context.box.start() + part * (kept - context.box.start())) : context.box.start();
 }
 

@@ -17,6 +17,27 @@ namespace balance {
 struct Variable {
   std::string name;  ///< key path in the spec
   double lower = 0, upper = 0, start = 0;
+  std::vector<double> sizes = {};  ///< the only values that it may have, increasing; empty: any between its bounds
+};
+
+/// An element that a design may leave out: without mass, inertia and stiffness, which vanish where these numbers are zero.
+struct OptionalElement {
+  std::string name;
+  std::vector<int> numbers;  ///< positions among the variables
+};
+
+/// Elements of one kind, of which a design keeps only so many.
+struct Choice {
+  std::string kind;  ///< "counterweights"
+  std::vector<OptionalElement> elements;
+  int most = -1;  ///< that are kept; −1: as few, of all choices without a number together, as meet goals and limits
+};
+
+/// weight · the largest of several smooth functions of the free numbers.
+struct MaximumTerm {
+  double weight = 1;
+  VectorX values;
+  MatrixX slopes;  ///< one row per function, one column per number
 };
 
 /// A figure to be made small. Exactly one of the two functions is set.
@@ -34,13 +55,29 @@ struct Objective {
   bool size =
       false;  ///< of the design (added mass), not of its motion: smallest when nothing is balanced at all, so that
               ///< a compromise first meets the conditions as well as it can
+  bool constant = false;  ///< of_parameters is, whatever the parameters
+};
+
+/// A figure that a design must keep to.
+struct DesignLimit {
+  std::string text;  ///< "peak(torque) <= 12"
+  Objective figure;
+  bool at_least = false;  ///< else at most
+  double bound = 0;       ///< [SI]
+};
+
+/// What a search has done so far.
+struct SearchProgress {
+  double seconds = 0, allowed = 0;  ///< of computing
+  int starts = 0, local_searches = 0, geometries = 0, evaluations = 0;
 };
 
 struct DesignProblem {
   std::vector<Variable> variables;
   /// The mechanism at values of the free numbers within their bounds; not checked for physical sense.
   std::function<Mechanism(const VectorX& x)> mechanism_at;
-  std::vector<Goal> goals;  ///< none: only the objective is asked for
+  std::vector<Choice> choices;  ///< what may be left out
+  std::vector<Goal> goals;      ///< none: only the objective is asked for
   ConditionOptions options;
   /// derive_conditions, or the modular strategy's.
   std::function<Conditions(const Mechanism&, const std::vector<Goal>&, const ConditionOptions&)> derive;
@@ -54,10 +91,21 @@ struct DesignProblem {
   /// One of many: no proofs and no more than a few starts.
   bool inner = false;
   std::optional<Objective> objective;  ///< among exact solutions; also judges compromises
+  std::vector<DesignLimit> limits;     ///< all must hold
+  /// `limits` as objective_at. Null: the limits themselves are used.
+  std::function<std::vector<DesignLimit>(const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose)>
+      limits_at;
   SearchOptions search;
+  /// Asked now and then while something is searched for; false ends the search, which gives what it has. May be null.
+  std::function<bool(const SearchProgress&)> watch;
   /// The objective's terms at the lengths and along the motion of x, as functions of the parameters; may sample the motion
   /// more coarsely than the objective does. Nothing where there is no motion. Null: they are not such functions.
   std::function<std::optional<std::vector<LinearFigure>>(const VectorX& x)> figures_at;
+  /// The same from all samples.
+  std::function<std::optional<std::vector<LinearFigure>>(const VectorX& x)> whole_figures_at;
+  /// The objective as a sum of maxima, of one function or of several, with slopes. Nothing where it has no value. Null: slopes are not
+  /// known.
+  std::function<std::optional<std::vector<MaximumTerm>>(const VectorX& x)> pieces_at;
 };
 
 }  // namespace balance

@@ -16,6 +16,14 @@ std::vector<int> numbers_that(const Context& context, bool geometric) {
   return numbers;
 }
 
+/// @param all the numbers that a part of them stands for
+void hold_others(Objective& objective, const std::function<VectorX(const VectorX&)>& all) {
+  if (!objective.of_variables) return;
+  objective.of_variables = [whole = objective.of_variables, all](const VectorX& u) { return whole(all(u)); };
+  if (objective.trouble)
+    objective.trouble = [whole = objective.trouble, all](const VectorX& u) { return whole(all(u)); };
+}
+
 }  // namespace
 
 std::vector<int> inertial_numbers(const Context& context) { return numbers_that(context, false); }
@@ -40,18 +48,30 @@ DesignProblem at_fixed_geometry(const Context& context, const VectorX& x, double
   part.options = context.options;
   part.obstacle = {};
   part.objective_at = {};
-  part.figures_at = {};
+  part.limits_at = {};
+  part.figures_at = part.whole_figures_at = {};
   part.inner = true;
+  part.watch = [&context](const SearchProgress&) { return !context.budget.interrupted(); };
   part.search.seconds = seconds;
   part.search.restarts = std::min(whole.search.restarts, inner_restarts);
   part.search.evaluations = std::min(whole.search.evaluations, inner_evaluations);
+  if (whole.limits_at) {
+    part.limits = whole.limits_at(x, kept, context.options.loose_springs);
+  } else {
+    for (DesignLimit& limit : part.limits) hold_others(limit.figure, all);
+  }
   if (!whole.objective) return part;
+  if (whole.pieces_at)
+    part.pieces_at = [&whole, all, kept](const VectorX& u) {
+      auto pieces = whole.pieces_at(all(u));
+      if (pieces)
+        for (MaximumTerm& term : *pieces) term.slopes = term.slopes(Eigen::all, kept).eval();
+      return pieces;
+    };
   if (whole.objective_at) {
     part.objective = whole.objective_at(x, kept, context.options.loose_springs);
-  } else if (whole.objective->of_variables) {
-    part.objective->of_variables = [&whole, all](const VectorX& u) { return whole.objective->of_variables(all(u)); };
-    if (whole.objective->trouble)
-      part.objective->trouble = [&whole, all](const VectorX& u) { return whole.objective->trouble(all(u)); };
+  } else {
+    hold_others(*part.objective, all);
   }
   return part;
 }

@@ -58,6 +58,7 @@ class Seeker {
     SearchLimits limits;
     limits.evaluations = task_.evaluations;
     limits.seconds = budget_.left();
+    limits.stop = budget_.stopper();
     limits.relative = 1e-7;
     limits.step = task_.step;
     ++budget_.descents;

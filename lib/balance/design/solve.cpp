@@ -1,10 +1,14 @@
 #include "balance/design/solve.hpp"
 
-#include "balance/design/findings.hpp"
-#include "balance/design/freedom.hpp"
-#include "balance/design/geometric.hpp"
-#include "balance/design/optimum.hpp"
-#include "balance/design/verdict.hpp"
+#include "balance/base/error.hpp"
+#include "balance/design/computing_time.hpp"
+#include "balance/design/discrete.hpp"
+#include "balance/design/least_violation.hpp"
+#include "balance/design/limits.hpp"
+#include "balance/design/one_pass.hpp"
+#include "balance/design/relaxed_bound.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,285 +20,159 @@ namespace {
 
 using namespace designing;
 
-/// Exact solutions from which the objective is improved, where one is not enough.
-constexpr int starts_of_optimisation = 6, starts_of_simulation = 2, starts_of_inner = 2;
+/// Limits that are missed or kept by less are active.
+constexpr double nearly_active = 1e-5;
 
-class Designer {
+bool is_done(const DesignOutcome& outcome) {
+  return outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::not_asked;
+}
+
+/// A design within limits: first as if it lay at hand; where that fails, or ends without the proof that could be had, from the
+/// design that is least beyond the limits, or farthest within them.
+class LimitedDesign {
  public:
-  using Exact = std::function<VectorX(const VectorX&)>;
-  using Figure = std::function<double(const VectorX&)>;
-
-  explicit Designer(const DesignProblem& problem) : budget_(problem.search.seconds), context_(problem, budget_) {
-    if (problem.objective) merit_.emplace(context_);
-    start_ = context_.box.start();
-  }
+  explicit LimitedDesign(const DesignProblem& problem) : problem_(problem), begin_(computing_time()) {}
 
   DesignOutcome run() {
-    out_.x = context_.box.numbers(start_);
-    if (context_.survey.any_geometric())
-      design_geometry();
-    else if (derive(start_))
-      design_masses();
-    return std::move(out_);
+    if (problem_.goals.empty() && !problem_.objective) return limits_alone();
+    Pass first = pass_once(problem_);
+    measure(first.outcome);
+    const DesignStatus status = first.outcome.status;
+    const bool at_hand = is_done(first.outcome) && first.outcome.within_limits;
+    const bool proved = first.outcome.optimality == Optimality::proved_best || !first.convex;
+    if ((at_hand && proved) || status == DesignStatus::unsolved || status == DesignStatus::not_found || over(first))
+      return first.outcome;
+    DesignOutcome least = pass_once(least_violation(remaining(problem_))).outcome;
+    measure(least);
+    if (is_done(least) && least.within_limits) return best(std::move(first.outcome), from(std::move(least)));
+    if (at_hand || (!is_done(least) && first.outcome.within_limits)) return first.outcome;
+    return beyond(std::move(least), first.outcome);
   }
 
  private:
-  bool derive(const VectorX& u) {
-    out_.conditions = context_.conditions_at(u);
-    if (out_.conditions.status == ConditionsStatus::done) return true;
-    out_.reason = out_.conditions.reason;
-    return false;
+  /// Neither a goal nor an objective.
+  DesignOutcome limits_alone() const {
+    DesignOutcome outcome = pass_once(least_violation(problem_)).outcome;
+    measure(outcome);
+    if (outcome.status == DesignStatus::unsolved) return outcome;
+    if (!outcome.within_limits) return beyond(outcome, outcome);
+    restate(outcome);
+    outcome.optimality = Optimality::not_asked;
+    return outcome;
   }
 
-  void design_masses() {
-    const FixedRows rows(context_, out_.conditions);
-    out_.occurring = find_occurring(context_, out_.conditions, start_);
-    const VectorX at_start = rows.exact(start_);
-    std::vector<int> changeable;
-    for (int k = 0; k < rows.size(); ++k) {
-      if (!out_.occurring[static_cast<std::size_t>(k)].empty())
-        changeable.push_back(k);
-      else if (!(std::abs(at_start[k]) < met))
-        out_.unmet_fixed.push_back(k);
+  /// Nothing is left to search with.
+  bool over(const Pass& pass) const {
+    return pass.outcome.within_limits && pass.outcome.optimality == Optimality::stopped;
+  }
+
+  DesignProblem remaining(DesignProblem problem) const {
+    problem.search.seconds = std::max(1e-3, problem.search.seconds - (computing_time() - begin_));
+    return problem;
+  }
+
+  void measure(DesignOutcome& outcome) const {
+    outcome.limits.clear();
+    double worst = -std::numeric_limits<double>::infinity();
+    for (const DesignLimit& limit : problem_.limits) {
+      LimitOutcome one;
+      one.value = value_of(problem_, limit.figure, outcome.x);
+      one.violation = violation(limit, one.value);
+      one.active = !(one.violation < -nearly_active);
+      outcome.limits.push_back(one);
+      if (!(one.violation <= worst)) worst = one.violation;
     }
-    const bool affine = rows.affine(changeable);
-    out_.method = changeable.empty() ? DesignMethod::nothing_to_do
-                  : affine           ? DesignMethod::affine
-                                     : DesignMethod::polynomial;
-    const VectorX zero = VectorX::Zero(static_cast<Eigen::Index>(changeable.size()));
-    const Equations equations = fixed_equations(context_, rows, changeable, zero);
-    const auto exact = [&](const VectorX& u) { return VectorX(rows.exact(u)(changeable)); };
-    const auto hopeless = [&] {
-      if (!context_.problem.inner) out_.proof = find_proof(context_, out_.conditions, rows, at_start);
-      return out_.proof.has_value();
-    };
-    const VectorX u = search(equations, exact, affine && context_.physical.convex(), hopeless);
-    if (!finish(u)) return;
-    const bool unmet = out_.status == DesignStatus::compromise || out_.status == DesignStatus::impossible;
-    if (unmet && !out_.proof && !context_.problem.inner) {
-      out_.proof = find_proof(context_, out_.conditions, rows, out_.after);
-      conclude(out_);
+    outcome.within_limits = worst <= kept;
+  }
+
+  /// The search once more, from a design within the limits; or that design.
+  DesignOutcome from(DesignOutcome within) const {
+    DesignProblem problem = remaining(problem_);
+    for (std::size_t i = 0; i < problem.variables.size(); ++i)
+      problem.variables[i].start = within.x[static_cast<Eigen::Index>(i)];
+    DesignOutcome again = pass_once(problem).outcome;
+    measure(again);
+    if (is_done(again) && again.within_limits) return again;
+    restate(within);
+    within.optimality = !problem_.objective                       ? Optimality::not_asked
+                        : again.optimality == Optimality::stopped ? Optimality::stopped
+                                                                  : Optimality::local_best;
+    return within;
+  }
+
+  /// What the least violation's outcome says of itself, said of the objective.
+  void restate(DesignOutcome& outcome) const {
+    outcome.lower_bound = outcome.objective = outcome.objective_start = std::numeric_limits<double>::quiet_NaN();
+    outcome.freedom = {};
+    outcome.notes.clear();
+    if (!problem_.objective) return;
+    outcome.objective = value_of(problem_, *problem_.objective, outcome.x);
+    VectorX start(static_cast<Eigen::Index>(problem_.variables.size()));
+    for (Eigen::Index i = 0; i < start.size(); ++i) start[i] = problem_.variables[static_cast<std::size_t>(i)].start;
+    outcome.objective_start = value_of(problem_, *problem_.objective, start);
+  }
+
+  /// @param first may be none within the limits
+  static DesignOutcome best(DesignOutcome first, DesignOutcome second) {
+    second.objective_start = first.objective_start;
+    second.before = first.before.size() == second.after.size() ? first.before : VectorX();
+    const bool usable = is_done(first) && first.within_limits;
+    if (!usable || second.optimality == Optimality::proved_best || second.objective < first.objective) return second;
+    return first;
+  }
+
+  /// No design keeps the limits: the one that is least beyond the worst of them.
+  DesignOutcome beyond(DesignOutcome least, const DesignOutcome& first) const {
+    const bool otherwise_done = is_done(least);
+    const double bound = least.lower_bound;
+    const bool proved = otherwise_done && bound > kept;
+    const bool best = least.optimality == Optimality::proved_best;
+    const std::string reason = least.reason;
+    restate(least);
+    least.objective_start = first.objective_start;
+    if (otherwise_done) {
+      least.status = proved ? DesignStatus::impossible : DesignStatus::compromise;
+      least.proved = proved;
     }
-    out_.proved = out_.status == DesignStatus::impossible;
-    finish_search(equations, u, true);
+    if (proved) least.least_violation = bound;
+    least.reason = (otherwise_done || reason.empty() ? "" : reason + "; ") + complaint(least, proved, best);
+    return least;
   }
 
-  void design_geometry() {
-    out_.method = DesignMethod::geometric;
-    std::string reason;
-    const auto anchor = find_anchor(context_, reason);
-    if (!anchor) {
-      if (derive(start_)) out_.status = DesignStatus::not_found;
-      return void(out_.reason = reason);
-    }
-    derive(*anchor);
-    const FixedRows none(context_, out_.conditions);  // without a condition no geometry matters
-    Equations equations = out_.conditions.rank > 0 ? geometric_equations(context_, *anchor)
-                                                   : fixed_equations(context_, none, {}, VectorX(0));
-    const Conditions at_start = *anchor == start_ ? out_.conditions : Conditions{};
-    GeometricDesign design = search_geometry(context_, *anchor, equations, merit_ ? &*merit_ : nullptr);
-    if (design.valueless) return give_up(*design.valueless, "for any numbers that were found to meet the conditions");
-    if (!design.found && merit_ && !finite_value(*anchor)) return give_up(*anchor, "for any lengths that were tried");
-    if (design.by_residual) note_compromise();
-    aim_ = merit_ && !design.by_residual ? Aim::objective : design.balanced ? Aim::nothing : Aim::residual;
-    equations = equations_near(context_, design.u, equations);
-    const VectorX u = tidy(equations, design.u);
-    out_.conditions = context_.conditions_at(u);
-    if (out_.conditions.status != ConditionsStatus::done) return finish_without_list(equations, u);
-    if (!finish(u)) return;
-    if (!at_start.pivots.empty() && at_start.pivots == out_.conditions.pivots)
-      out_.before = scaled_residuals(at_start, parameters(start_));
-    out_.occurring = find_occurring(context_, out_.conditions, u);
-    for (const int k : out_.open)
-      if (out_.occurring[static_cast<std::size_t>(k)].empty()) out_.unmet_fixed.push_back(k);
-    conclude(out_);
-    finish_search(equations, u, false);
+  std::string complaint(const DesignOutcome& outcome, bool proved, bool best) const {
+    std::size_t worst = 0;
+    for (std::size_t k = 1; k < outcome.limits.size(); ++k)
+      if (!(outcome.limits[k].violation <= outcome.limits[worst].violation)) worst = k;
+    const double beyond = outcome.limits[worst].violation;
+    const DesignLimit& limit = problem_.limits[worst];
+    const std::string where = limit.bound != 0
+                                  ? fmt::format("{} is missed by {:.3g} % of its bound", limit.text, 100 * beyond)
+                                  : fmt::format("{} is missed by {:.3g}", limit.text, beyond);
+    const char* others = problem_.goals.empty() ? "" : " and meets the conditions";
+    if (!std::isfinite(beyond)) return fmt::format("{} cannot be computed", limit.text);
+    if (proved)
+      return fmt::format("no choice of the free numbers keeps all limits{}: {}{}", others, where,
+                         best ? ", and with no other choice is the worst of them missed by less" : "");
+    return fmt::format("no choice of the free numbers was found that keeps all limits{}: {}", others, where);
   }
 
-  void finish_without_list(const Equations& equations, const VectorX& u) {
-    VectorX values;
-    const bool solved = equations.evaluate(u, values, nullptr) && worst(equations, values) < met;
-    out_.status = solved ? DesignStatus::balanced : DesignStatus::compromise;
-    out_.x = context_.box.numbers(u);
-    out_.reason = "the conditions of the final geometry cannot be listed: " + out_.conditions.reason;
-    finish_search(equations, u, false);
-  }
-
-  /// Exact solutions, the best of them; or a compromise.
-  VectorX search(const Equations& equations, const Exact& exact, bool convex, const std::function<bool()>& hopeless) {
-    if (context_.problem.goals.empty()) return tidy(equations, least_objective(start_));
-    ExactSearch found = find_exact(context_, equations, effort(convex, hopeless));
-    const auto back = [&](const VectorX& u) { return polished(equations, u, exact); };
-    if (found.solutions.empty() && !found.unusable.empty()) {
-      give_up(found.unusable.front(), "for any numbers that were found to meet the conditions");
-      return start_;
-    }
-    if (found.solutions.empty() || (merit_ && !context_.problem.objective->size && misses_own()))
-      return tidy(equations, compromise(equations, found.best, convex));
-    for (VectorX& u : found.solutions)
-      if (const VectorX better = back(u); is_exact(context_, equations, better) && has_value(better)) u = better;
-    LinearConditions linear;
-    if (convex) {
-      linear = linear_conditions(equations, context_.box.size());
-      if (const auto nearest = nearest_exact(context_, linear)) {
-        const VectorX u = back(*nearest);
-        if (is_exact(context_, equations, u) && has_value(u)) found.solutions.front() = u;
-      }
-    }
-    if (!merit_) return tidy(equations, found.solutions.front());
-    aim_ = Aim::objective;
-    return tidy(equations, take(best_of(equations, linear, back, found.solutions, convex)));
-  }
-
-  bool finite_value(const VectorX& u) const { return std::isfinite((*merit_)(u, nullptr)); }
-  bool has_value(const VectorX& u) const { return !merit_ || finite_value(u); }
-
-  /// No design: the objective has no value where it is asked for.
-  void give_up(const VectorX& u, const std::string& where) {
-    out_.status = DesignStatus::unsolved;
-    out_.reason = without_value(*context_.problem.objective, where, merit_->trouble(u));
-    given_up_ = true;
-  }
-
-  VectorX tidy(const Equations& equations, const VectorX& u) const {
-    if (!merit_) return tidied(context_, equations, Figure(), u);
-    return tidied(
-        context_, equations, [this](const VectorX& v) { return (*merit_)(v, nullptr); }, u);
-  }
-
-  /// Some condition that parameters could meet is not, whatever the free numbers are.
-  bool misses_own() const {
-    return std::any_of(out_.unmet_fixed.begin(), out_.unmet_fixed.end(),
-                       [&](int k) { return k < out_.conditions.own_rows(); });
-  }
-
-  Effort effort(bool convex, const std::function<bool()>& hopeless) const {
-    const int restarts = context_.problem.search.restarts;
-    Effort effort{restarts, context_.problem.inner ? starts_of_inner : starts_of_optimisation, hopeless, {}, {}};
-    if (merit_) effort.usable = [this](const VectorX& u) { return finite_value(u); };
-    if (!merit_ || (convex && merit_->convex()))
-      effort.wanted = 1;
-    else if (merit_->simulated())
-      effort.wanted = starts_of_simulation;
-    // a convex problem without a solution has none anywhere; the inequalities' tangents may mislead a descent
-    if (convex && !merit_) effort.restarts = context_.physical.size() > 0 ? std::min(restarts, 5) : 0;
-    return effort;
-  }
-
-  Optimum best_of(const Equations& equations, const LinearConditions& linear, const Exact& back,
-                  const std::vector<VectorX>& solutions, bool convex) const {
-    const bool proving = convex && merit_->convex();
-    Optimum best;
-    best.u = solutions.front();
-    best.value = (*merit_)(best.u, nullptr);
-    // the bound's own search does not need another one before it
-    if (!proving || !context_.problem.inner) best = best_exact(context_, *merit_, equations, back, solutions);
-    if (convex && linear.a.rows() == linear.a.cols()) {  // there is no other solution
-      best.bound = best.value;
-      best.global = true;
-      return best;
-    }
-    return proving ? minimise_convex(context_, *merit_, linear, back, best.u) : best;
-  }
-
-  VectorX take(const Optimum& optimum) {
-    if (std::isfinite(optimum.bound)) out_.lower_bound = optimum.bound;
-    proved_best_ = optimum.global && std::isfinite(optimum.value);
-    return optimum.u;
-  }
-
-  /// The numbers within their bounds for which the objective is least, whatever the conditions.
-  VectorX least_objective(const VectorX& from) {
-    aim_ = Aim::objective;
-    const LinearConditions none{MatrixX(0, start_.size()), VectorX(0)};
-    if (merit_->convex() && context_.physical.convex() && context_.is_physical(from))
-      return take(minimise_convex(
-          context_, *merit_, none, [](const VectorX& u) { return u; }, from));
-    return take(best_compromise(context_, *merit_, from));
-  }
-
-  void note_compromise() {
-    out_.notes.push_back("a compromise: the numbers that leave the smallest sum of squared residuals");
-  }
-
-  VectorX compromise(const Equations& equations, const Descent& best, bool convex) {
-    const SearchOptions& options = context_.problem.search;
-    if (merit_ && !context_.problem.objective->size) {
-      out_.notes.push_back("a compromise: the numbers within their bounds for which " +
-                           context_.problem.objective->name + " is smallest, whatever the conditions");
-      return least_objective(context_.is_physical(best.u) ? best.u : start_);
-    }
-    note_compromise();
-    aim_ = Aim::residual;
-    const bool slow = !context_.map.polynomial();
-    const int evaluations = convex ? 0 : slow ? std::max(1, options.evaluations / 20) : options.evaluations;
-    const VectorX u = least_residual(context_, equations, best, evaluations);
-    return merit_ ? prefer_small(equations, u, convex) : u;
-  }
-
-  /// Among the numbers that leave the same residuals as u those with the least objective.
-  VectorX prefer_small(const Equations& equations, const VectorX& u, bool convex) const {
-    VectorX target;
-    if (!equations.evaluate(u, target, nullptr) || !context_.is_physical(u)) return u;
-    Equations shifted = equations;
-    const VectorX left = target.head(equations.conditions);
-    shifted.evaluate = [&equations, left](const VectorX& v, VectorX& values, MatrixX* jacobian) {
-      if (!equations.evaluate(v, values, jacobian)) return false;
-      values.head(left.size()) -= left;
-      return true;
-    };
-    const auto back = [&](const VectorX& v) { return gauss_newton(shifted, v).u; };
-    const LinearConditions linear = convex ? linear_conditions(shifted, context_.box.size()) : LinearConditions{};
-    return best_of(shifted, linear, back, {u}, convex).u;
-  }
-
-  VectorX parameters(const VectorX& u) const {
-    return term_values(context_.mechanism(u), context_.options.loose_springs);
-  }
-
-  /// @return false if there is no design, because the objective has no value there
-  bool finish(const VectorX& u) {
-    if (given_up_) return false;
-    out_.x = context_.box.numbers(u);
-    if (merit_) {
-      out_.objective_start = (*merit_)(start_, nullptr);
-      out_.objective = (*merit_)(u, nullptr);
-      if (!std::isfinite(out_.objective)) {
-        give_up(u, "for any numbers that were tried");
-        return false;
-      }
-    }
-    out_.before = scaled_residuals(out_.conditions, parameters(start_));
-    out_.after = scaled_residuals(out_.conditions, parameters(u));
-    conclude(out_);
-    return true;
-  }
-
-  /// What is claimed of the search, and what it leaves free.
-  void finish_search(const Equations& equations, const VectorX& u, bool precise) {
-    if (merit_ && aim_ == Aim::nothing) aim_ = Aim::objective;
-    judge(context_, aim_, proved_best_ && aim_ == Aim::objective, out_);
-    if (context_.problem.inner || (out_.status != DesignStatus::balanced && out_.status != DesignStatus::not_asked))
-      return;
-    out_.freedom = find_freedom(context_, equations, merit_ ? &*merit_ : nullptr, u, precise);
-  }
-
-  Budget budget_;
-  Context context_;
-  std::optional<FigureOfMerit> merit_;
-  VectorX start_;
-  DesignOutcome out_;
-  Aim aim_ = Aim::nothing;
-  bool proved_best_ = false, given_up_ = false;
+  const DesignProblem& problem_;
+  double begin_;
 };
 
 }  // namespace
 
 DesignOutcome solve(const DesignProblem& problem) {
   problem.search.validate();
-  if (problem.goals.empty() && !problem.objective)
-    throw std::invalid_argument("a design needs a goal or something to minimize");
-  return Designer(problem).run();
+  if (problem.goals.empty() && !problem.objective && problem.limits.empty())
+    throw std::invalid_argument("a design needs a goal, something to minimize or limits");
+  if (is_discrete(problem)) return solve_discrete(problem);
+  const auto search = [](const DesignProblem& one) {
+    return one.limits.empty() ? pass_once(one).outcome : LimitedDesign(one).run();
+  };
+  DesignOutcome outcome = search(problem);
+  bound_by_relaxation(problem, outcome, search);
+  return outcome;
 }
 
 }  // namespace balance

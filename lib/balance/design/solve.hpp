@@ -56,6 +56,20 @@ struct SearchEffort {
   End end = End::nothing;
 };
 
+/// A limit and the design's figure.
+struct LimitOutcome {
+  double value = std::numeric_limits<double>::quiet_NaN();  ///< [SI]
+  double violation = 0;  ///< how far beyond its bound, in parts of the bound; negative: what is left
+  bool active = false;   ///< nothing is left, or less than nothing
+};
+
+/// Which elements were kept.
+struct ChosenElements {
+  std::vector<std::vector<bool>> kept;  ///< as the problem's choices and their elements
+  int least = -1;  ///< so many at least are needed, of all that were to choose among; −1: not looked for
+  bool least_proved = false;
+};
+
 struct DesignOutcome {
   DesignStatus status = DesignStatus::unsolved;
   DesignMethod method = DesignMethod::nothing_to_do;
@@ -72,16 +86,23 @@ struct DesignOutcome {
   /// What no exact design is below (without a goal, and for a compromise by the objective: no design at all), if proved.
   double lower_bound = std::numeric_limits<double>::quiet_NaN();
   Optimality optimality = Optimality::not_asked;
-  std::string tried;    ///< what was searched; empty if nothing was
-  SearchEffort effort;  ///< the same in numbers
-  bool proved = false;  ///< impossible: it is shown, not only not found
-  Freedom freedom;      ///< of designs as good as this one
+  std::string tried;                 ///< what was searched; empty if nothing was
+  SearchEffort effort;               ///< the same in numbers
+  bool proved = false;               ///< impossible: it is shown, not only not found
+  Freedom freedom;                   ///< of designs as good as this one
+  std::vector<LimitOutcome> limits;  ///< as the problem's
+  bool within_limits = true;
+  std::optional<ChosenElements> chosen;  ///< if there were choices
+  /// Not within them: no design that was looked for is beyond the worst of them by less, if proved (as violation).
+  double least_violation = std::numeric_limits<double>::quiet_NaN();
   double gap() const { return objective - lower_bound; }
   std::vector<std::string> notes;
 };
 
 /// Scaled residual below which a condition counts as met.
 inline constexpr double met = 1e-10;
+/// Violation of a limit that counts as none.
+inline constexpr double kept = 1e-9;
 
 /// In this order: conditions affine in the numbers, polynomial ones by Gauss–Newton with restarts, the best of the exact
 /// solutions by the objective, a compromise by a global and a local search. Lengths and ratios are searched on a level above,

@@ -37,7 +37,7 @@ Trial Trials::as_it_is(const VectorX& u) const {
 
 bool Trials::is_balanced(const VectorX& u) const {
   const Conditions conditions = context_.conditions_at(u);
-  if (conditions.status != ConditionsStatus::done || !context_.is_physical(u)) return false;
+  if (conditions.status != ConditionsStatus::done || !context_.allows(u)) return false;
   if (conditions.own_rows() == 0) return true;
   const VectorX residual =
       scaled_residuals(conditions, term_values(context_.mechanism(u), context_.options.loose_springs))
@@ -71,7 +71,7 @@ Trial Trials::at(const VectorX& u) const {
           half > 0 ? std::clamp((outcome.x[static_cast<Eigen::Index>(k)] - context_.box.centre()[i]) / half, -1.0, 1.0)
                    : 0;
     }
-    trial.possible = context_.is_physical(trial.u);
+    trial.possible = context_.allows(trial.u);
     trial.figure = outcome.objective;
     measure(trial);
   } catch (const SpecError&) {

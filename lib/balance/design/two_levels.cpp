@@ -91,13 +91,7 @@ class TwoLevels {
     if (!figure_) return matters;
     const auto figures = context_.problem.figures_at(context_.box.numbers(anchor_));
     if (!figures) return {};
-    for (const LinearFigure& figure : *figures) {
-      for (Eigen::Index k = 0; k < figure.coefficients.size(); ++k)
-        if (figure.coefficients[k] != 0) matters[static_cast<std::size_t>(k)] = true;
-      for (const PlaceRows& one : figure.series)
-        for (Eigen::Index k = 0; k + 1 < one.rows.cols(); ++k)
-          if (!one.rows.col(k).isZero(0)) matters[static_cast<std::size_t>(k)] = true;
-    }
+    mark_what_matters(*figures, matters);
     return matters;
   }
 
@@ -240,7 +234,7 @@ class TwoLevels {
     Program program;
     program.size = static_cast<int>(start.size());
     program.objective = [&](const VectorX& v, VectorX* slope) { return look(v, slope); };
-    const SearchLimits limits{descent_evaluations, context_.budget.left(), 1e-9, 0.1};
+    const SearchLimits limits{descent_evaluations, context_.budget.left(), 1e-9, 0.1, context_.budget.stopper()};
     search_locally(asked == "auto" ? "slsqp" : asked, program, start, limits);
     return look.best;
   }

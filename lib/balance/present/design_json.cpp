@@ -1,7 +1,9 @@
 #include "balance/present/design_json.hpp"
 
 #include "balance/motion/names.hpp"
+#include "balance/present/chosen.hpp"
 #include "balance/present/conditions_parts.hpp"
+#include "balance/present/load_cases_json.hpp"
 #include "balance/present/names.hpp"
 
 #include <cmath>
@@ -21,6 +23,7 @@ Json numbers_list(const DesignReport& report) {
                     {"upper", number.upper},
                     {"before", report.before[k]},
                     {"value", value},
+                    {"sizes", number.sizes.empty() ? Json(nullptr) : Json(number.sizes)},
                     {"at_bound", bound < 0 ? Json("lower") : (bound > 0 ? Json("upper") : Json(nullptr))}});
   }
   return list;
@@ -83,6 +86,22 @@ Json effort_json(const SearchEffort& effort) {
           {"ended_by", ends[static_cast<int>(effort.end)]}};
 }
 
+Json limits_json(const DesignView& view) {
+  const auto& limits = view.report.study_before.design.subject_to;
+  const auto& found = view.report.outcome.limits;
+  Json list = Json::array();
+  for (std::size_t k = 0; k < found.size(); ++k)
+    list.push_back({{"text", limits[k].text},
+                    {"value", found[k].value},
+                    {"relation", limits[k].at_least ? ">=" : "<="},
+                    {"limit", limits[k].bound},
+                    {"unit", limits[k].unit},
+                    {"kept", found[k].violation <= kept},
+                    {"active", found[k].active},
+                    {"violation", found[k].violation}});
+  return list;
+}
+
 void add_outcome(Json& json, const DesignView& view) {
   const DesignOutcome& outcome = view.report.outcome;
   json["status"] = name_of(outcome.status);
@@ -111,6 +130,9 @@ void add_outcome(Json& json, const DesignView& view) {
                        {"gap", outcome.gap()},
                        {"global", outcome.optimality == Optimality::proved_best}};
   json["freedom"] = freedom_json(view.report);
+  json["chosen"] = chosen_json(view.report);
+  json["constraints"] = limits_json(view);
+  json["least_violation"] = outcome.least_violation;
 }
 
 void add_notes(Json& json, const DesignView& view) {
@@ -136,6 +158,7 @@ std::string design_json(const DesignView& view, const std::vector<std::string>& 
   json["trajectories"] = Json::array();
   for (const TrajectoryComparison& comparison : report.comparisons)
     json["trajectories"].push_back(comparison_json(comparison));
+  add_load_cases(json, report);
   add_notes(json, view);
   json["warnings"] = view.warnings;
   json["files"] = files;

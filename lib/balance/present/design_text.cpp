@@ -1,6 +1,8 @@
 #include "balance/present/design_text.hpp"
 
+#include "balance/present/chosen.hpp"
 #include "balance/present/conditions_text.hpp"
+#include "balance/present/load_cases_text.hpp"
 #include "balance/present/names.hpp"
 #include "balance/write/table.hpp"
 
@@ -30,9 +32,24 @@ bool is_proved_best(const DesignView& view) {
   return view.report.outcome.optimality == Optimality::proved_best && !view.objective.empty();
 }
 
+/// Of a design that does not keep its limits.
+std::string headline_beyond_limits(const DesignOutcome& outcome, const std::string& goals) {
+  const bool impossible = outcome.status == DesignStatus::impossible;
+  if (goals.empty())
+    return impossible ? "impossible: no choice of the free numbers keeps all limits"
+                      : "a compromise: not all limits are kept";
+  if (!outcome.open.empty())
+    return fmt::format("{}: not balanced for {}, and not all limits are kept",
+                       impossible ? "impossible" : "a compromise", goals);
+  return impossible
+             ? fmt::format("impossible: no choice of the free numbers that balances it for {} keeps all limits", goals)
+             : fmt::format("a compromise: balanced for {}, but not all limits are kept", goals);
+}
+
 std::string headline(const DesignView& view) {
   const DesignOutcome& outcome = view.report.outcome;
   const std::string goals = list_names(outcome.conditions.goals);
+  if (!outcome.within_limits && outcome.status != DesignStatus::unsolved) return headline_beyond_limits(outcome, goals);
   switch (outcome.status) {
     case DesignStatus::unsolved: return "no design for " + goals;
     case DesignStatus::balanced:
@@ -46,6 +63,7 @@ std::string headline(const DesignView& view) {
       return goals.empty() ? "no design was found" : fmt::format("no design for {} was found", goals);
     case DesignStatus::not_asked:
       if (is_proved_best(view)) return fmt::format("the least {} there is; no goal was asked for", view.objective);
+      if (view.objective.empty()) return "all limits are kept; no goal was asked for";
       return fmt::format("a small {}; no goal was asked for", view.objective);
   }
   return "";
@@ -61,15 +79,36 @@ std::string objective_line(const DesignView& view) {
   return text + "\n";
 }
 
+std::string limits_text(const DesignView& view) {
+  const auto& limits = view.report.study_before.design.subject_to;
+  const auto& found = view.report.outcome.limits;
+  std::string text;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const std::string unit = limits[k].unit.empty() ? "" : " " + limits[k].unit;
+    const char* state = !(found[k].violation <= kept) ? "missed" : found[k].active ? "active" : "kept";
+    text += fmt::format("limit {}: {}{}, {}", limits[k].text, number_text(found[k].value), unit, state);
+    if (!(found[k].violation <= kept) && limits[k].bound != 0)
+      text += fmt::format(" by {:.3g} %", 100 * found[k].violation);
+    text += "\n";
+  }
+  return text;
+}
+
 /// What is known of how good it is.
 std::string optimality_line(const DesignView& view) {
   const DesignOutcome& outcome = view.report.outcome;
   const std::string tried = outcome.tried.empty() ? "" : " (" + outcome.tried + ")";
-  const char* what =
-      view.objective.empty() || std::isnan(outcome.objective) ? "the least that is left of the conditions" : "the best";
+  const char* what = !outcome.within_limits ? "the least that limits are missed by"
+                     : view.objective.empty() || std::isnan(outcome.objective)
+                         ? "the least that is left of the conditions"
+                         : "the best";
   switch (outcome.optimality) {
     case Optimality::not_asked: return "optimality: not-asked: nothing was to be minimized\n";
     case Optimality::proved_best:
+      if (!outcome.within_limits)
+        return "optimality: proved-best: no other choice misses the worst of its limits by less\n";
+      if (std::isnan(outcome.lower_bound))
+        return "optimality: proved-best: no other choice leaves less of the conditions\n";
       return fmt::format("optimality: proved-best: nothing is below {}, a gap of {:.2g}\n",
                          number_text(outcome.lower_bound),
                          outcome.gap() > no_gap * std::abs(outcome.objective) ? outcome.gap() : 0.0);
@@ -122,7 +161,13 @@ std::string reasons(const DesignView& view) {
   if (view.report.outcome.proof) sentences.add(view.report.outcome.proof->sentence);
   if (view.report.outcome.status == DesignStatus::impossible)
     sentences.add(view.report.outcome.proved ? "impossibility: proved" : "impossibility: not proved");
-  return sentences.text() + objective_line(view) + optimality_line(view) + freedom_line(view);
+  return sentences.text() + objective_line(view) + limits_text(view) + chosen_text(view.report) +
+         optimality_line(view) + freedom_line(view);
+}
+
+std::string remark(const FreeNumber& number, int bound) {
+  if (!number.sizes.empty()) return fmt::format("one of {} sizes", number.sizes.size());
+  return bound < 0 ? "at its lower bound" : (bound > 0 ? "at its upper bound" : "");
 }
 
 std::string numbers_text(const DesignView& view) {
@@ -138,8 +183,7 @@ std::string numbers_text(const DesignView& view) {
     // What rounding leaves of a zero says nothing.
     const bool zero = std::abs(value) < 1e-12 * (number.upper - number.lower);
     table.rows.push_back({number.path, fmt::format("{:g}", number.lower), fmt::format("{:g}", number.upper),
-                          number_text(report.before[k]), number_text(zero ? 0 : value),
-                          bound < 0 ? "at its lower bound" : (bound > 0 ? "at its upper bound" : "")});
+                          number_text(report.before[k]), number_text(zero ? 0 : value), remark(number, bound)});
   }
   return format_table(table) + "\n";
 }
@@ -240,7 +284,7 @@ std::string notes_text(const DesignView& view) {
 
 std::string design_text(const DesignView& view) {
   std::string text = fmt::format("{}: {}\n{}\n", view.conditions.title, headline(view), reasons(view));
-  text += numbers_text(view) + conditions_table(view) + cost_text(view.report);
+  text += numbers_text(view) + conditions_table(view) + cost_text(view.report) + load_cases_text(view.report);
   for (const TrajectoryComparison& comparison : view.report.comparisons) text += comparison_text(comparison);
   return text + notes_text(view);
 }

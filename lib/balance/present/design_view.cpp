@@ -2,6 +2,7 @@
 
 #include "balance/analysis/objective.hpp"
 #include "balance/result/round_off.hpp"
+#include "balance/result/tracks.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +13,7 @@ namespace balance {
 namespace {
 
 std::string term_text(const ObjectiveTerm& term) {
-  if (term.size != ObjectiveTerm::Size::none) return name_of(term);
+  if (term.size != ObjectiveTerm::Size::none || term.run == ObjectiveTerm::Run::duration) return name_of(term);
   return fmt::format("{} of {} along {}", name_of(term.figure), term.quantity, term.trajectory);
 }
 
@@ -43,19 +44,8 @@ std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechan
   const ObjectiveTerm& term = terms.front();
   if (term.size == ObjectiveTerm::Size::added_inertia) return "kg m^2";
   if (term.size != ObjectiveTerm::Size::none) return "kg";
-  const std::string& quantity = term.quantity;
-  if (quantity.starts_with("power")) return "W";
-  if (quantity == "kinetic_energy") return "J";
-  if (quantity.ends_with("_force")) return "N";
-  if (quantity.ends_with("_moment")) return "N m";
-  for (const int actuator : mechanism.actuators) {
-    const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(actuator)];
-    if (quantity == "torque[" + coordinate.name + "]") return coordinate.kind == CoordinateKind::angle ? "N m" : "N";
-  }
-  const bool turning = std::all_of(mechanism.actuators.begin(), mechanism.actuators.end(), [&](int actuator) {
-    return mechanism.coordinates[static_cast<std::size_t>(actuator)].kind == CoordinateKind::angle;
-  });
-  return turning ? "N m" : "";
+  if (term.run == ObjectiveTerm::Run::duration) return "s";
+  return figure_unit(mechanism, term.quantity);
 }
 
 int at_bound(const FreeNumber& number, double value) {

@@ -44,6 +44,25 @@ Json split_json(const EquationsAt& at) {
   return json;
 }
 
+Json terms_json(const IndependentTerms& terms) {
+  return {{"M", matrix_json(terms.mass)},
+          {"D", forms_json(terms.velocity)},
+          {"B", matrix_json(terms.viscous)},
+          {"z", rest_json(terms.rest)},
+          {"input", matrix_json(terms.input)}};
+}
+
+Json speeds_json(const EquationsAt& at) {
+  Json json = terms_json(at.in_speeds->own);
+  json["speeds"] = at.speeds;
+  json["rows"] = matrix_json(at.in_speeds->rows);
+  json["rates"] = matrix_json(at.in_speeds->rates);
+  json["constraints"] = at.zero;
+  json["freedoms"] = {{"configuration", at.independent.size()}, {"velocity", at.speeds.size()}};
+  json["held"] = terms_json(at.in_speeds->held);
+  return json;
+}
+
 Json redundant_json(const EquationsAt& at) {
   const RedundantTerms& loops = *at.loops;
   return {{"coordinates", at.redundant},
@@ -115,6 +134,7 @@ std::string equations_json(const EquationsView& view, const std::vector<std::str
   if (view.shows(velocity)) json["D"] = forms_json(at.terms->velocity);
   if (view.shows(velocity)) json["B"] = matrix_json(at.terms->viscous);
   if (view.shows(gravity)) json["z"] = rest_json(at.terms->rest);
+  if (at.in_speeds) json["in_speeds"] = speeds_json(at);
   if (at.factors) json["k"] = numbers_json(*at.factors);
   if (at.split && view.shows(torques)) json["torques"] = split_json(at);
   if (at.loops && view.shows(redundant)) json["redundant"] = redundant_json(at);

@@ -1,3 +1,4 @@
+#include "balance/present/equation_tables.hpp"
 #include "balance/present/equations_view.hpp"
 #include "balance/write/table.hpp"
 
@@ -10,30 +11,6 @@ namespace balance {
 
 namespace {
 
-constexpr double shown_as_none = 1e-13;  ///< of the largest entry of its kind: shown as 0
-
-std::string entry_text(double value, double size) {
-  return std::abs(value) <= shown_as_none * size ? "0" : fmt::format("{:.6g}", value);
-}
-
-double largest(const MatrixX& matrix) { return matrix.size() == 0 ? 0 : matrix.cwiseAbs().maxCoeff(); }
-
-std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
-                        const std::vector<std::string>& columns) {
-  Table table{{""}, {Align::left}, {}};
-  for (const std::string& column : columns) {
-    table.heading.push_back(column);
-    table.align.push_back(Align::right);
-  }
-  const double size = largest(matrix);
-  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
-    std::vector<std::string> cells{"  " + rows[static_cast<std::size_t>(r)]};
-    for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(entry_text(matrix(r, c), size));
-    table.rows.push_back(std::move(cells));
-  }
-  return format_table(table);
-}
-
 std::string numbers_line(const char* label, const std::vector<std::string>& names, const VectorX& values) {
   std::vector<std::string> parts;
   for (std::size_t k = 0; k < names.size(); ++k)
@@ -41,27 +18,9 @@ std::string numbers_line(const char* label, const std::vector<std::string>& name
   return fmt::format("{}{}\n", label, fmt::join(parts, ", "));
 }
 
-/// "D'[A1] = 0.3 A1'^2 - 2 0.1 A1' A2'": the terms that are there.
-std::string velocity_text(const EquationsAt& at) {
-  double size = 0;
-  for (const MatrixX& form : at.terms->velocity) size = std::max(size, largest(form));
-  size = std::max(size, 1e-3 * largest(at.terms->mass));
-  std::string text;
-  for (std::size_t k = 0; k < at.terms->velocity.size(); ++k) {
-    const MatrixX& form = at.terms->velocity[k];
-    std::string sum;
-    for (Eigen::Index r = 0; r < form.rows(); ++r)
-      for (Eigen::Index s = r; s < form.cols(); ++s) {
-        if (std::abs(form(r, s)) <= shown_as_none * size) continue;
-        const auto& first = at.independent[static_cast<std::size_t>(r)];
-        const auto& second = at.independent[static_cast<std::size_t>(s)];
-        sum += sum.empty() ? (form(r, s) < 0 ? "-" : "") : form(r, s) < 0 ? " - " : " + ";
-        sum += fmt::format("{}{:.6g} {}", r == s ? "" : "2 ", std::abs(form(r, s)),
-                           r == s ? first + "'^2" : first + "' " + second + "'");
-      }
-    text += fmt::format("  {}: {}\n", at.independent[k], sum.empty() ? "0" : sum);
-  }
-  return text;
+std::vector<std::string> rates_of(std::vector<std::string> names) {
+  for (std::string& name : names) name += "'";
+  return names;
 }
 
 std::string rest_text(const EquationsAt& at) {
@@ -188,12 +147,14 @@ std::string equations_text(const EquationsView& view) {
   if (view.shows(inertia))
     text += "M' (P0 eq. 62; P1 eq. 14: D_ij)\n" + matrix_text(at.terms->mass, at.independent, at.independent) + "\n";
   if (view.shows(velocity)) {
-    text += "velocity terms: D'_krs (P0 eq. 63; P1 eq. 15: D_ijk)\n" + velocity_text(at);
+    text += "velocity terms: D'_krs (P0 eq. 63; P1 eq. 15: D_ijk)\n" +
+            velocity_table(*at.terms, at.independent, rates_of(at.independent));
     if (!at.terms->viscous.isZero(0))
       text += "B' (P0 eq. 63), of viscous friction\n" + matrix_text(at.terms->viscous, at.independent, at.independent);
     text += "\n";
   }
   if (view.shows(gravity)) text += "z' (P0 eq. 62; P1 eq. 16: D_i)\n" + rest_text(at) + "\n";
+  if (at.in_speeds) text += speeds_text(view);
   if (at.factors && view.shows(inertia))
     text += numbers_line("decoupled there: u = k q'' (P1 eq. 27) with k  ", at.independent, *at.factors) + "\n";
   if (at.split && view.shows(torques)) {

@@ -19,6 +19,7 @@ std::string line_of(const formulas::PrintedFormula& formula) {
 }
 
 std::string too_long(const PrintedSection& section) {
+  if (section.section == formulas::Section::natural) return fmt::format("{} terms: --all prints them", section.terms);
   return fmt::format("{} terms: --code c prints them as a program, --all as formulas", section.terms);
 }
 

@@ -49,7 +49,7 @@ void read_attachment(const Cursor& at, Draft& draft, AttachmentOf<Expression>& a
 /// What a disc's mapping says, before its parts are put together.
 struct DiscText {
   Carried carried;
-  std::optional<int> follows;
+  std::optional<FollowedOf<Expression>> follows;
   std::optional<Cursor> ratio, axis;
 };
 
@@ -57,7 +57,11 @@ struct DiscText {
 Vector3E followed_axis(const Cursor& at, const Draft& draft, const DiscText& text, const DiscOf<Expression>& disc) {
   if (!text.carried.body || !text.follows) throw Consequence();
   const auto& mechanism = draft.mechanism();
-  const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(disc.follows)];
+  if (disc.follows.terms.size() > 1)
+    at.fail({.kind = "missing key",
+             .expected = "'axis', the direction about which the disc turns in its carrier, because it follows several "
+                         "coordinates"});
+  const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(disc.follows.terms[0].coordinate)];
   const auto& joint = mechanism.joints[static_cast<std::size_t>(coordinate.joint)];
   if (draft.problems.spoilt("joints." + joint.name)) throw Consequence();
   const bool on_first = disc.body == joint.first;
@@ -93,9 +97,12 @@ Matrix3E read_disc_inertia(const Cursor& at, Draft& draft, const Vector3E& axis)
 /// Zero is fine where a free number may change it.
 bool is_stuck_at_zero(const Cursor& at, const Expression& value) { return value.value() == 0 && at.is_scalar(); }
 
-Expression read_disc_ratio(const Cursor& at, Draft& draft, const DiscOf<Expression>& disc) {
-  const auto followed = dimension_of(draft.mechanism().coordinates[static_cast<std::size_t>(disc.follows)].kind);
-  const Expression ratio = read_number(at, draft, dimension::angle / followed);
+/// @param sum whether what is followed has ratios of its own
+Expression read_disc_ratio(const Cursor& at, Draft& draft, const DiscOf<Expression>& disc, bool sum) {
+  const auto followed = static_cast<std::size_t>(disc.follows.terms[0].coordinate);
+  const Dimension own =
+      sum ? dimension::none : dimension::angle / dimension_of(draft.mechanism().coordinates[followed].kind);
+  const Expression ratio = read_number(at, draft, own);
   if (is_stuck_at_zero(at, ratio))
     at.fail({.expected = "a ratio other than 0 (a disc that does not turn is a counterweight)", .found = "0"});
   return ratio;
@@ -110,7 +117,7 @@ void put_disc_together(const Cursor& at, const DiscText& text, Draft& draft, Dis
   if (text.ratio)
     guard([&] {
       if (text.follows)
-        disc.ratio = read_disc_ratio(*text.ratio, draft, disc);
+        disc.ratio = read_disc_ratio(*text.ratio, draft, disc, follows_several(at));
       else
         read_number(*text.ratio, draft, dimension::none);
     });
@@ -132,9 +139,11 @@ void put_disc_together(const Cursor& at, const DiscText& text, Draft& draft, Dis
 void read_disc(const Cursor& at, Draft& draft, DiscOf<Expression>& disc) {
   DiscText text;
   auto fields = carried_fields(text.carried, draft);
+  fields[0].read = [&](const Cursor& c) { text.carried.body = read_body(c, draft); };  // the base carries discs, too
   fields[2].need = Need::optional;
   fields[3].need = Need::required;
-  fields.push_back({"follows", Need::required, [&](const Cursor& c) { text.follows = read_coordinate(c, draft); }});
+  fields.push_back(
+      {"follows", Need::required, [&](const Cursor& c) { text.follows = read_followed(c, draft, dimension::angle); }});
   fields.push_back({"ratio", Need::optional, [&](const Cursor& c) { text.ratio = c; }});
   fields.push_back({"axis", Need::optional, [&](const Cursor& c) { text.axis = c; }});
   read_fields(at, "a disc {body, at, follows, ratio, mass, inertia}", fields);

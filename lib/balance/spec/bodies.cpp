@@ -95,6 +95,17 @@ void check_lightness(const BodyText& text, const BodyOf<Expression>& body, bool 
     check_inertia(*text.inertia, body.inertia, draft, Bearer::body);
 }
 
+/// `arm.hand` must be either a body or a point of one.
+void check_beginning(const Member& body, const std::vector<Member>& all) {
+  for (auto dot = body.name.find('.'); dot != std::string::npos; dot = body.name.find('.', dot + 1)) {
+    const std::string beginning = body.name.substr(0, dot);
+    if (beginning == "ground" ||
+        std::any_of(all.begin(), all.end(), [&](const Member& m) { return m.name == beginning; }))
+      body.key.fail({.expected = "a name that does not begin with another body's and a point",
+                     .found = fmt::format("{} and {}", in_quotes(body.name), in_quotes(beginning))});
+  }
+}
+
 }  // namespace
 
 void read_ground(const Cursor& section, Draft& draft) {
@@ -115,6 +126,7 @@ void read_bodies(const Cursor& section, Draft& draft) {
         if (member.name == "ground")
           member.key.fail({.expected = "a name other than 'ground', which is the body that does not move",
                            .hint = "its points go into 'ground:'"});
+        check_beginning(member, all);
         read_body_fields(member.value, draft, body);
       });
       draft.mechanism().bodies.push_back(std::move(body));

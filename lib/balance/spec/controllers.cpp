@@ -286,7 +286,7 @@ void read_controllers(const Cursor* section, const Node& root, const Parameters:
   std::vector<Controller>& controllers = draft.study.controllers;
   if (section != nullptr)
     draft.problems.guard([&] {
-      for (const Member& member : named_members(*section, "a mapping of controllers {type, …}"))
+      for (const Member& member : named_members(*section, "a mapping of controllers {type, …}", Names::single))
         draft.problems.guard([&] { controllers.push_back(ControllerReader(root, overrides, draft).read(member)); });
     });
   for (Controller& built_in : built_in_controllers())

@@ -99,12 +99,28 @@ std::vector<Member> members(const Cursor& map, const std::string& what) {
   return all;
 }
 
-std::vector<Member> named_members(const Cursor& map, const std::string& what) {
+namespace {
+
+/// One name or several, joined by points: `leg1.crank`.
+bool is_joined_name(std::string_view text) {
+  for (std::size_t dot = text.find('.'); dot != std::string_view::npos; dot = text.find('.')) {
+    if (!is_name(text.substr(0, dot))) return false;
+    text.remove_prefix(dot + 1);
+  }
+  return is_name(text);
+}
+
+}  // namespace
+
+std::vector<Member> named_members(const Cursor& map, const std::string& what, Names names) {
+  const auto good = [&](const std::string& name) {
+    return names == Names::joined ? is_joined_name(name) : is_name(name);
+  };
   std::vector<Member> all = members(map, what);
   for (const Member& member : all)
     map.problems().guard([&] {
-      if (is_name(member.name)) return;
-      const bool otherwise_right = !member.name.empty() && is_name("x" + member.name);
+      if (good(member.name)) return;
+      const bool otherwise_right = !member.name.empty() && good("x" + member.name);
       Problem problem(member.key.node().place, member.key.path(),
                       {.expected = "a name of letters, digits, '_' and '-'",
                        .found = in_quotes(member.name),

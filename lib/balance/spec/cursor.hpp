@@ -72,8 +72,11 @@ struct Member {
 std::vector<Member> members(const Cursor& map, const std::string& what);
 inline constexpr std::size_t most_members = 2000;
 
-/// The same, and every key must be a name (`is_name`). One that is not is reported, and its entry read all the same.
-std::vector<Member> named_members(const Cursor& map, const std::string& what);
+enum class Names { single, joined };
+
+/// The same, and every key must be a name (`is_name`), or several with points between them. One that is not is reported, and its entry read all the
+/// same.
+std::vector<Member> named_members(const Cursor& map, const std::string& what, Names names = Names::joined);
 
 enum class Need { required, optional };
 

@@ -9,6 +9,7 @@
 #include "balance/spec/units.hpp"
 #include "balance/study/recording.hpp"
 #include "balance/study/study.hpp"
+#include "balance/study/tolerances.hpp"
 
 #include <functional>
 #include <map>
@@ -28,6 +29,27 @@ struct BodyText {
   std::optional<Cursor> mass, inertia;
 };
 
+/// `positive_or_zero`: positive, but for a zero that is judged elsewhere.
+enum class Sign { any, not_negative, positive, positive_or_zero };
+
+/// A number that `design: for` names.
+struct FoundLoad {
+  std::string path;
+  double unit = 1;  ///< SI value of the spec's unit there
+  Sign sign = Sign::any;
+  std::optional<Expression> input;  ///< none: it is free
+};
+
+/// A number that `tolerances` names.
+struct FoundTolerance {
+  std::string path;
+  double value = 0;  ///< [SI]
+  double unit = 1;   ///< SI value of the spec's unit there
+  Sign sign = Sign::any;
+  Expression input;  ///< what moves it
+  Expression moved;  ///< the number itself
+};
+
 /// A spec is read at the start values, and everything is judged there. With other values of the free numbers a mass may be zero,
 /// or two points may meet: that is for others to judge.
 struct Draft {
@@ -42,10 +64,19 @@ struct Draft {
   std::vector<Place> body_places;              ///< of the bodies' names, as mechanism.bodies
   std::map<std::size_t, BodyText> body_texts;  ///< of bodies that could be read, by their index
   std::map<std::string, Expression>
-      inputs;  ///< of free_numbers by key path: what several trajectories share is one number
+      inputs;                           ///< of free_numbers by key path: what several trajectories share is one number
+  std::set<std::string> load_names;     ///< under `design: for`
+  std::vector<FoundLoad> load_numbers;  ///< of the mechanism, that bear one of these names
+  std::set<std::string> adapted;        ///< paths of free numbers under `design: adapt`
   std::shared_ptr<Recording> recording = std::make_shared<Recording>();
 
+  std::vector<CouplingOf<Expression>> wheels;  ///< of rolling joints: the slide follows the angle
+
   mutable NameIndex bodies, coordinates;  ///< of the mechanism's lists
+
+  std::set<std::string> tolerance_names;          ///< under `tolerances`
+  std::vector<FoundTolerance> tolerance_numbers;  ///< but for parameters
+  Tolerances tolerances;
 
   MechanismOf<Expression>& mechanism() { return recording->mechanism; }
   const MechanismOf<Expression>& mechanism() const { return recording->mechanism; }
@@ -54,9 +85,6 @@ struct Draft {
   /// A new input of the recording.
   Expression add_input(double value);
 };
-
-/// `positive_or_zero`: positive, but for a zero that is judged elsewhere.
-enum class Sign { any, not_negative, positive, positive_or_zero };
 
 /// A number, an expression or a free number, in SI.
 Expression read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign = Sign::any);
@@ -98,6 +126,10 @@ Vector3E read_place(const Cursor& at, Draft& draft, std::optional<int> body);
 int read_coordinate(const Cursor& at, const Draft& draft);
 /// The same for a name that has no node of its own (a key, a column).
 int find_coordinate(const Cursor& at, const std::string& name, const Draft& draft);
+/// A coordinate's name, or `{J1: 1, J2: -0.5}`: ratios of the follower, which has this dimension, to several.
+FollowedOf<Expression> read_followed(const Cursor& at, Draft& draft, const Dimension& follower);
+/// Whether a mapping's `follows` has ratios of its own: its `ratio` then is a plain factor of all of them.
+bool follows_several(const Cursor& map);
 /// `{J1: 0.3, J2: …}`: values of coordinates, each in its own unit.
 std::vector<CoordinateValueOf<Expression>> read_coordinate_values(const Cursor& at, Draft& draft);
 

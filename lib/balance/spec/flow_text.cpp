@@ -46,4 +46,17 @@ std::string as_scalar(const std::string& text) {
   return is_plain(trimmed) ? trimmed : double_quoted(trimmed);
 }
 
+std::string flow_text(const Node& node) {
+  if (node.kind == Node::Kind::null) return "~";
+  if (node.kind == Node::Kind::scalar) return node.quoted ? double_quoted(node.text) : as_scalar(node.text);
+  const bool map = node.kind == Node::Kind::map;
+  std::string text = map ? "{" : "[";
+  for (std::size_t i = 0; i < node.items.size(); ++i) {
+    if (i > 0) text += ", ";
+    if (map) text += as_scalar(node.keys[i].text) + ": ";
+    text += flow_text(node.items[i]);
+  }
+  return text + (map ? "}" : "]");
+}
+
 }  // namespace balance::read

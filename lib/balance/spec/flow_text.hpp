@@ -1,5 +1,7 @@
 #pragma once
-/// Scalars as YAML.
+/// Values as YAML.
+
+#include "balance/spec/node.hpp"
 
 #include <string>
 
@@ -11,5 +13,8 @@ std::string double_quoted(const std::string& text);
 /// The text as a scalar that stands anywhere in YAML: without blanks around it, and in quotes unless it is a number or a simple
 /// expression.
 std::string as_scalar(const std::string& text);
+
+/// The node on one line, anywhere in YAML. Aliases are written out.
+std::string flow_text(const Node& node);
 
 }  // namespace balance::read

@@ -83,7 +83,8 @@ void warn_of_inertia(const Cursor& at, const Matrix3E& inertia, Draft& draft) {
   try {
     check_inertia(at, inertia, draft, Bearer::body);
   } catch (const Problem& problem) {
-    const SpecPlace place{draft.study.spec_file, problem.place.line, problem.place.column, problem.path};
+    const SpecPlace place{draft.problems.file_of(problem.place), problem.place.line, problem.place.column,
+                          problem.path};
     draft.study.warnings.push_back(place.text() + ": kept as given: " + problem.what_is_wrong.text());
   }
 }

@@ -1,95 +1,19 @@
 #include "balance/base/nearest.hpp"
 #include "balance/spec/directions.hpp"
+#include "balance/spec/joint_type.hpp"
 #include "balance/spec/sections.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <optional>
-#include <utility>
 
 namespace balance::read {
 
 namespace {
-
-struct NamedType {
-  const char* name;
-  JointType type;
-  bool planar, spatial;
-};
-
-constexpr NamedType types[]{{"revolute", JointType::revolute, true, true},
-                            {"prismatic", JointType::prismatic, true, true},
-                            {"fixed", JointType::fixed, true, true},
-                            {"pin-slot", JointType::pin_slot, true, false},
-                            {"cylindrical", JointType::cylindrical, false, true},
-                            {"universal", JointType::universal, false, true},
-                            {"spherical", JointType::spherical, false, true},
-                            {"planar", JointType::planar, false, true}};
-
-/// What others call the types.
-constexpr std::pair<const char*, const char*> synonyms[]{
-    {"hinge", "revolute"},
-    {"pin", "revolute"},
-    {"pivot", "revolute"},
-    {"rotary", "revolute"},
-    {"rotational", "revolute"},
-    {"turning", "revolute"},
-    {"continuous", "revolute"},
-    {"slider", "prismatic"},
-    {"slide", "prismatic"},
-    {"sliding", "prismatic"},
-    {"linear", "prismatic"},
-    {"translational", "prismatic"},
-    {"ball", "spherical"},
-    {"ball-joint", "spherical"},
-    {"ball-and-socket", "spherical"},
-    {"spheric", "spherical"},
-    {"weld", "fixed"},
-    {"welded", "fixed"},
-    {"rigid", "fixed"},
-    {"clamp", "fixed"},
-    {"cardan", "universal"},
-    {"hooke", "universal"},
-    {"u-joint", "universal"},
-    {"gimbal", "universal"},
-    {"cylinder", "cylindrical"},
-    {"cylindric", "cylindrical"},
-    {"plane", "planar"},
-    {"pin-in-slot", "pin-slot"},
-    {"slot", "pin-slot"},
-    {"slotted", "pin-slot"},
-};
-
-/// The type that a word means in another vocabulary; empty: none.
-std::string meant_by(std::string word) {
-  for (char& c : word) c = c == '_' || c == ' ' ? '-' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  for (const char* ending : {"-joint", "-pair"})
-    if (word.ends_with(ending) && word != ending) word.erase(word.size() - std::string_view(ending).size());
-  for (const auto& [synonym, type] : synonyms)
-    if (word == synonym || word == type) return type;
-  return word == "u" ? "universal" : "";
-}
-
-JointType read_type(const Cursor& at, bool planar) {
-  std::vector<std::string> names;
-  std::vector<JointType> possible;
-  for (const NamedType& t : types) {
-    if (!(planar ? t.planar : t.spatial)) continue;
-    names.emplace_back(t.name);
-    possible.push_back(t.type);
-  }
-  const std::string what = fmt::format("a joint type of a {} mechanism", planar ? "planar" : "spatial");
-  const std::string meant = at.is_scalar() ? meant_by(at.node().text) : "";
-  const bool known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
-  if (known || std::find(names.begin(), names.end(), meant) == names.end()) return possible[at.choice(what, names)];
-  at.fail({.expected = fmt::format("{} ({})", what, one_of(names)),
-           .found = at.found(),
-           .hint = fmt::format("that is '{}' here", meant)});
-}
 
 bool has_axis(JointType type, bool planar) {
   if (planar) return type == JointType::prismatic || type == JointType::pin_slot;
@@ -100,7 +24,8 @@ bool has_second_axis(JointType type) { return type == JointType::universal || ty
 
 /// What one joint's mapping says, before its parts are put together.
 struct JointText {
-  std::optional<Cursor> axis, axis2, rpy, quaternion, angle;
+  std::optional<Cursor> axis, axis2, rpy, quaternion, angle, radius;
+  bool rolls = false;
 };
 
 /// A direction at a right angle to `axis`: x if the axis is z, else the coordinate direction that is farthest from the axis,
@@ -184,17 +109,32 @@ void read_connects(const Cursor& at, Draft& draft, JointOf<Expression>& joint) {
   joint.point_second = second.position;
 }
 
-void read_joint(const Cursor& at, Draft& draft, JointOf<Expression>& joint) {
+/// The wheel's centre lies its radius to the left of the line, and goes along it as the wheel turns.
+/// @return the radius
+Expression read_wheel(const Cursor& radius, Draft& draft, JointOf<Expression>& joint) {
+  const Expression r = read_number(radius, draft, dimension::length, Sign::positive);
+  joint.point_first += r * Vector3E(-joint.axis.y(), joint.axis.x(), Expression(0));
+  return r;
+}
+
+/// @param radius of a joint that rolls
+void read_joint(const Cursor& at, Draft& draft, JointOf<Expression>& joint, std::optional<Expression>& radius) {
   JointText text;
   const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
   read_fields(at, "a joint",
-              {{"type", Need::required, [&](const Cursor& c) { joint.type = read_type(c, draft.planar()); }},
+              {{"type", Need::required,
+                [&](const Cursor& c) {
+                  const NamedJointType type = read_joint_type(c, draft.planar());
+                  joint.type = type.type;
+                  text.rolls = type.rolls;
+                }},
                {"connects", Need::required, [&](const Cursor& c) { read_connects(c, draft, joint); }},
                {"axis", Need::optional, keep(text.axis)},
                {"axis2", Need::optional, keep(text.axis2)},
                {"rpy", Need::optional, keep(text.rpy)},
                {"quaternion", Need::optional, keep(text.quaternion)},
-               {"angle", Need::optional, keep(text.angle)}});
+               {"angle", Need::optional, keep(text.angle)},
+               {"radius", Need::optional, keep(text.radius)}});
   // Which axes there are is the type's to say; that they are directions, not.
   if (!draft.problems.doubtful(at.path() + ".type"))
     draft.problems.guard([&] { read_axes(text, draft, joint); });
@@ -202,6 +142,41 @@ void read_joint(const Cursor& at, Draft& draft, JointOf<Expression>& joint) {
     for (const auto& axis : {text.axis, text.axis2})
       if (axis) draft.problems.guard([&] { read_direction(*axis, draft); });
   draft.problems.guard([&] { read_rotation(text, draft, joint); });
+  if (draft.problems.doubtful(at.path() + ".type")) return;
+  draft.problems.guard([&] {
+    if (text.rolls && !text.radius)
+      at.fail({.kind = "missing key", .expected = "'radius' of a rolling joint", .found = "none"});
+    if (!text.rolls && text.radius) text.radius->fail({.expected = "no 'radius': only rolling joints have one"});
+    if (text.rolls) radius = read_wheel(*text.radius, draft, joint);
+  });
+}
+
+/// Rolling without slip: what the contact point would slip by, d(slide) + r d(angle), is zero.
+void couple_wheels(const std::map<int, Expression>& radii, Draft& draft) {
+  const auto& coordinates = draft.mechanism().coordinates;
+  for (std::size_t c = 0; c + 1 < coordinates.size(); ++c) {
+    const auto wheel = radii.find(coordinates[c].joint);
+    if (wheel == radii.end() || coordinates[c].index != 0) continue;
+    CouplingOf<Expression> coupling;
+    coupling.follower = static_cast<int>(c);
+    coupling.leader = static_cast<int>(c) + 1;
+    coupling.ratio = -wheel->second;
+    draft.wheels.push_back(std::move(coupling));
+  }
+}
+
+/// `J.slide` must be either a joint or a coordinate of one.
+void check_coordinates(const std::vector<Member>& all, Draft& draft) {
+  for (const Member& one : all) {
+    const auto dot = one.name.rfind('.');
+    if (dot == std::string::npos) continue;
+    const std::string beginning = one.name.substr(0, dot);
+    if (std::any_of(all.begin(), all.end(), [&](const Member& m) { return m.name == beginning; }))
+      draft.problems.guard([&] {
+        one.key.fail({.expected = "a name that does not begin with another joint's and a point",
+                      .found = fmt::format("{} and {}", in_quotes(one.name), in_quotes(beginning))});
+      });
+  }
 }
 
 }  // namespace
@@ -210,15 +185,20 @@ void read_joints(const Cursor& section, Draft& draft) {
   draft.problems.guard([&] {
     const auto all = named_members(section, "a mapping of joints");
     if (all.empty()) section.expected("at least one joint");
+    std::map<int, Expression> radii;  // of joints that roll
     for (const Member& member : all) {
       JointOf<Expression> joint;
       joint.name = member.name;
-      draft.problems.guard([&] { read_joint(member.value, draft, joint); });
+      std::optional<Expression> radius;
+      draft.problems.guard([&] { read_joint(member.value, draft, joint, radius); });
+      if (radius) radii.emplace(static_cast<int>(draft.mechanism().joints.size()), *radius);
       draft.mechanism().joints.push_back(std::move(joint));
     }
+    check_coordinates(all, draft);
     std::vector<Joint> types;
     for (const auto& joint : draft.mechanism().joints) types.push_back({.name = joint.name, .type = joint.type});
     draft.mechanism().coordinates = list_coordinates(draft.mechanism().space, types);
+    couple_wheels(radii, draft);
   });
 }
 

@@ -56,13 +56,18 @@ Node& number_at(Node& root, const Member& member, const Parameters& parameters) 
   }
   Node* node = &root;
   for (std::size_t i = 0; i < steps.size(); ++i) {
-    // Names of coordinates have dots of their own.
+    // Names of coordinates and of what parts consist of have dots of their own.
     std::string step = steps[i];
     const auto is_key = [&](const std::string& name) {
       return node->kind == Node::Kind::map &&
              std::any_of(node->keys.begin(), node->keys.end(), [&](const Node& key) { return key.text == name; });
     };
-    while (!is_key(step) && i + 1 < steps.size() && is_key(step + "." + steps[i + 1])) step += "." + steps[++i];
+    std::string longer = step;
+    for (std::size_t k = i + 1; !is_key(step) && k < steps.size(); ++k)
+      if (longer += "." + steps[k]; is_key(longer)) {
+        step = longer;
+        i = k;
+      }
     node = &entry(*node, step, member.key, member.name);
   }
   const bool free = node->kind == Node::Kind::map && std::any_of(node->keys.begin(), node->keys.end(),
@@ -99,7 +104,7 @@ Mechanism with_other_numbers(const Cursor& at, const Node& root, const Parameter
     right = draft.problems.guard([&] { replace_number(member, changed, all, draft); }) && right;
   if (!right) throw Consequence();
   try {
-    return read_mechanism_alone(changed, draft.study.spec_file, all);
+    return read_mechanism_alone(changed, draft.study.spec_file, draft.problems, all);
   } catch (const SpecError& error) {
     const Mistake& first = error.mistakes().front();
     at.fail({.message = "expected numbers that a mechanism may have, but with these: " + first.text(),

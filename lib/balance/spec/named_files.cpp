@@ -1,39 +1,75 @@
 #include "balance/spec/named_files.hpp"
 
 #include "balance/base/error.hpp"
-#include "balance/spec/node.hpp"
-#include "balance/spec/problem.hpp"
+#include "balance/spec/part_files.hpp"
+
+#include <algorithm>
+#include <filesystem>
 
 namespace balance {
 
 namespace read {
 namespace {
 
-void list_files(const Node& node, std::vector<std::string>& files) {
-  for (std::size_t i = 0; i < node.items.size(); ++i) {
-    const Node& item = node.items[i];
-    const bool named = node.kind == Node::Kind::map && node.keys[i].text == "file" && item.kind == Node::Kind::scalar;
-    if (named) files.push_back(item.text);
-    list_files(item, files);
+/// More than a spec may be made of.
+constexpr int most_parts = 200, deepest_part = 10;
+
+class Listing {
+ public:
+  /// Everything that a document names, then what those name that are parts.
+  void add(const std::string& text, const std::filesystem::path& folder) {
+    // Reading takes much longer than looking; a key can be written otherwise only with escapes.
+    if (text.find("file") == std::string::npos && text.find('\\') == std::string::npos) return;
+    Problems problems("");
+    Node root;
+    try {
+      root = parse_yaml(text, problems);
+    } catch (const Problem&) {
+      return;  // whoever reads the spec will say what is wrong with it
+    } catch (const SpecError&) {
+      return;
+    }
+    if (root.kind != Node::Kind::map) return;
+    for (std::size_t i = 0; i < root.items.size(); ++i) visit(root.items[i], root.keys[i].text == "include", folder);
   }
-}
+
+  std::vector<std::string> take() { return std::move(files_); }
+
+ private:
+  void visit(const Node& node, bool part, const std::filesystem::path& folder) {
+    for (std::size_t i = 0; i < node.items.size(); ++i) {
+      const Node& item = node.items[i];
+      const bool named = node.kind == Node::Kind::map && node.keys[i].text == "file" && item.kind == Node::Kind::scalar;
+      if (named) note(folder / item.text, part);
+      visit(item, part, folder);
+    }
+  }
+
+  void note(const std::filesystem::path& path, bool part) {
+    const std::string file = path.lexically_normal().string();
+    if (std::find(files_.begin(), files_.end(), file) != files_.end()) return;
+    files_.push_back(file);
+    if (!part || depth_ == deepest_part || ++parts_ > most_parts) return;
+    ++depth_;
+    try {
+      add(read_part_text(file), path.lexically_normal().parent_path());
+    } catch (const SystemError&) {
+      // the reader's to complain about
+    }
+    --depth_;
+  }
+
+  int parts_ = 0, depth_ = 0;
+  std::vector<std::string> files_;
+};
 
 }  // namespace
 }  // namespace read
 
-std::vector<std::string> files_named_in(const std::string& spec_text) {
-  std::vector<std::string> files;
-  // Reading takes much longer than looking; a key can be written otherwise only with escapes.
-  if (spec_text.find("file") == std::string::npos && spec_text.find('\\') == std::string::npos) return files;
-  read::Problems problems("");
-  try {
-    read::list_files(read::parse_yaml(spec_text, problems), files);
-  } catch (const read::Problem&) {
-    return {};  // whoever reads the spec will say what is wrong with it
-  } catch (const SpecError&) {
-    return {};
-  }
-  return files;
+std::vector<std::string> files_read_with(const std::string& spec_text, const std::string& spec_file) {
+  read::Listing listing;
+  listing.add(spec_text, std::filesystem::path(spec_file).parent_path());
+  return listing.take();
 }
 
 }  // namespace balance

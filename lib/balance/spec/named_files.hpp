@@ -6,7 +6,8 @@
 
 namespace balance {
 
-/// Values of the keys `file` anywhere in a spec: tables that it is read with. Nothing if the text is no YAML.
-std::vector<std::string> files_named_in(const std::string& spec_text);
+/// Tables, parts, and the tables and parts of parts, with their folders; each once. What cannot be read names nothing.
+/// @param spec_file what messages call the spec: its files are looked for in its folder
+std::vector<std::string> files_read_with(const std::string& spec_text, const std::string& spec_file);
 
 }  // namespace balance

@@ -23,6 +23,13 @@ int find_body(const Cursor& at, const std::string& name, const Draft& draft) {
                                              .hint = nearest_is(name, names)});
 }
 
+/// Where the longest body's name ends that a reference begins with; without one all but the last of its names.
+std::size_t end_of_body(const std::string& text, const Draft& draft) {
+  for (auto dot = text.rfind('.'); dot != std::string::npos && dot > 0; dot = text.rfind('.', dot - 1))
+    if (draft.bodies.find(draft.mechanism().bodies, text.substr(0, dot)) >= 0) return dot;
+  return text.rfind('.');
+}
+
 /// Every body has a point `origin`, unless it defines one of that name elsewhere.
 Vector3E find_point(const Cursor& at, const std::string& name, const BodyOf<Expression>& body) {
   std::vector<std::string> names;
@@ -46,7 +53,7 @@ int read_body(const Cursor& at, const Draft& draft) { return find_body(at, at.wo
 PointReference read_reference(const Cursor& at, const Draft& draft) {
   const std::string what = "a point, body.point";
   const std::string& text = at.word(what);
-  const auto dot = text.find('.');
+  const auto dot = end_of_body(text, draft);
   if (dot == std::string::npos) {
     const auto names = body_names(draft);
     const bool body_alone = std::find(names.begin(), names.end(), text) != names.end();

@@ -1,6 +1,8 @@
 #include "balance/base/nearest.hpp"
 #include "balance/spec/directions.hpp"
 #include "balance/spec/limits.hpp"
+#include "balance/spec/load_cases.hpp"
+#include "balance/spec/tolerances.hpp"
 
 #include <fmt/format.h>
 
@@ -41,35 +43,46 @@ bool is_extra(const std::string& path) {
 
 Expression add_free_number(const Cursor& at, const std::string& path, const FreeValue& free, double unit,
                            Draft& draft) {
-  const FreeNumber number{.path = path,
-                          .lower = checked(at, free.lower * unit),
-                          .upper = checked(at, free.upper * unit),
-                          .start = checked(at, free.start * unit),
-                          .unit = unit};
+  FreeNumber number{.path = path,
+                    .lower = checked(at, free.lower * unit),
+                    .upper = checked(at, free.upper * unit),
+                    .start = checked(at, free.start * unit),
+                    .unit = unit};
+  for (const double size : free.sizes) number.sizes.push_back(size * unit);
   const Expression input = draft.add_input(number.start);
   draft.free_numbers.push_back({&at.node(), number, input});
   draft.inputs.emplace(path, input);
+  note_free(path, draft);
   return input;
 }
 
 }  // namespace
 
-Expression read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign) {
+namespace {
+
+Expression read_exact(const Cursor& at, Draft& draft, Dimension dimension, Sign sign) {
   const double unit = draft.units.factor(dimension);
   if (!at.is_map()) {
     const Expression value = draft.parameters.evaluate(at);
     check_sign(at, value.value(), sign);
     const Expression number = value * unit;
     checked(at, number.value());
-    return number;
+    return draft.load_names.empty() ? number : as_load_number(at, draft, number, unit, sign);
   }
   if (const auto known = draft.inputs.find(at.path()); known != draft.inputs.end()) return known->second;
   FreeValue free = draft.parameters.evaluate_free(at);
-  if (!free.start_given && is_extra(at.path()) && free.lower <= 0 && free.upper >= 0) free.start = 0;
+  if (!free.start_given && is_extra(at.path()) && free.lower <= 0 && free.upper >= 0) free.start_near(0);
   // A bound of zero is allowed: the designer may wish to know whether the mass can vanish.
   check_sign(at, free.lower, sign == Sign::any ? Sign::any : Sign::not_negative);
   check_sign(at, free.start, sign);
   return add_free_number(at, at.path(), free, unit, draft);
+}
+
+}  // namespace
+
+Expression read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign) {
+  const Expression number = read_exact(at, draft, dimension, sign);
+  return draft.tolerance_names.empty() ? number : as_toleranced(at, draft, number, draft.units.factor(dimension), sign);
 }
 
 namespace {

@@ -4,6 +4,7 @@
 #include "balance/base/nearest.hpp"
 #include "balance/result/tracks.hpp"
 #include "balance/spec/read_spec.hpp"
+#include "balance/spec/workspace.hpp"
 
 #include <fmt/format.h>
 
@@ -40,17 +41,19 @@ ObjectiveTerm::Size read_size(const Cursor& at) {
            .found = fmt::format("{}{}", at.found(), at.is_scalar() ? nearest_hint(at.node().text, names) : "")});
 }
 
+/// Some may be missing because of a mistake.
+bool may_lack_trajectories(const Cursor& at) {
+  return at.problems().lost("motion") || at.problems().lost("trajectories");
+}
+
+}  // namespace
+
 std::string read_quantity(const Cursor& at, const Study& study) {
   const auto names = figure_names(study.mechanism);
   const Problems& problems = at.problems();
   const bool known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
   if (!known && (problems.doubtful("actuators") || problems.doubtful("joints"))) throw Consequence();
   return names[at.choice("a quantity", names)];
-}
-
-/// Some may be missing because of a mistake.
-bool may_lack_trajectories(const Cursor& at) {
-  return at.problems().lost("motion") || at.problems().lost("trajectories");
 }
 
 std::string read_along(const Cursor& at, const Study& study) {
@@ -60,11 +63,16 @@ std::string read_along(const Cursor& at, const Study& study) {
   if (!known && may_lack_trajectories(at)) throw Consequence();
   if (names.empty())
     at.fail({.expected = "a spec with a trajectory", .found = fmt::format("{} but no motion", at.found())});
-  const std::size_t chosen = at.choice("a trajectory", names);
-  if (depends_on_mechanism(study.trajectories[chosen]))
-    at.fail({.expected = "a trajectory that does not depend on the mechanism",
-             .found = fmt::format("{}, which is found anew for every mechanism", in_quotes(names[chosen]))});
-  return names[chosen];
+  return names[at.choice("a trajectory", names)];
+}
+
+std::string first_along(const Cursor& at, const Study& study) {
+  if (study.trajectories.empty() && may_lack_trajectories(at)) throw Consequence();
+  if (study.trajectories.empty()) at.fail({.expected = "a spec with a trajectory", .found = "a figure but no motion"});
+  if (depends_on_mechanism(study.trajectories.front()))
+    at.fail({.expected = "'along' a trajectory that does not depend on the mechanism",
+             .found = "none, and the spec's first one is found for the mechanism"});
+  return study.trajectories.front().name;
 }
 
 double read_weight(const Cursor& at, Parameters& parameters) {
@@ -75,10 +83,21 @@ double read_weight(const Cursor& at, Parameters& parameters) {
   return weight;
 }
 
+namespace {
+
+/// `over: workspace`, which must be there.
+void read_over(const Cursor& at, const Study& study) {
+  at.choice("what to go over", {workspace_name});
+  if (at.problems().doubtful(workspace_name)) throw Consequence();
+  const auto& all = study.trajectories;
+  if (std::none_of(all.begin(), all.end(), [](const Trajectory& t) { return t.name == workspace_name; }))
+    at.fail({.expected = "a spec with a 'workspace'", .found = "none"});
+}
+
 /// `{of: added-mass, weight: 0.5}` or `{rms: torque, along: cycloid, weight: 2}`.
 ObjectiveTerm read_weighted_term(const Cursor& at, Parameters& parameters, const Study& study) {
   ObjectiveTerm term;
-  std::optional<Cursor> first, along;
+  std::optional<Cursor> first, along, over;
   const auto once = [&](const Cursor& c) {
     if (first) c.fail({.expected = "one of 'of', 'peak', 'rms', 'mean' and 'range'", .found = "a second one"});
     first = c;
@@ -87,9 +106,13 @@ ObjectiveTerm read_weighted_term(const Cursor& at, Parameters& parameters, const
       {"of", Need::optional,
        [&](const Cursor& c) {
          once(c);
-         term.size = read_size(c);
+         if (c.is_scalar() && c.node().text == "duration")
+           term.run = ObjectiveTerm::Run::duration;
+         else
+           term.size = read_size(c);
        }},
       {"along", Need::optional, [&](const Cursor& c) { along = c; }},
+      {"over", Need::optional, [&](const Cursor& c) { over = c; }},
       {"weight", Need::optional, [&](const Cursor& c) { term.weight = read_weight(c, parameters); }}};
   for (const NamedFigure& one : figures)
     fields.push_back({one.name, Need::optional, [&, one](const Cursor& c) {
@@ -100,17 +123,12 @@ ObjectiveTerm read_weighted_term(const Cursor& at, Parameters& parameters, const
   if (!read_fields(at, "a term {of: added-mass} or {rms: torque, along: cycloid}", fields)) return term;
   if (!first) at.missing({"of", "peak", "rms", "mean", "range"});
   const bool size = term.size != ObjectiveTerm::Size::none;
+  if (over && along) over->fail({.expected = "'along' a trajectory or 'over: workspace'", .found = "both"});
+  if (over) read_over(*over, study);
+  if (over) along = over;
   if (size && along) along->fail({.expected = "no 'along' with 'of', which does not depend on a trajectory"});
   if (!size && along) term.trajectory = read_along(*along, study);
-  if (!size && !along) {
-    if (study.trajectories.empty() && may_lack_trajectories(at)) throw Consequence();
-    if (study.trajectories.empty())
-      at.fail({.expected = "a spec with a trajectory", .found = "a figure but no motion"});
-    if (depends_on_mechanism(study.trajectories.front()))
-      at.fail({.expected = "'along' a trajectory that does not depend on the mechanism",
-               .found = "none, and the spec's first one is found for the mechanism"});
-    term.trajectory = study.trajectories.front().name;
-  }
+  if (!size && !along) term.trajectory = first_along(at, study);
   return term;
 }
 

@@ -8,4 +8,11 @@ namespace balance::read {
 /// One term or a list of terms. @param study whose actuators, joints and trajectories the terms may name
 std::vector<ObjectiveTerm> read_terms(const Cursor& at, Parameters& parameters, const Study& study);
 
+/// Parts of a term.
+std::string read_quantity(const Cursor& at, const Study& study);
+std::string read_along(const Cursor& at, const Study& study);
+double read_weight(const Cursor& at, Parameters& parameters);
+/// The trajectory of a figure without one: the spec's first. Fails at the figure if there is none.
+std::string first_along(const Cursor& at, const Study& study);
+
 }  // namespace balance::read

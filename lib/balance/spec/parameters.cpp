@@ -66,10 +66,16 @@ bool is_truth_value(const std::string& text) {
   return lower == "true" || lower == "false" || lower == "yes" || lower == "no" || lower == "on" || lower == "off";
 }
 
+/// Several names, joined by points, are that of a part's parameter.
 bool is_identifier(const std::string& name) {
-  const auto letter = [](char c) { return c == '_' || (std::isalnum(static_cast<unsigned char>(c)) != 0); };
-  return !name.empty() && std::isdigit(static_cast<unsigned char>(name[0])) == 0 &&
-         std::all_of(name.begin(), name.end(), letter);
+  bool begins = true;
+  for (const char c : name) {
+    const bool digit = std::isdigit(static_cast<unsigned char>(c)) != 0;
+    const bool letter = c == '_' || std::isalpha(static_cast<unsigned char>(c)) != 0;
+    if (begins ? !letter : !letter && !digit && c != '.') return false;
+    begins = c == '.';
+  }
+  return !begins;
 }
 
 /// Evaluates parameters after those that they use.
@@ -204,10 +210,13 @@ void Parameters::define(const Member& member, Recording& recording) {
   } else {
     const FreeValue free = evaluate_free(member.value);
     value = add_input(free.start);
-    free_numbers_.push_back(
-        {&member.value.node(),
-         {.path = member.value.path(), .lower = free.lower, .upper = free.upper, .start = free.start},
-         value});
+    free_numbers_.push_back({&member.value.node(),
+                             {.path = member.value.path(),
+                              .lower = free.lower,
+                              .upper = free.upper,
+                              .start = free.start,
+                              .sizes = free.sizes},
+                             value});
   }
   values_[member.name] = value;
   recording.parameters.push_back({member.name, value, plain});
@@ -267,26 +276,8 @@ Expression Parameters::evaluate_expression(const Cursor& scalar, const std::stri
 }
 
 FreeValue Parameters::evaluate_free(const Cursor& map, const std::vector<Field>& others) {
-  FreeValue free;
-  std::optional<double> start;
-  std::vector<Field> fields{
-      {"free", Need::required,
-       [&](const Cursor& c) {
-         double* bound = &free.lower;
-         read_each(c.items("[lower, upper]", 2),
-                   [&](const Cursor& item) { *std::exchange(bound, &free.upper) = evaluate(item).value(); });
-         if (!(free.lower < free.upper))
-           c.fail({.expected = "lower < upper", .found = fmt::format("[{}, {}]", free.lower, free.upper)});
-       }},
-      {"start", Need::optional, [&](const Cursor& c) { start = evaluate(c).value(); }}};
-  fields.insert(fields.end(), others.begin(), others.end());
-  if (!read_fields(map, "a number, an expression or {free: [lower, upper]}", fields)) throw Consequence();
-  free.start_given = start.has_value();
-  free.start = start.value_or(free.lower + (free.upper - free.lower) / 2);
-  if (free.start < free.lower || free.start > free.upper)
-    map.fail({.expected = fmt::format("a start between {} and {}", free.lower, free.upper),
-              .found = fmt::format("{}", free.start)});
-  return free;
+  return read_free_value(
+      map, [this](const Cursor& c) { return evaluate(c).value(); }, others);
 }
 
 }  // namespace balance::read

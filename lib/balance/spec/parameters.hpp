@@ -4,6 +4,7 @@
 #include "balance/expression/parse.hpp"
 #include "balance/spec/cursor.hpp"
 #include "balance/spec/free_numbers.hpp"
+#include "balance/spec/free_value.hpp"
 #include "balance/study/recording.hpp"
 
 #include <map>
@@ -15,12 +16,6 @@
 #include <vector>
 
 namespace balance::read {
-
-/// `{free: [lower, upper], start: v}` as written, in the spec's units. Without `start` it starts in the middle.
-struct FreeValue {
-  double lower = 0, upper = 0, start = 0;
-  bool start_given = false;
-};
 
 /// Of a whole spec, in characters.
 inline constexpr std::size_t longest_expressions = 500'000;
@@ -38,8 +33,7 @@ class Parameters {
 
   /// A number or an expression, in the spec's units. Fails unless it is finite.
   Expression evaluate(const Cursor& scalar);
-  /// `{free: …}`; fails unless lower < upper and start is between them.
-  /// @param others keys that this mapping may have besides
+  /// `{free: …}`, as read_free_value.
   FreeValue evaluate_free(const Cursor& map, const std::vector<Field>& others = {});
 
   const std::vector<FoundFreeNumber>& free_numbers() const { return free_numbers_; }

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -130,21 +131,24 @@ WaypointPathOf<Expression> read_waypoints(const Cursor& at, Draft& draft, const 
 
 }  // namespace
 
+bool is_corridor(const Cursor& path) { return has_key(path, "corridor"); }
+
 bool is_table(const Cursor& path) { return has_key(path, "table") || has_key(path, "file"); }
 
-bool is_circle(const Cursor& path) { return has_key(path, "circle"); }
+bool is_circle(const Cursor& path) { return has_key(middle_of(path), "circle"); }
 
-bool needs_end(const Cursor* path) { return path == nullptr || !has_key(*path, "circle"); }
+bool needs_end(const Cursor* path) { return path == nullptr || !is_circle(*path); }
 
 void read_path(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory) {
-  const std::string what = "a path: line, {circle: …}, {arc: …}, {waypoints: …}, {table: …} or {file: …}";
+  const std::string what =
+      "a path: line, {circle: …}, {arc: …}, {waypoints: …}, {table: …}, {file: …} or {corridor: …}";
   if (at.is_scalar() && at.node().text == "line") return;
   if (!at.is_map()) at.expected(what);
   if (has_key(at, "waypoints")) {
     trajectory.path = read_waypoints(at, draft, trajectory);
     return;
   }
-  std::optional<Cursor> table, columns, file, circle, arc;
+  std::optional<Cursor> table, columns, file, circle, arc, corridor;
   const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
   const bool read = read_fields(at, what,
                                 {{"circle", Need::optional, keep(circle)},
@@ -152,15 +156,18 @@ void read_path(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& traject
                                  {"waypoints", Need::optional, [](const Cursor&) {}},
                                  {"table", Need::optional, keep(table)},
                                  {"columns", Need::optional, keep(columns)},
-                                 {"file", Need::optional, keep(file)}});
+                                 {"file", Need::optional, keep(file)},
+                                 {"corridor", Need::optional, keep(corridor)}});
   if (!read) return;
-  if (int{circle.has_value()} + int{arc.has_value()} + int{table.has_value()} + int{file.has_value()} != 1)
+  const auto given = {&circle, &arc, &table, &file, &corridor};
+  if (std::count_if(given.begin(), given.end(), [](const auto* path) { return path->has_value(); }) != 1)
     at.expected(what);
   if (columns && !table) columns->fail({.expected = "no 'columns' without 'table'"});
   if (circle) trajectory.path = read_circle(*circle, draft, trajectory);
   if (arc) trajectory.path = read_arc(*arc, draft, trajectory);
   if (table) read_table_path(*table, columns, draft, trajectory);
   if (file) read_file_path(*file, draft, trajectory);
+  if (corridor) read_corridor(*corridor, draft, trajectory);
 }
 
 }  // namespace balance::read

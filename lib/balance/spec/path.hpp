@@ -5,16 +5,23 @@
 
 namespace balance::read {
 
-/// Reads `line`, `{circle: …}`, `{arc: …}`, `{waypoints: …}`, `{table: …}` or `{file: …}` into trajectory.path. The drive, the
+/// Reads `line`, `{circle: …}`, `{arc: …}`, `{waypoints: …}`, `{table: …}`, `{file: …}` or `{corridor: …}` into trajectory.path and
+/// trajectory.corridor. The drive, the
 /// poses, the components and the duration must be there already; tables replace poses, components and duration.
 void read_path(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory);
 
+/// The path along which a corridor goes; another path is its own.
+Cursor middle_of(const Cursor& path);
+bool is_corridor(const Cursor& path);
 /// Whether the path brings its own poses and times.
 bool is_table(const Cursor& path);
 /// Whether the path is a circle, which can be read without knowing where it starts.
 bool is_circle(const Cursor& path);
 /// Whether the path needs an end pose.
 bool needs_end(const Cursor* path);
+
+/// Reads `{along: line, width: 0.002}` into trajectory.corridor and its middle into trajectory.path.
+void read_corridor(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory);
 
 /// Two of them: `{table: [[t, …], …], columns: […]}` and `{file: motion.csv}`.
 void read_table_path(const Cursor& table, const std::optional<Cursor>& columns, Draft& draft,

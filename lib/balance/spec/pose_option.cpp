@@ -2,6 +2,7 @@
 
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
+#include "balance/spec/option_draft.hpp"
 #include "balance/spec/pose.hpp"
 #include "balance/spec/read_spec.hpp"
 
@@ -28,22 +29,6 @@ std::string as_mapping(const std::string& text) {
     at = comma + 1;
   }
   return yaml + "}";
-}
-
-/// A draft of the study with its units, whose complaints are about an option.
-Draft draft_of(const Study& study, const char* option) {
-  Draft draft(study.spec_file);
-  draft.study = study;
-  draft.mechanism() = converted<Expression>(study.mechanism, [](double x) { return Expression(x); });
-  draft.units.length = study.units.length;
-  draft.units.angle = study.units.angle;
-  draft.problems = Problems::of_option(option);
-  return draft;
-}
-
-void need_text(const std::string& text, const char* what) {
-  if (text.find_first_not_of(" \t\r\n") == std::string::npos)
-    throw Problem({}, "", {.expected = what, .found = "an empty text"});
 }
 
 }  // namespace

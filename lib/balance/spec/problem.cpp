@@ -38,12 +38,19 @@ Problems Problems::of_option(std::string name) {
   return problems;
 }
 
+int Problems::add_file(std::string name) {
+  files_.push_back(std::move(name));
+  return static_cast<int>(files_.size()) - 1;
+}
+
 void Problems::add(Problem problem) {
   ++failures_;
   spoilt_.insert(problem.about);
+  // What is wrong in a part is told of the first of its copies.
   const bool again = std::any_of(all_.begin(), all_.end(), [&](const Problem& one) {
     return one.place.line == problem.place.line && one.place.column == problem.place.column &&
-           one.path == problem.path && one.what_is_wrong.text() == problem.what_is_wrong.text();
+           one.place.file == problem.place.file && (one.path == problem.path || one.place.file > 0) &&
+           one.what_is_wrong.text() == problem.what_is_wrong.text();
   });
   if (again) return;
   if (problem.odd_in) misspelt_.insert(*problem.odd_in);
@@ -71,13 +78,16 @@ void Problems::throw_all() const {
   if (all_.empty()) throw std::logic_error("a consequence without a mistake");
   std::vector<const Problem*> ordered;
   for (const Problem& problem : all_) ordered.push_back(&problem);
-  const auto key = [](const Problem* p) { return std::tuple(p->place.line, p->place.column); };
+  const auto key = [](const Problem* p) { return std::tuple(p->place.file, p->place.line, p->place.column); };
   std::stable_sort(ordered.begin(), ordered.end(), [&](auto* a, auto* b) { return key(a) < key(b); });
   std::vector<Mistake> mistakes;
   for (const Problem* one : ordered) {
     const Complaint& wrong = one->what_is_wrong;
-    Mistake mistake{
-        {file_, one->place.line, one->place.column, one->path}, wrong.text(), wrong.expected, wrong.found, wrong.hint};
+    Mistake mistake{{file_of(one->place), one->place.line, one->place.column, one->path},
+                    wrong.text(),
+                    wrong.expected,
+                    wrong.found,
+                    wrong.hint};
     if (is_option_) mistake.place.line = mistake.place.column = 0;
     if (!is_option_ && one->place.line == 0) mistake.place = {.file = one->path};
     mistakes.push_back(std::move(mistake));

@@ -17,6 +17,7 @@ namespace balance::read {
 struct Place {
   int line = 0;
   int column = 0;
+  int file = 0;  ///< 0: the spec's own; else what Problems::add_file said of a part's
 };
 
 /// What is wrong, in parts: `kind: expected …, found …; hint`, as much of it as there is.
@@ -50,12 +51,18 @@ struct Consequence : std::exception {
 
 class Problems {
  public:
-  explicit Problems(std::string file) : file_(std::move(file)) {}
+  explicit Problems(std::string file) : files_{std::move(file)} {}
   /// Of an option's value, where lines and columns say nothing.
   static Problems of_option(std::string name);
 
   /// @throws SpecError once there are so many that reading on is pointless
   void add(Problem problem);
+  /// A file that the spec is made of besides its own. @return what its places call it
+  int add_file(std::string name);
+  /// The files of another reading, whose places are known here, too.
+  void take_files(const Problems& other) { files_ = other.files_; }
+  /// What messages call the file of a place.
+  const std::string& file_of(const Place& place) const { return files_[static_cast<std::size_t>(place.file)]; }
   bool none() const { return failures_ == 0; }
   /// @throws SpecError with all of them in the document's order, if there is any
   void throw_all() const;
@@ -84,7 +91,7 @@ class Problems {
   }
 
  private:
-  std::string file_;
+  std::vector<std::string> files_;  ///< the spec's own first
   bool is_option_ = false;
   std::vector<Problem> all_;
   std::set<std::string> spoilt_;    ///< paths

@@ -1,8 +1,13 @@
 #include "balance/spec/reading.hpp"
 
 #include "balance/base/plain_text.hpp"
+#include "balance/spec/choose.hpp"
+#include "balance/spec/include.hpp"
+#include "balance/spec/load_cases.hpp"
 #include "balance/spec/rewrites.hpp"
 #include "balance/spec/sections.hpp"
+#include "balance/spec/tolerances.hpp"
+#include "balance/spec/workspace.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,10 +22,11 @@ class Sections {
  public:
   explicit Sections(const Cursor& root) {
     std::vector<Field> fields;
-    for (const char* name : {"name",    "space",        "gravity",        "parameters", "units", "ground",
-                             "bodies",  "joints",       "couplings",      "actuators",  "tool",  "assembly",
-                             "motion",  "trajectories", "counterweights", "payloads",   "discs", "loads",
-                             "springs", "friction",     "controllers",    "design"}) {
+    for (const char* name :
+         {"name",         "space",          "gravity",    "parameters", "units", "include",  "ground",
+          "bodies",       "joints",         "couplings",  "actuators",  "tool",  "assembly", "motion",
+          "trajectories", "counterweights", "payloads",   "discs",      "loads", "springs",  "friction",
+          "controllers",  "design",         "tolerances", "workspace"}) {
       const std::string key = name;
       const bool required = key == "space" || key == "bodies" || key == "joints";
       fields.push_back(
@@ -83,6 +89,8 @@ void read_mechanism(const Sections& sections, Draft& draft) {
   if (mechanism.bodies.size() < 2 || mechanism.joints.empty()) draft.problems.throw_all();
   check_connected(draft);
   read("couplings", [&](const Cursor& c) { read_couplings(c, draft); });
+  // after the stated ones, whose numbers are their places in the spec
+  for (const auto& wheel : draft.wheels) mechanism.couplings.push_back(wheel);
   read("actuators", [&](const Cursor& c) { read_actuators(c, draft); });
   read("tool", [&](const Cursor& c) { read_tool(c, draft); });
   if (sections["tool"] != nullptr && !mechanism.tool) draft.problems.spoil("tool");
@@ -110,30 +118,47 @@ double value_of(const Expression& expression) { return expression.value(); }
 /// Everything, with what is wrong thrown.
 void read_all(const Node& root, const Parameters::Overrides& overrides, Draft& draft) {
   const Sections sections(Cursor(root, "", draft.problems));
+  draft.load_names = list_load_names(sections["design"]);
+  draft.tolerance_names = list_tolerance_names(sections["tolerances"]);
   read_frame(sections, overrides, draft);
   draft.mechanism().name = visible(std::filesystem::path(draft.study.spec_file).stem().string());
   read_mechanism(sections, draft);
   draft.study.mechanism = converted<double>(draft.mechanism(), value_of);
   draft.mechanism_is_right = draft.problems.none();
   read_trajectories(sections["motion"], sections["trajectories"], draft);
+  if (const Cursor* box = sections["workspace"])
+    if (!draft.problems.guard([&] { read_workspace(*box, draft); })) draft.problems.spoil(workspace_name);
   for (const auto& trajectory : draft.trajectories())
     draft.study.trajectories.push_back(converted<double>(trajectory, value_of));
   read_controllers(sections["controllers"], root, overrides, draft);
   if (const Cursor* design = sections["design"]) read_design(*design, draft);
+  if (const Cursor* tolerances = sections["tolerances"])
+    draft.problems.guard([&] { draft.tolerances = read_tolerances(*tolerances, draft); });
 }
 
 /// @param root parsed here if it is not there yet
 void read_document(const std::string& text, const Node* root, const Parameters::Overrides& overrides, Draft& draft) {
   draft.study.spec_text = text;
   Node parsed;
+  FlatDocument flat;
   try {
     if (root == nullptr) parsed = parse_yaml(text, draft.problems);
-    read_all(root == nullptr ? parsed : *root, overrides, draft);
+    if (root == nullptr) root = &parsed;
+    if (includes_parts(*root)) {
+      flat = flatten(*root, draft.study.spec_file, draft.problems);
+      draft.study.spec_text = flat.text;
+      root = &flat.root;
+    }
+    read_all(*root, overrides, draft);
   } catch (const Problem& problem) {
     draft.problems.add(problem);
   }
   draft.problems.throw_all();
-  list_rewrites(root == nullptr ? parsed : *root, draft);
+  list_rewrites(*root, draft);
+  list_offered_texts(*root, draft.study);
+  const auto& free = draft.study.free_numbers;
+  for (std::size_t i = 0; i < free.size(); ++i)
+    if (draft.adapted.contains(free[i].path)) draft.study.design.cases.adapted.push_back(static_cast<int>(i));
   add_warnings(draft);
 }
 
@@ -149,11 +174,13 @@ Study read_start(const std::string& text, const Node* root, const std::string& f
 Reading read_study(const std::string& text, const std::string& file_name, const Parameters::Overrides& overrides) {
   Draft draft(file_name);
   read_document(text, nullptr, overrides, draft);
-  return {std::move(draft.study), std::move(draft.recording)};
+  return {std::move(draft.study), std::move(draft.recording), std::move(draft.tolerances)};
 }
 
-Mechanism read_mechanism_alone(const Node& root, const std::string& file_name, const Parameters::Overrides& overrides) {
+Mechanism read_mechanism_alone(const Node& root, const std::string& file_name, const Problems& known,
+                               const Parameters::Overrides& overrides) {
   Draft draft(file_name);
+  draft.problems.take_files(known);
   const Sections sections(Cursor(root, "", draft.problems));
   read_frame(sections, overrides, draft);
   draft.mechanism().name = visible(std::filesystem::path(file_name).stem().string());

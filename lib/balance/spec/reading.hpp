@@ -3,6 +3,7 @@
 
 #include "balance/spec/node.hpp"
 #include "balance/spec/parameters.hpp"
+#include "balance/study/tolerances.hpp"
 
 #include <memory>
 #include <string>
@@ -12,6 +13,7 @@ namespace balance::read {
 struct Reading {
   Study start;  ///< at the start values
   std::shared_ptr<const Recording> recording;
+  Tolerances tolerances;
 };
 
 /// @throws SpecError with everything that is wrong, in the order of the document
@@ -22,8 +24,10 @@ Reading read_study(const std::string& text, const std::string& file_name, const 
 Study read_start(const std::string& text, const Node* root, const std::string& file_name,
                  const Parameters::Overrides& overrides);
 
-/// The mechanism alone.
+/// The mechanism alone, of a document that includes no parts any more.
+/// @param known of the reading that the root's places are from
 /// @throws SpecError as above
-Mechanism read_mechanism_alone(const Node& root, const std::string& file_name, const Parameters::Overrides& overrides);
+Mechanism read_mechanism_alone(const Node& root, const std::string& file_name, const Problems& known,
+                               const Parameters::Overrides& overrides);
 
 }  // namespace balance::read

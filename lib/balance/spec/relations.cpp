@@ -1,6 +1,7 @@
 // Couplings, actuators, the tool: what refers to joints and points that are already there.
 
 #include "balance/base/nearest.hpp"
+#include "balance/model/leaders.hpp"
 #include "balance/spec/sections.hpp"
 
 #include <fmt/format.h>
@@ -12,18 +13,9 @@ namespace balance::read {
 
 namespace {
 
-/// Who leads whom: the leader of every coordinate, −1 for those that follow nobody.
-using Leaders = std::vector<int>;
-
-/// Whether the chain of leaders above `leader` comes back to `follower`.
-bool is_circle(const Leaders& leaders, int follower, int leader) {
-  while (leader >= 0 && leader != follower) leader = leaders[static_cast<std::size_t>(leader)];
-  return leader == follower;
-}
-
 /// What a coupling's mapping says; what could not be read is nothing.
 struct CouplingText {
-  std::optional<Cursor> joint, ratio, offset;
+  std::optional<Cursor> joint, several, ratio, offset;
   std::optional<int> follower, leader;
 };
 
@@ -32,51 +24,71 @@ bool read_ratio(const CouplingText& text, Draft& draft, CouplingOf<Expression>& 
   const auto unit = [&](std::optional<int> c) {
     return c ? dimension_of(coordinates[static_cast<std::size_t>(*c)].kind) : dimension::none;
   };
+  const bool leader = !text.several || draft.problems.guard([&] {
+    if (!text.follower) throw Consequence();
+    coupling.leader = read_followed(*text.several, draft, unit(text.follower));
+  });
   const bool ratio = !text.ratio || draft.problems.guard([&] {
-    coupling.ratio = read_number(*text.ratio, draft, unit(text.follower) / unit(text.leader));
+    const Dimension own = text.several ? dimension::none : unit(text.follower) / unit(text.leader);
+    coupling.ratio = read_number(*text.ratio, draft, own);
     if (coupling.ratio.value() == 0 && text.ratio->is_scalar())
       text.ratio->fail({.expected = "a ratio other than 0 (a joint that does not move is 'fixed')", .found = "0"});
   });
   const bool offset = !text.offset || draft.problems.guard([&] {
     coupling.offset = read_number(*text.offset, draft, unit(text.follower));
   });
-  return ratio && offset;
+  return leader && ratio && offset;
+}
+
+bool rolls(const Draft& draft, int coordinate) {
+  return std::any_of(draft.wheels.begin(), draft.wheels.end(),
+                     [&](const auto& wheel) { return wheel.follower == coordinate; });
 }
 
 void read_coupling(const Cursor& at, Draft& draft, Leaders& leaders) {
   auto& mechanism = draft.mechanism();
   CouplingText text;
-  const bool read =
-      read_fields(at, "a coupling {joint, follows, ratio}",
-                  {{"joint", Need::required,
-                    [&](const Cursor& c) {
-                      text.joint = c;
-                      text.follower = read_coordinate(c, draft);
-                    }},
-                   {"follows", Need::required, [&](const Cursor& c) { text.leader = read_coordinate(c, draft); }},
-                   {"ratio", Need::required, [&](const Cursor& c) { text.ratio = c; }},
-                   {"offset", Need::optional, [&](const Cursor& c) { text.offset = c; }}});
+  const bool read = read_fields(
+      at, "a coupling {joint, follows, ratio}",
+      {{"joint", Need::required,
+        [&](const Cursor& c) {
+          text.joint = c;
+          text.follower = read_coordinate(c, draft);
+        }},
+       {"follows", Need::required,
+        [&](const Cursor& c) {
+          if (c.is_map())
+            text.several = c;
+          else
+            text.leader = read_coordinate(c, draft);
+        }},
+       {"ratio", follows_several(at) ? Need::optional : Need::required, [&](const Cursor& c) { text.ratio = c; }},
+       {"offset", Need::optional, [&](const Cursor& c) { text.offset = c; }}});
   CouplingOf<Expression> coupling;
   if (!read_ratio(text, draft, coupling) || !read) return;
   coupling.follower = *text.follower;
-  coupling.leader = *text.leader;
+  if (text.leader) coupling.leader = *text.leader;
   const std::string name = mechanism.coordinates[static_cast<std::size_t>(coupling.follower)].name;
-  int& led_by = leaders[static_cast<std::size_t>(coupling.follower)];
-  if (led_by >= 0)
-    text.joint->fail({.expected = "a coordinate that follows one other",
-                      .found = fmt::format("{}, which is coupled twice", in_quotes(name))});
-  if (is_circle(leaders, coupling.follower, coupling.leader))
+  std::vector<int>& led_by = leaders[static_cast<std::size_t>(coupling.follower)];
+  if (!led_by.empty())
+    text.joint->fail(
+        {.expected = "a coordinate that follows one other",
+         .found = fmt::format("{}, which {}", in_quotes(name),
+                              rolls(draft, coupling.follower) ? "follows the wheel that rolls" : "is coupled twice")});
+  if (follows_itself(leaders, coupling.follower, coordinates_of(coupling.leader)))
     text.joint->fail({.kind = "circular coupling",
                       .expected = "a chain of couplings with an end",
                       .found = fmt::format("that {} follows itself", in_quotes(name))});
-  led_by = coupling.leader;
+  led_by = coordinates_of(coupling.leader);
   mechanism.couplings.push_back(coupling);
 }
 
 }  // namespace
 
 void read_couplings(const Cursor& section, Draft& draft) {
-  Leaders leaders(draft.mechanism().coordinates.size(), -1);
+  Leaders leaders(draft.mechanism().coordinates.size());
+  for (const auto& wheel : draft.wheels)
+    leaders[static_cast<std::size_t>(wheel.follower)] = coordinates_of(wheel.leader);
   for (const Cursor& item : section.items("a list of couplings {joint, follows, ratio}"))
     draft.problems.guard([&] { read_coupling(item, draft, leaders); });
 }

@@ -1,6 +1,7 @@
 #include "balance/spec/remaining.hpp"
 
 #include "balance/base/nearest.hpp"
+#include "balance/spec/kept_momentum.hpp"
 
 #include <fmt/format.h>
 
@@ -15,12 +16,11 @@ using AddedSpline = AddedSplineOf<Expression>;
 
 Dimension course_dimension(const Course& course, const Draft& draft) {
   if (course.coordinate < 0) return dimension::angle;
-  const auto& coordinate = draft.mechanism().coordinates[static_cast<std::size_t>(course.coordinate)];
-  return coordinate.kind == CoordinateKind::angle ? dimension::angle : dimension::length;
+  return dimension_of(draft.mechanism().coordinates[static_cast<std::size_t>(course.coordinate)].kind);
 }
 
 struct CourseText {
-  std::optional<Cursor> spline, over, jump, momentum;
+  std::optional<Cursor> spline, over, jump, momentum, axis;
 };
 
 bool read_jump(const Cursor& at) { return at.choice("whether the acceleration may jump", {"false", "true"}) == 1; }
@@ -56,7 +56,7 @@ AddedSpline read_spline(const CourseText& text, Dimension dimension, Draft& draf
 
 /// Nothing if the quantity goes straight.
 void read_course(const Cursor& at, Course course, Draft& draft, TrajectoryOf<Expression>& trajectory) {
-  const std::string what = "line, {spline: …} or {momentum: zero}";
+  const std::string what = "line, {spline: …} or {momentum: …}";
   if (at.is_scalar() && at.node().text == "line") return;
   if (!at.is_map()) at.expected(what);
   CourseText text;
@@ -65,11 +65,13 @@ void read_course(const Cursor& at, Course course, Draft& draft, TrajectoryOf<Exp
                    {{"spline", Need::optional, keep(text.spline)},
                     {"over", Need::optional, keep(text.over)},
                     {"jump", Need::optional, keep(text.jump)},
-                    {"momentum", Need::optional, keep(text.momentum)}}))
+                    {"momentum", Need::optional, keep(text.momentum)},
+                    {"axis", Need::optional, keep(text.axis)}}))
     return;
   if (text.spline.has_value() == text.momentum.has_value())
     at.fail({.expected = "'spline' or 'momentum'", .found = text.spline ? "both" : "neither"});
   if (text.spline) {
+    if (text.axis) text.axis->fail({.expected = "no such key beside 'spline': only a momentum has it"});
     course.kind = read_spline(text, course_dimension(course, draft), draft);
     const auto& spline = std::get<AddedSpline>(course.kind);
     if (is_searched(trajectory.law.kind) && spline.over_time)
@@ -77,8 +79,7 @@ void read_course(const Cursor& at, Course course, Draft& draft, TrajectoryOf<Exp
   } else {
     for (const auto& key : {text.over, text.jump})
       if (key) key->fail({.expected = "no such key beside 'momentum': only a spline has it"});
-    text.momentum->choice("the angular momentum that is kept", {"zero"});
-    course.kind = KeptMomentum{};
+    course.kind = read_momentum(*text.momentum, text.axis, draft);
   }
   trajectory.courses.push_back(std::move(course));
 }
@@ -116,6 +117,7 @@ void read_remaining(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& tr
         const int quantity = add_quantity(member.key, member.name, draft, trajectory);
         read_course(member.value, {quantity, {}}, draft, trajectory);
       });
+    assign_components(at, draft, trajectory);
     return;
   }
   read_each(at.items("a list of joint coordinates, or a mapping of them to how they go"),
@@ -124,7 +126,7 @@ void read_remaining(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& tr
 
 bool keeps_momentum(const TrajectoryOf<Expression>& trajectory) {
   return std::any_of(trajectory.courses.begin(), trajectory.courses.end(), [](const Course& course) {
-    return course.coordinate < 0 && std::holds_alternative<KeptMomentum>(course.kind);
+    return course.coordinate < 0 && std::holds_alternative<KeptMomentumE>(course.kind);
   });
 }
 

@@ -5,7 +5,7 @@
 
 namespace balance::read {
 
-/// `[J1, J2]`, or `{angle: {spline: …}, J1: {momentum: zero}, J2: line}`. Fills `remaining`, `remaining_angle` and `courses`.
+/// `[J1, J2]`, or `{angle: {spline: …}, J1: {momentum: 0.02}, J2: line}`. Fills `remaining`, `remaining_angle` and `courses`.
 void read_remaining(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory);
 
 /// The tool's angle goes as the angular momentum asks for.

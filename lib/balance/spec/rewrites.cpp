@@ -224,8 +224,7 @@ void Rewriter::write(const Node& node, Span alias, std::vector<Rewrite>& pieces)
     }
     return;
   }
-  if (node.kind == Node::Kind::null) return put("~");
-  if (node.kind == Node::Kind::scalar) return put(node.quoted ? double_quoted(node.text) : as_scalar(node.text));
+  if (node.kind == Node::Kind::null || node.kind == Node::Kind::scalar) return put(flow_text(node));
   const bool map = node.kind == Node::Kind::map;
   put(map ? "{" : "[");
   for (std::size_t i = 0; i < node.items.size(); ++i) {

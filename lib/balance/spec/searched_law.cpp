@@ -5,24 +5,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
 namespace balance::read {
 
 namespace {
-
-/// Of a unit that results are in: "N m", "rad/s".
-Dimension dimension_of_unit(const std::string& unit) {
-  const std::size_t slash = unit.find('/');
-  const std::string base = unit.substr(0, slash);
-  Dimension dimension = dimension::length;
-  if (base == "N m" || base == "J") dimension = dimension::moment;
-  if (base == "N") dimension = dimension::force;
-  if (base == "rad") dimension = dimension::angle;
-  if (slash == std::string::npos) return dimension;
-  return unit.ends_with("^2") ? dimension / (dimension::time * dimension::time) : dimension / dimension::time;
-}
 
 /// A number that is never free: the law is no part of a design.
 Expression read_bound(const Cursor& at, Draft& draft, Dimension dimension, Sign sign) {
@@ -45,12 +34,31 @@ std::vector<LimitedQuantity> find_quantities(const Cursor& at, const std::string
   expected_one_of(at, "a quantity that a law can limit", limited_names(draft.study.mechanism));
 }
 
+/// `[least, most]` of a scalar.
+MotionLimitOf<Expression> read_interval(const Cursor& at, const std::string& name,
+                                        const std::vector<LimitedQuantity>& quantities, Draft& draft,
+                                        Dimension dimension) {
+  if (std::any_of(quantities.begin(), quantities.end(), [](const LimitedQuantity& one) { return one.count > 1; }))
+    at.fail({.expected = "one positive number for the magnitude of a vector; a component, such as " + name +
+                         "[x], can have [least, most]"});
+  const auto both = at.items("a number, or [least, most]", 2);
+  MotionLimitOf<Expression> limit{name, read_bound(both[1], draft, dimension, Sign::any),
+                                  read_bound(both[0], draft, dimension, Sign::any)};
+  if (!(limit.least->value() < limit.bound.value()))
+    at.fail({.expected = "a least value below the largest one",
+             .found = fmt::format("{} and {}", both[0].node().text, both[1].node().text)});
+  return limit;
+}
+
 void read_limits(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory) {
   for (const Member& member : members(at, "a mapping of quantities to limits"))
     at.problems().guard([&] {
       const auto quantities = find_quantities(member.key, member.name, draft);
       const Dimension dimension = dimension_of_unit(quantities.front().unit);
-      trajectory.limits.push_back({member.name, read_bound(member.value, draft, dimension, Sign::positive)});
+      if (member.value.is_list())
+        trajectory.limits.push_back(read_interval(member.value, member.name, quantities, draft, dimension));
+      else
+        trajectory.limits.push_back({member.name, read_bound(member.value, draft, dimension, Sign::positive), {}});
     });
   if (at.node().items.empty()) at.expected("at least one limit");
 }
@@ -75,17 +83,26 @@ void read_speeds(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& traje
   trajectory.end_speed = read_bound(both[1], draft, dimension, Sign::not_negative);
 }
 
+void read_of(const Cursor& at, const Draft& draft, TrajectoryOf<Expression>& trajectory) {
+  trajectory.gentlest_of = at.word("a quantity's name");
+  find_quantities(at, trajectory.gentlest_of, draft);
+}
+
 }  // namespace
 
-void read_searched_law(const Cursor& at, const SearchedLawText& text, Draft& draft,
+void read_searched_law(const Cursor& at, const SearchedLawText& text, bool corridor, Draft& draft,
                        TrajectoryOf<Expression>& trajectory) {
   const LawKind law = trajectory.law.kind;
-  if (!is_searched(law) || law == LawKind::steady_momentum) {
-    for (const auto& one : {text.limits, text.of, text.speeds})
-      if (one) one->fail({.expected = "no such key: only the laws 'fastest' and 'gentlest' have it"});
-    return;
-  }
   Problems& problems = draft.problems;
+  if (!is_searched(law) || law == LawKind::steady_momentum) {
+    if (text.speeds) text.speeds->fail({.expected = "no such key: only the laws 'fastest' and 'gentlest' have it"});
+    if (text.of && !corridor)
+      text.of->fail({.expected = "no such key: only the laws 'fastest' and 'gentlest' have it"});
+    if (text.limits) problems.guard([&] { read_limits(*text.limits, draft, trajectory); });
+    if (!corridor || law == LawKind::steady_momentum) return;
+    if (!text.of) at.missing({"of"});
+    return read_of(*text.of, draft, trajectory);
+  }
   if (text.limits) problems.guard([&] { read_limits(*text.limits, draft, trajectory); });
   if (text.speeds) problems.guard([&] { read_speeds(*text.speeds, draft, trajectory); });
   if (law == LawKind::fastest) {
@@ -94,8 +111,7 @@ void read_searched_law(const Cursor& at, const SearchedLawText& text, Draft& dra
     return;
   }
   if (!text.of) at.missing({"of"});
-  trajectory.gentlest_of = text.of->word("a quantity's name");
-  find_quantities(*text.of, trajectory.gentlest_of, draft);
+  read_of(*text.of, draft, trajectory);
 }
 
 }  // namespace balance::read

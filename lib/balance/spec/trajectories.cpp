@@ -203,7 +203,8 @@ void put_together(const Assembly& a) {
     if (a.text.remaining) read_remaining(*a.text.remaining, a.draft, a.trajectory);
   });
   const bool posed = chosen && problems.guard([&] { read_poses(a); });
-  problems.guard([&] { read_searched_law(a.at, a.text.searched, a.draft, a.trajectory); });
+  const bool corridor = a.text.path && is_corridor(*a.text.path);
+  problems.guard([&] { read_searched_law(a.at, a.text.searched, corridor, a.draft, a.trajectory); });
   if (chosen && a.text.path && (posed || (is_circle(*a.text.path) && a.trajectory.drive != DriveKind::joints)))
     problems.guard([&] { read_path(*a.text.path, a.draft, a.trajectory); });
 }
@@ -277,7 +278,7 @@ void read_trajectories(const Cursor* motion, const Cursor* trajectories, Draft& 
   bool read = motion == nullptr || read_fields(*motion, "a motion {duration, from, to}", timing_fields(shared, draft));
   if (trajectories != nullptr) {
     const bool known = problems.guard([&] {
-      for (const Member& member : named_members(*trajectories, "a mapping of trajectories"))
+      for (const Member& member : named_members(*trajectories, "a mapping of trajectories", Names::single))
         read_trajectory(member, shared, draft);
     });
     read = read && known;

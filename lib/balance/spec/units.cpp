@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <span>
+#include <utility>
 
 namespace balance::read {
 
@@ -33,6 +34,20 @@ constexpr Unit angles[]{{"rad", 1}, {"mrad", 1e-3}, {"deg", std::numbers::pi / 1
 constexpr Unit forces[]{{"N", 1}, {"mN", 1e-3}, {"kN", 1e3}, {"kgf", 9.80665}, {"lbf", 4.4482216152605}};
 
 }  // namespace
+
+Dimension dimension_of_unit(const std::string& unit) {
+  using namespace dimension;
+  const std::pair<const char*, Dimension> known[] = {{"N", force},         {"N m", moment},     {"J", moment},
+                                                     {"W", moment / time}, {"m", length},       {"kg", mass},
+                                                     {"s", time},          {"kg m^2", inertia}, {"rad", angle}};
+  const std::size_t slash = unit.find('/');
+  for (const auto& [name, dimension] : known)
+    if (unit.substr(0, slash) == name) {
+      if (slash == std::string::npos) return dimension;
+      return unit.ends_with("^2") ? dimension / (time * time) : dimension / time;
+    }
+  return none;
+}
 
 double Units::factor(Dimension d) const {
   const double newton = force.value_or(mass * length / (time * time));

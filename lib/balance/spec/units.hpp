@@ -5,6 +5,7 @@
 #include "balance/spec/cursor.hpp"
 
 #include <optional>
+#include <string>
 
 namespace balance::read {
 
@@ -41,6 +42,9 @@ inline constexpr Dimension stiffness = force / length;
 constexpr Dimension dimension_of(CoordinateKind kind) {
   return kind == CoordinateKind::angle ? dimension::angle : dimension::length;
 }
+
+/// Of what a quantity's SI unit measures: "N m/s", "rad/s^2"; none for units that are no quantity's.
+Dimension dimension_of_unit(const std::string& unit);
 
 /// SI values of the spec's units.
 struct Units {

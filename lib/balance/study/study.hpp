@@ -4,8 +4,11 @@
 #include "balance/model/mechanism.hpp"
 #include "balance/motion/trajectory.hpp"
 #include "balance/result/figure.hpp"
+#include "balance/study/clearance.hpp"
 #include "balance/study/controller.hpp"
+#include "balance/study/element_choice.hpp"
 #include "balance/study/goal.hpp"
+#include "balance/study/load_cases.hpp"
 #include "balance/study/search_options.hpp"
 
 #include <cstddef>
@@ -20,6 +23,8 @@ struct FreeNumber {
   double lower = 0, upper = 0, start = 0;  ///< SI, except free parameters: as written
   double unit = 1;                         ///< SI value of the spec's unit here; 1 for parameters
   std::size_t begin = 0, end = 0;  ///< bytes of spec_text that `{free: …}`, or the alias that stands for it, takes up
+  std::vector<double> sizes =
+      {};  ///< the only values that it may have, increasing [as the bounds]; empty: any between them
 };
 
 /// How a spec is written with numbers in place of its free ones, and with what `--set` said: bytes [begin, end) of its text are
@@ -30,21 +35,52 @@ struct Rewrite {
   int number = -1;  ///< index of the free number; −1: none
 };
 
-/// One term of what to minimize. Either `size` is given, or figure, quantity and trajectory.
+/// One number that says how good a design is: its size, or something of a run along a trajectory.
 struct ObjectiveTerm {
   enum class Size { none, added_mass, added_inertia, total_mass };
+  /// What of a run. All but the first two are for limits.
+  enum class Run {
+    figure,     ///< `figure` of `quantity`
+    duration,   ///< how long it takes [s]
+    energy,     ///< Result::energy [J]
+    mobility,   ///< the least there is: how near the motion comes to a singularity
+    clearance,  ///< the least there is [m]
+  };
   Size size = Size::none;
+  Run run = Run::figure;  ///< unless there is a size
   Figure figure = Figure::rms;
   std::string quantity;    ///< as in Result::metrics: "shaking_force", "torque[A1]"
   std::string trajectory;  ///< name of one of the study's trajectories
   double weight = 1;       ///< not negative
+  Clearance clearance = {};
+};
+
+/// What a weighted sum of terms must not exceed, or fall below.
+struct FigureLimit {
+  std::string text;  ///< as written
+  std::vector<ObjectiveTerm> terms;
+  bool at_least = false;  ///< else at most
+  double bound = 0;       ///< SI
+  std::string unit;       ///< of the bound: "N m"; empty: none, or a sum
+};
+
+/// Figures of which none can become smaller without another one growing: designs all along that trade-off.
+struct FrontRequest {
+  std::vector<std::vector<ObjectiveTerm>> figures;  ///< weighted sums; none, two or three
+  int points = 9;                                   ///< designs wanted, at most
+
+  explicit operator bool() const { return !figures.empty(); }
 };
 
 /// What `design:` asks for.
 struct DesignRequest {
   std::vector<Goal> goals;
   std::vector<ObjectiveTerm> minimize;  ///< their weighted sum; empty: nothing in particular
+  std::vector<FigureLimit> subject_to;  ///< all of them must hold
+  FrontRequest front;                   ///< in place of `minimize`
   SearchOptions search;
+  LoadCases cases;
+  std::vector<ElementChoice> choose;  ///< what may be left out; empty: nothing
 };
 
 /// What a spec tells coordinates in, as SI values.

@@ -1,0 +1,138 @@
+#include "design_front.hpp"
+
+#include "answers.hpp"
+#include "console.hpp"
+#include "failure.hpp"
+#include "progress_line.hpp"
+#include "signals.hpp"
+
+#include "balance/answers/designed_spec.hpp"
+#include "balance/base/error.hpp"
+#include "balance/base/nearest.hpp"
+#include "balance/present/design_json.hpp"
+#include "balance/present/design_text.hpp"
+#include "balance/present/front_view.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+namespace balance::app {
+namespace {
+
+constexpr const char* middle = "middle";
+
+/// On a terminal it tells how far it is; Ctrl-C ends it with the points that it has.
+Front search_front(const DesignCommandOptions& options, const DesignSpace& space, DesignStudyOptions wanted) {
+  ProgressLine line(options.quiet || options.spec.json);
+  const AwaitInterrupt interrupt;
+  wanted.watch = [&](const SearchProgress& progress) {
+    line.draw_part("searching the front, Ctrl-C ends it with the points so far", progress.seconds / progress.allowed);
+    return !interrupt.came();
+  };
+  return front_or_throw(space, wanted);
+}
+
+/// Index of the point that the option names; −1: none.
+int choose_point(const std::string& name, const Front& front) {
+  if (name.empty() || front.points.empty()) return -1;
+  if (name == middle) return middle_of(front);
+  const auto count = static_cast<int>(front.points.size());
+  const int k = std::stoi(name);
+  if (k > count) throw UsageError(fmt::format("--point {}: the front has {} point{}", k, count, count == 1 ? "" : "s"));
+  return k - 1;
+}
+
+/// A point's design with what is told of it.
+struct Chosen {
+  std::string spec, text, json;
+};
+
+Chosen show(const DesignStudyOptions& wanted, const DesignSpace& space, const FrontPoint& point) {
+  Chosen chosen;
+  DesignReport report = front_design(space, point, wanted.trajectories);
+  chosen.spec = designed_spec(space, report);
+  const DesignView view = make_view(wanted, point.space, chosen.spec, std::move(report));
+  chosen.text = design_text(view);
+  chosen.json = design_json(view, {});
+  return chosen;
+}
+
+std::vector<std::string> write_files(const DesignCommandOptions& options, const DesignSpace& space,
+                                     const std::string& balanced, const FrontView& view) {
+  WriteOptions write;
+  write.existing = options.force ? Existing::replace : Existing::keep;
+  write.cancelled = [] { return pending_signal() != 0; };
+  const DeferSignals deferred;
+  std::vector<std::string> files;
+  const auto put = [&](const std::string& path, const std::string& text) {
+    if (path.empty()) return;
+    PendingFile file(path, write.existing);
+    file.write(text);
+    stop_if_cancelled(write);
+    file.commit();
+    files.push_back(path);
+  };
+  if (!balanced.empty()) put(options.output, balanced);
+  put(options.csv, front_csv(view));
+  if (!options.h5.empty()) {
+    write_front(options.h5, view, describe(options, space.start), write);
+    files.push_back(options.h5);
+  }
+  return files;
+}
+
+}  // namespace
+
+bool asks_for_front(const DesignCommandOptions& options, const Study& study) {
+  return study.design.front && options.minimize.empty();
+}
+
+void check_front_options(const DesignCommandOptions& options, const Study& study) {
+  const bool number = !options.point.empty() && options.point.size() < 6 && options.point[0] != '0' &&
+                      options.point.find_first_not_of("0123456789") == std::string::npos;
+  if (!options.point.empty() && options.point != middle && !number)
+    throw UsageError(
+        fmt::format("--point {}: expected the number of a point, from 1, or middle", in_quotes(options.point)));
+  if (!asks_for_front(options, study)) {
+    for (const auto& [name, value] : {std::pair("--point", options.point), std::pair("--csv", options.csv)})
+      if (!value.empty())
+        throw UsageError(
+            fmt::format("{} is for specs that ask for a front (design: front), and without --minimize", name));
+    return;
+  }
+  if (!options.output.empty() && options.point.empty())
+    throw UsageError("--output writes one design, and a front has several: choose one by --point K or --point middle");
+}
+
+Front front_or_throw(const DesignSpace& space, const DesignStudyOptions& options) {
+  try {
+    Front front = front_study(space, options);
+    if (front.points.empty())
+      if (const Refusal refusal = refusal_of(front.failure)) throw MechanismFailure(refusal.status, refusal.reason);
+    return front;
+  } catch (const std::invalid_argument& error) {
+    throw SpecError({.place = {.file = space.start.spec_file, .key = "design"}, .message = error.what()});
+  }
+}
+
+ExitCode run_front(const DesignCommandOptions& options, const DesignSpace& space) {
+  const DesignStudyOptions wanted = study_options(options, space.start);
+  const FrontView view = make_front_view(wanted, space, search_front(options, space, wanted));
+  const int k = choose_point(options.point, view.front);
+  Chosen chosen;
+  if (k >= 0) chosen = show(wanted, space, view.front.points[static_cast<std::size_t>(k)]);
+  const std::vector<std::string> files = write_files(options, space, chosen.spec, view);
+  if (options.spec.json) {
+    print(front_json(view, files, chosen.json));
+  } else if (!options.quiet) {
+    std::string text = front_text(view);
+    if (k >= 0) text += fmt::format("\npoint {}\n", k + 1) + chosen.text;
+    std::string lines;
+    for (const std::string& file : files) lines += written_line(file);
+    print_beside(files, text + (lines.empty() ? "" : "\n" + lines));
+  }
+  return view.front.points.empty() ? ExitCode::not_met : ExitCode::done;
+}
+
+}  // namespace balance::app

@@ -1,0 +1,24 @@
+#pragma once
+/// What `minimize` asks for where there are load cases: its worst or its mean value over all of them.
+
+#include "balance/analysis/case_space.hpp"
+#include "balance/design/problem.hpp"
+
+namespace balance {
+
+/// Of the parameters of all cases side by side (side_by_side), or of the numbers of the space.
+/// @param loose as the conditions of the whole are derived with
+/// @throws std::invalid_argument as build_objective
+Objective build_case_objective(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, AcrossCases across,
+                               const LooseSprings& loose);
+
+/// What `subject_to` asks for in every case: what counts of a figure is its worst value over all of them.
+/// @throws std::invalid_argument as build_objective
+std::vector<DesignLimit> build_case_limits(const CaseSpace& space, const std::vector<FigureLimit>& limits,
+                                           const LooseSprings& loose);
+
+/// An objective as convex figures. @return null if a term is none, or for the worst of sums that differ from case to case
+std::function<std::optional<std::vector<LinearFigure>>(const VectorX& x)> build_case_figures(
+    const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, AcrossCases across, const LooseSprings& loose);
+
+}  // namespace balance

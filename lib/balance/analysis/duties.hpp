@@ -1,0 +1,27 @@
+#pragma once
+/// Motions that a design must be able to make.
+
+#include "balance/study/design_space.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// Those that do not depend on masses and can be followed to begin with. Where the mechanism cannot be assembled to begin with, all that
+/// do not depend on masses.
+class Duties {
+ public:
+  explicit Duties(const Study& start);
+
+  /// Where the start is assembled; empty if it cannot be.
+  const std::vector<CoordinateValue>& coordinates() const { return coordinates_; }
+  /// The first motion that cannot be made, and why; empty: there is none.
+  std::string obstacle(const Trial& trial) const;
+
+ private:
+  std::vector<CoordinateValue> coordinates_;
+  std::vector<std::string> motions_;
+};
+
+}  // namespace balance

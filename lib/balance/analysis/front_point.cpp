@@ -1,0 +1,64 @@
+// What single points of a front are to each other, and as designs of their own.
+
+#include "balance/analysis/front_study.hpp"
+#include "balance/analysis/load_case_study.hpp"
+#include "balance/analysis/offered.hpp"
+#include "balance/conditions/known_terms.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+/// The springs whose ends' products are parameters of the conditions.
+LooseSprings springs_with_products(const Conditions& conditions, const DesignReport& report) {
+  LooseSprings loose(report.study_before.mechanism.springs.size(), false);
+  for (const Parameter& p : conditions.parameters)
+    if (p.bearer == Bearer::spring && p.slot > 0) loose[static_cast<std::size_t>(p.index)] = true;
+  return loose;
+}
+
+}  // namespace
+
+bool dominates(const VectorX& a, const VectorX& b, const VectorX& slack) {
+  return (a.array() <= b.array()).all() && (a.array() < (b - slack).array()).any();
+}
+
+int middle_of(const Front& front) {
+  if (front.points.empty()) throw std::invalid_argument("the front has no points");
+  VectorX least = front.points.front().values, most = least;
+  for (const FrontPoint& point : front.points) {
+    least = least.cwiseMin(point.values);
+    most = most.cwiseMax(point.values);
+  }
+  const auto distance = [&](const FrontPoint& point) {
+    double sum = 0;
+    for (Eigen::Index j = 0; j < least.size(); ++j)
+      if (most[j] > least[j]) sum += std::pow((point.values[j] - least[j]) / (most[j] - least[j]), 2);
+    return sum;
+  };
+  const auto nearest = std::min_element(front.points.begin(), front.points.end(),
+                                        [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+  return static_cast<int>(nearest - front.points.begin());
+}
+
+DesignReport front_design(const DesignSpace& space, const FrontPoint& point, bool trajectories) {
+  DesignReport report = point.report;
+  report.numbers = space.start.free_numbers;
+  report.before = space.start_values();
+  report.choices = list_choices(space);
+  DesignSpace own = point.space;
+  own.start.free_numbers = report.numbers;
+  measure_design(own, report);
+  const Conditions& conditions = report.outcome.conditions;
+  if (report.outcome.before.size() > 0)
+    report.outcome.before = scaled_residuals(
+        conditions, term_values(report.study_before.mechanism, springs_with_products(conditions, report)));
+  if (trajectories) compare_trajectories(report);
+  return report;
+}
+
+}  // namespace balance

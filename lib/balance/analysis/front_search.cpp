@@ -1,0 +1,135 @@
+#include "balance/analysis/front_search.hpp"
+
+#include "balance/analysis/load_case_study.hpp"
+#include "balance/analysis/objective.hpp"
+#include "balance/design/computing_time.hpp"
+#include "balance/design/least_violation.hpp"
+#include "balance/result/tracks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+constexpr double least_seconds = 1e-3;
+
+std::string sum_text(const std::vector<ObjectiveTerm>& terms) {
+  std::string text;
+  for (const ObjectiveTerm& term : terms)
+    text += (text.empty() ? "" : " + ") + (term.weight == 1 ? "" : fmt::format("{:g} ", term.weight)) + name_of(term);
+  return text;
+}
+
+/// Of a single figure; a sum has none.
+std::string sum_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism) {
+  const ObjectiveTerm& term = terms.front();
+  if (terms.size() != 1 || term.weight != 1) return "";
+  if (term.size == ObjectiveTerm::Size::added_inertia) return "kg m^2";
+  if (term.size != ObjectiveTerm::Size::none) return "kg";
+  return term.run == ObjectiveTerm::Run::duration ? "s" : figure_unit(mechanism, term.quantity);
+}
+
+DesignSpace without_front(DesignSpace space) {
+  if (!space.start.design.front) throw std::invalid_argument("the spec asks for no front");
+  if (space.start.design.cases.size() > 0) throw std::invalid_argument("a front knows no load cases");
+  space.start.design.minimize = space.start.design.front.figures.front();
+  space.start.design.front = {};
+  return space;
+}
+
+DesignStudyOptions own_terms(DesignStudyOptions options) {
+  options.minimize.clear();
+  options.trajectories = false;
+  return options;
+}
+
+bool is_design(const DesignOutcome& outcome) {
+  return (outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::not_asked) &&
+         outcome.within_limits;
+}
+
+}  // namespace
+
+FrontSearch::FrontSearch(const DesignSpace& space, const DesignStudyOptions& options, int planned)
+    : request_(space.start.design.front),
+      base_(without_front(space)),
+      options_(own_terms(options)),
+      problem_(state_problem(base_, options_)),
+      begin_(designing::computing_time()),
+      planned_(planned) {
+  for (const std::vector<ObjectiveTerm>& terms : request_.figures)
+    merits_.push_back(build_objective(base_, terms, base_.start_values(), problem_.options.loose_springs));
+}
+
+VectorX FrontSearch::no_limits() const {
+  return VectorX::Constant(figures(), std::numeric_limits<double>::quiet_NaN());
+}
+
+DesignSpace FrontSearch::space_for(const FrontWish& wish) const {
+  DesignSpace own = base_;
+  DesignRequest& design = own.start.design;
+  design.minimize = request_.figures[static_cast<std::size_t>(wish.minimized)];
+  for (int j = 0; j < figures(); ++j) {
+    if (std::isnan(wish.limits[j])) continue;
+    const auto& terms = request_.figures[static_cast<std::size_t>(j)];
+    const std::string unit = sum_unit(terms, base_.start.mechanism);
+    design.subject_to.push_back(
+        {fmt::format("{} <= {:g}{}{}", sum_text(terms), wish.limits[j], unit.empty() ? "" : " ", unit), terms, false,
+         wish.limits[j], unit});
+  }
+  for (Eigen::Index i = 0; i < wish.start.size(); ++i) {
+    FreeNumber& number = own.start.free_numbers[static_cast<std::size_t>(i)];
+    number.start = std::clamp(wish.start[i], number.lower, number.upper);
+  }
+  return own;
+}
+
+/// Its share of what is left; the first ones leave to the others what they do not need.
+DesignStudyOptions FrontSearch::options_for_one() {
+  DesignStudyOptions one = options_;
+  const double left = options_.search.seconds - (designing::computing_time() - begin_);
+  one.search.seconds = std::max(least_seconds, left / std::max(1, planned_ - searches_));
+  if (!options_.watch) return one;
+  one.watch = [this](const SearchProgress& progress) {
+    SearchProgress all = progress;
+    all.seconds += before_;
+    all.allowed = options_.search.seconds;
+    stopped_ = stopped_ || !options_.watch(all);
+    return !stopped_;
+  };
+  return one;
+}
+
+VectorX FrontSearch::values_at(const VectorX& x) const {
+  VectorX values(figures());
+  for (int j = 0; j < figures(); ++j)
+    values[j] = designing::value_of(problem_, merits_[static_cast<std::size_t>(j)], x);
+  return values;
+}
+
+std::optional<FrontPoint> FrontSearch::find(const FrontWish& wish) {
+  before_ = designing::computing_time() - begin_;
+  stopped_ = stopped_ || (searches_ > 0 && before_ >= options_.search.seconds);
+  if (stopped_) return std::nullopt;
+  FrontPoint point;
+  point.space = space_for(wish);
+  point.report = design_study(point.space, options_for_one());
+  ++searches_;
+  const DesignOutcome& outcome = point.report.outcome;
+  if (is_design(outcome)) point.values = values_at(outcome.x);
+  if (point.values.size() == 0 || !point.values.allFinite()) {
+    failure_ = std::move(point.report);
+    return std::nullopt;
+  }
+  point.minimized = wish.minimized;
+  point.limits = wish.limits;
+  point.lower_bound = outcome.lower_bound;
+  return point;
+}
+
+}  // namespace balance

@@ -1,0 +1,47 @@
+#pragma once
+/// Single designs of a front, out of one budget. Private to analysis.
+
+#include "balance/analysis/front_study.hpp"
+
+#include <optional>
+
+namespace balance {
+
+/// min figure `minimized`, the others within `limits`.
+struct FrontWish {
+  int minimized = 0;
+  VectorX limits;  ///< per figure; NaN: none
+  VectorX start;   ///< free numbers; empty: the spec's
+};
+
+class FrontSearch {
+ public:
+  /// @param planned searches that the budget is shared among
+  FrontSearch(const DesignSpace& space, const DesignStudyOptions& options, int planned);
+
+  int figures() const { return static_cast<int>(request_.figures.size()); }
+  /// Without limits. @return none was found
+  std::optional<FrontPoint> find(const FrontWish& wish);
+  /// What the last search found, if it was no design.
+  const DesignReport& failure() const { return failure_; }
+  bool stopped() const { return stopped_; }
+  int searches() const { return searches_; }
+  VectorX no_limits() const;
+
+ private:
+  DesignSpace space_for(const FrontWish& wish) const;
+  DesignStudyOptions options_for_one();
+  VectorX values_at(const VectorX& x) const;
+
+  FrontRequest request_;
+  DesignSpace base_;  ///< asks for the first figure alone
+  DesignStudyOptions options_;
+  DesignProblem problem_;
+  std::vector<Objective> merits_;
+  DesignReport failure_;
+  double begin_, before_ = 0;  ///< [s] of computing: at the start, spent in searches that are over
+  int planned_, searches_ = 0;
+  bool stopped_ = false;
+};
+
+}  // namespace balance

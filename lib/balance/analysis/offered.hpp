@@ -1,0 +1,14 @@
+#pragma once
+/// What a spec offers a design to choose among. Private to analysis.
+
+#include "balance/design/problem.hpp"
+#include "balance/study/design_space.hpp"
+
+namespace balance {
+
+/// An element can be left out if each of its masses, moments of inertia and stiffnesses vanishes where one free number is zero.
+/// @return of design.choose; numbers are positions among start.free_numbers
+/// @throws std::invalid_argument for one that is named and cannot, or where none can
+std::vector<Choice> list_choices(const DesignSpace& space);
+
+}  // namespace balance

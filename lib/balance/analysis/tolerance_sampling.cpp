@@ -1,0 +1,164 @@
+#include "balance/analysis/tolerance_sampling.hpp"
+
+#include "balance/model/validate.hpp"
+#include "balance/result/metrics.hpp"
+#include "balance/simulation/simulate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+constexpr std::array all_figures = {Figure::peak, Figure::rms, Figure::mean, Figure::range};
+
+/// Numbers that are the same with every standard library.
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : bits_(seed) {}
+
+  double draw(const ToleranceNumber& number) {
+    if (number.spread == Spread::uniform) return number.width * (2 * unit() - 1);
+    // Box and Muller; the second of the pair is left.
+    const double radius = std::sqrt(-2 * std::log1p(-unit()));
+    return number.width * radius * std::cos(2 * std::numbers::pi * unit());
+  }
+
+ private:
+  /// In [0, 1).
+  double unit() { return static_cast<double>(bits_() >> 11) * 0x1p-53; }
+
+  std::mt19937_64 bits_;
+};
+
+/// A figure's values in all mechanisms that ran.
+struct Column {
+  std::string quantity, unit;
+  std::vector<double> values[all_figures.size()];
+};
+
+/// Between the two neighbours in order.
+double quantile(const std::vector<double>& sorted, double part) {
+  const double place = part * static_cast<double>(sorted.size() - 1);
+  const auto low = static_cast<std::size_t>(place);
+  const std::size_t high = std::min(low + 1, sorted.size() - 1);
+  return sorted[low] + (place - static_cast<double>(low)) * (sorted[high] - sorted[low]);
+}
+
+SampledFigure summed_up(const Column& column, std::size_t f) {
+  std::vector<double> values = column.values[f];
+  const auto count = static_cast<double>(values.size());
+  SampledFigure out{.quantity = column.quantity, .unit = column.unit, .figure = all_figures[f]};
+  for (const double value : values) out.mean += value / count;
+  double squares = 0, fourths = 0;
+  for (const double value : values) {
+    const double square = (value - out.mean) * (value - out.mean);
+    squares += square;
+    fourths += square * square;
+  }
+  const double variance = squares / (count - 1);
+  out.deviation = std::sqrt(variance);
+  out.mean_error = out.deviation / std::sqrt(count);
+  if (variance > 0) {
+    const double of_variance = std::max(0.0, fourths / count - variance * variance) / count;
+    out.deviation_error = std::sqrt(of_variance) / (2 * out.deviation);
+  }
+  std::sort(values.begin(), values.end());
+  out.quantiles = {quantile(values, 0.05), quantile(values, 0.5), quantile(values, 0.95)};
+  return out;
+}
+
+class Draws {
+ public:
+  Draws(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
+        const std::vector<std::string>& quantities, std::uint64_t seed)
+      : space_(space), numbers_(numbers), quantities_(quantities), samples_(trajectory.samples), dice_(seed) {
+    const auto& all = space.start.trajectories;
+    const auto same = [&](const Trajectory& one) { return one.name == trajectory.name; };
+    which_ = static_cast<std::size_t>(std::find_if(all.begin(), all.end(), same) - all.begin());
+  }
+
+  void draw() {
+    DesignSpace drawn = space_;
+    std::string why;
+    for (const ToleranceNumber& number : numbers_) {
+      const double off = dice_.draw(number);
+      drawn.inputs[static_cast<std::size_t>(number.input)] += off;
+      if (number.positive && number.value + off < 0) why = number.path + " below zero";
+    }
+    if (why.empty()) why = run(drawn);
+    why.empty() ? ++out_.drawn : ++out_.refused[why];
+  }
+
+  SampledTolerance result() {
+    if (out_.drawn >= 2)
+      for (const Column& column : columns_)
+        for (std::size_t f = 0; f < all_figures.size(); ++f) out_.figures.push_back(summed_up(column, f));
+    return std::move(out_);
+  }
+
+ private:
+  /// @return why there are no figures
+  std::string run(const DesignSpace& drawn) {
+    const RecordedValues<double> values(*drawn.recording, drawn.inputs);
+    const Mechanism mechanism = values.mechanism();
+    if (const std::vector<Fault> faults = validate(mechanism); !faults.empty())
+      return faults.front().sentence.substr(0, faults.front().sentence.find(", is "));
+    Trajectory trajectory = converted<double>(drawn.recording->trajectories.at(which_), values);
+    trajectory.samples = samples_;
+    try {
+      const Result result = simulate(mechanism, trajectory);
+      if (result.outcome.status != MotionStatus::done) return "a motion that cannot be made";
+      take(result);
+    } catch (const std::invalid_argument&) {
+      return "a motion that cannot be stated";
+    }
+    return "";
+  }
+
+  void take(const Result& result) {
+    std::size_t c = 0;
+    for (const Metric& metric : result.metrics) {
+      if (!wanted(metric.quantity)) continue;
+      if (c == columns_.size()) columns_.push_back({metric.quantity, metric.unit, {}});
+      for (std::size_t f = 0; f < all_figures.size(); ++f)
+        columns_[c].values[f].push_back(figure_of(metric, all_figures[f]));
+      ++c;
+    }
+  }
+
+  bool wanted(const std::string& quantity) const {
+    const std::string array = quantity.substr(0, quantity.find('['));
+    return quantities_.empty() || std::any_of(quantities_.begin(), quantities_.end(),
+                                              [&](const std::string& one) { return one == quantity || one == array; });
+  }
+
+  const DesignSpace& space_;
+  const Tolerances& numbers_;
+  const std::vector<std::string>& quantities_;
+  long samples_;
+  std::size_t which_ = 0;
+  Dice dice_;
+  std::vector<Column> columns_;
+  SampledTolerance out_;
+};
+
+}  // namespace
+
+SampledTolerance sample_tolerance(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
+                                  const std::vector<std::string>& quantities, const ToleranceDraws& draws,
+                                  const std::function<void(double part)>& progress) {
+  if (draws.count < 2) throw std::invalid_argument("at least two draws are needed");
+  Draws all(space, numbers, trajectory, quantities, draws.seed);
+  for (long k = 0; k < draws.count; ++k) {
+    if (progress) progress(static_cast<double>(k) / static_cast<double>(draws.count));
+    all.draw();
+  }
+  return all.result();
+}
+
+}  // namespace balance

@@ -1,0 +1,151 @@
+#include "balance/design/adaptive_law.hpp"
+
+#include "balance/base/factorizations.hpp"
+#include "balance/design/context.hpp"
+#include "balance/design/solve.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+namespace balance {
+
+namespace designing {
+
+namespace {
+
+/// A a + Σ b_m m(p) = 0, with monomials m of the load; everything in unit coordinates.
+struct SeparatedConditions {
+  MatrixX matrix;                      ///< A: conditions × adapted
+  std::map<Monomial, VectorX> loaded;  ///< b
+};
+
+/// @return nothing where an adapted number stands in a product
+std::optional<SeparatedConditions> separate(const Polynomial& rows, int adapted) {
+  SeparatedConditions conditions{MatrixX::Zero(rows.outputs(), adapted), {}};
+  for (const Polynomial::Term& term : rows.terms()) {
+    const bool own = !term.monomial.empty() && term.monomial.front().first < adapted;
+    if (own && (term.monomial.size() > 1 || term.monomial.front().second > 1)) return std::nullopt;
+    VectorX* column = nullptr;
+    if (!own) {
+      column = &conditions.loaded[term.monomial];
+      if (column->size() == 0) column->setZero(rows.outputs());
+    }
+    for (const auto& [row, coefficient] : term.coefficients)
+      (own ? conditions.matrix(row, term.monomial.front().first) : (*column)[row]) += coefficient;
+  }
+  return conditions;
+}
+
+/// The adapted numbers over the load, both in unit coordinates.
+std::optional<Polynomial> adapted_solution(const SeparatedConditions& conditions, const VectorX& anchor,
+                                           int variables) {
+  const Eigen::Index n = conditions.matrix.cols();
+  MatrixX inverse = MatrixX::Zero(n, conditions.matrix.rows()), open = MatrixX::Identity(n, n);
+  if (conditions.matrix.size() > 0) {
+    constexpr double lost = 1e-10;  // of the largest singular value
+    Eigen::JacobiSVD<MatrixX> svd(conditions.matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    svd.setThreshold(lost);
+    const Eigen::Index rank = svd.rank();
+    const MatrixX v = svd.matrixV().leftCols(rank);
+    inverse =
+        v * svd.singularValues().head(rank).cwiseInverse().asDiagonal() * svd.matrixU().leftCols(rank).transpose();
+    open -= v * v.transpose();
+  }
+  TermCollector collector(static_cast<int>(n));
+  const VectorX kept = open * anchor;
+  for (int i = 0; i < n; ++i) collector.add({}, i, kept[i]);
+  for (const auto& [monomial, right] : conditions.loaded) {
+    VectorX part = -inverse * right;
+    part -= inverse * (conditions.matrix * part + right);
+    if ((conditions.matrix * part + right).cwiseAbs().maxCoeff() > met) return std::nullopt;
+    for (int i = 0; i < n; ++i) collector.add(monomial, i, part[i]);
+  }
+  return collector.finish(variables, 1e-12);
+}
+
+AdaptiveLaw in_numbers(const Polynomial& units, const Box& box, int adapted) {
+  const Polynomial loads = units.substituted(box.centre(), box.half());
+  AdaptiveLaw law;
+  const Eigen::Index count = box.size() - adapted;
+  law.terms.push_back({std::vector<int>(static_cast<std::size_t>(count), 0), box.centre().head(adapted)});
+  const auto degree = [](const AdaptiveLaw::Term& term) {
+    return std::accumulate(term.powers.begin(), term.powers.end(), 0);
+  };
+  for (const Polynomial::Term& term : loads.terms()) {
+    AdaptiveLaw::Term next{std::vector<int>(static_cast<std::size_t>(count), 0), VectorX::Zero(adapted)};
+    for (const auto& [variable, power] : term.monomial)
+      next.powers[static_cast<std::size_t>(variable - adapted)] = power;
+    for (const auto& [i, coefficient] : term.coefficients) next.coefficients[i] = coefficient * box.half()[i];
+    if (degree(next) > 0) {
+      law.terms.push_back(std::move(next));
+      continue;
+    }
+    for (Eigen::Index i = 0; i < adapted; ++i) {
+      double& sum = law.terms.front().coefficients[i];
+      const double size = std::abs(sum) + std::abs(next.coefficients[i]);
+      sum += next.coefficients[i];
+      if (std::abs(sum) < 1e-13 * size) sum = 0;
+    }
+  }
+  std::stable_sort(law.terms.begin(), law.terms.end(),
+                   [&](const auto& a, const auto& b) { return degree(a) < degree(b); });
+  return law;
+}
+
+}  // namespace
+
+}  // namespace designing
+
+VectorX AdaptiveLaw::at(const VectorX& loads) const {
+  VectorX values = VectorX::Zero(terms.front().coefficients.size());
+  for (const Term& term : terms) {
+    double product = 1;
+    for (std::size_t k = 0; k < term.powers.size(); ++k)
+      product *= std::pow(loads[static_cast<Eigen::Index>(k)], term.powers[k]);
+    values += product * term.coefficients;
+  }
+  return values;
+}
+
+MatrixX AdaptiveLaw::slope(const VectorX& loads) const {
+  MatrixX slope = MatrixX::Zero(terms.front().coefficients.size(), loads.size());
+  for (const Term& term : terms)
+    for (std::size_t k = 0; k < term.powers.size(); ++k) {
+      if (term.powers[k] == 0) continue;
+      double product = term.powers[k];
+      for (std::size_t j = 0; j < term.powers.size(); ++j)
+        product *= std::pow(loads[static_cast<Eigen::Index>(j)], term.powers[j] - (j == k ? 1 : 0));
+      slope.col(static_cast<Eigen::Index>(k)) += product * term.coefficients;
+    }
+  return slope;
+}
+
+bool AdaptiveLaw::affine(Eigen::Index i) const {
+  return std::all_of(terms.begin(), terms.end(), [&](const Term& term) {
+    return term.coefficients[i] == 0 || std::accumulate(term.powers.begin(), term.powers.end(), 0) <= 1;
+  });
+}
+
+std::optional<AdaptiveLaw> find_adaptive_law(const DesignProblem& problem, const VectorX& anchor) {
+  designing::Budget budget(problem.search.seconds);
+  const designing::Context context(problem, budget);
+  const int adapted = static_cast<int>(anchor.size());
+  if (context.survey.any_geometric() || !context.map.polynomial()) return std::nullopt;
+  const Conditions conditions = context.conditions_at(context.box.start());
+  if (conditions.status != ConditionsStatus::done) return std::nullopt;
+  const Eigen::Index own = conditions.own_rows();
+  MatrixX rows = MatrixX::Zero(own, context.map.features());
+  rows.leftCols(conditions.matrix.cols()) =
+      conditions.scale.head(own).cwiseInverse().asDiagonal() * conditions.matrix.topRows(own);
+  const auto separated = designing::separate(context.map.polynomial()->combined(rows), adapted);
+  if (!separated) return std::nullopt;
+  const designing::Box& box = context.box;
+  const VectorX unit = (anchor - box.centre().head(adapted)).cwiseQuotient(box.half().head(adapted));
+  const auto units = designing::adapted_solution(*separated, unit, box.size());
+  if (!units) return std::nullopt;
+  return designing::in_numbers(*units, box, adapted);
+}
+
+}  // namespace balance

@@ -1,0 +1,16 @@
+#pragma once
+/// One search for a design, with limits as inequalities. Private to design.
+
+#include "balance/design/solve.hpp"
+
+namespace balance::designing {
+
+struct Pass {
+  DesignOutcome outcome;  ///< nothing is said of limits
+  bool convex =
+      false;  ///< the objective over all designs that meet the conditions and keep the limits: a proof can be had
+};
+
+Pass pass_once(const DesignProblem& problem);
+
+}  // namespace balance::designing

@@ -1,0 +1,62 @@
+#include "balance/present/equation_tables.hpp"
+
+#include "balance/write/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+
+namespace {
+
+constexpr double shown_as_none = 1e-13;  ///< of the largest entry of its kind: shown as 0
+
+}  // namespace
+
+std::string entry_text(double value, double size) {
+  return std::abs(value) <= shown_as_none * size ? "0" : fmt::format("{:.6g}", value);
+}
+
+double largest(const MatrixX& matrix) { return matrix.size() == 0 ? 0 : matrix.cwiseAbs().maxCoeff(); }
+
+std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
+                        const std::vector<std::string>& columns) {
+  Table table{{""}, {Align::left}, {}};
+  for (const std::string& column : columns) {
+    table.heading.push_back(column);
+    table.align.push_back(Align::right);
+  }
+  const double size = largest(matrix);
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    std::vector<std::string> cells{"  " + rows[static_cast<std::size_t>(r)]};
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(entry_text(matrix(r, c), size));
+    table.rows.push_back(std::move(cells));
+  }
+  return format_table(table);
+}
+
+std::string velocity_table(const IndependentTerms& terms, const std::vector<std::string>& rows,
+                           const std::vector<std::string>& factors) {
+  double size = 1e-3 * largest(terms.mass);
+  for (const MatrixX& form : terms.velocity) size = std::max(size, largest(form));
+  std::string text;
+  for (std::size_t k = 0; k < terms.velocity.size(); ++k) {
+    const MatrixX& form = terms.velocity[k];
+    std::string sum;
+    for (Eigen::Index r = 0; r < form.rows(); ++r)
+      for (Eigen::Index s = r; s < form.cols(); ++s) {
+        if (std::abs(form(r, s)) <= shown_as_none * size) continue;
+        const auto& first = factors[static_cast<std::size_t>(r)];
+        const auto& second = factors[static_cast<std::size_t>(s)];
+        sum += sum.empty() ? (form(r, s) < 0 ? "-" : "") : form(r, s) < 0 ? " - " : " + ";
+        sum += fmt::format("{}{:.6g} {}", r == s ? "" : "2 ", std::abs(form(r, s)),
+                           r == s ? first + "^2" : first + " " + second);
+      }
+    text += fmt::format("  {}: {}\n", rows[k], sum.empty() ? "0" : sum);
+  }
+  return text;
+}
+
+}  // namespace balance

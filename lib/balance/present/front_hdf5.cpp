@@ -1,0 +1,79 @@
+// A trade-off as an HDF5 file.
+
+#include "balance/present/front_view.hpp"
+#include "balance/present/names.hpp"
+#include "balance/write/pending_file.hpp"
+#include "balance/write/result_group.hpp"
+
+#include <span>
+
+namespace balance {
+namespace {
+
+using Dimension = Hdf5File::Dimension;
+using Group = Hdf5File::Group;
+
+constexpr Group top{};
+
+/// A row per point.
+Samples rows_of(const Front& front, Eigen::Index columns, VectorX (*row)(const FrontPoint&)) {
+  Samples rows(static_cast<Eigen::Index>(front.points.size()), columns);
+  for (std::size_t k = 0; k < front.points.size(); ++k)
+    rows.row(static_cast<Eigen::Index>(k)) = row(front.points[k]).transpose();
+  return rows;
+}
+
+std::span<const double> values_of(const Samples& values) {
+  return {values.data(), static_cast<std::size_t>(values.size())};
+}
+
+std::vector<std::string> point_names(const Front& front) {
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < front.points.size(); ++k) names.push_back(std::to_string(k + 1));
+  return names;
+}
+
+void add_points(Hdf5File& file, const FrontView& view) {
+  const Front& front = view.front;
+  if (front.points.empty()) return;
+  std::vector<std::string> paths;
+  for (const FreeNumber& number : view.numbers) paths.push_back(number.path);
+  const Dimension point = file.add_dimension(top, {"point", "of the front", "1", {}, {}}, point_names(front));
+  const Dimension figure = file.add_dimension(top, {"figure", "what is traded", "1", {}, {}}, view.figures);
+  const Dimension number = file.add_dimension(top, {"free_number", "key path in the spec", "1", {}, {}}, paths);
+  const auto figures = static_cast<Eigen::Index>(view.figures.size()),
+             numbers = static_cast<Eigen::Index>(paths.size());
+  const auto add = [&](const char* name, const char* long_name, std::vector<Dimension> dimensions,
+                       const Samples& rows) {
+    file.add(top, {name, long_name, "mixed", std::move(dimensions), {}}, values_of(rows));
+  };
+  add("value", "figures of the points, SI", {point, figure},
+      rows_of(front, figures, [](const FrontPoint& p) { return p.values; }));
+  add("limit", "what the other figures were limited to; NaN: not limited", {point, figure},
+      rows_of(front, figures, [](const FrontPoint& p) { return p.limits; }));
+  add("minimized", "index of the figure that was minimized", {point},
+      rows_of(front, 1, [](const FrontPoint& p) { return VectorX::Constant(1, p.minimized).eval(); }));
+  add("lower_bound", "what no design within the limits has less of; NaN: not proved", {point},
+      rows_of(front, 1, [](const FrontPoint& p) { return VectorX::Constant(1, p.lower_bound).eval(); }));
+  add("free_numbers", "values of the free numbers, SI; free parameters as written", {point, number},
+      rows_of(front, numbers, [](const FrontPoint& p) { return p.report.outcome.x; }));
+}
+
+}  // namespace
+
+void write_front(const std::string& path, const FrontView& view, const FileDescription& description,
+                 const WriteOptions& options) {
+  PendingFile pending(path, options.existing, options.mark);
+  const bool compress = options.compression == Compression::gzip;
+  Hdf5File file(pending.descriptor(), path, compress ? Hdf5File::Storage::compressed : Hdf5File::Storage::contiguous);
+  describe_source(file, description);
+  file.set_attribute(top, "goal", list_names(view.goals));
+  file.set_attribute(top, "optimality", name_of(optimality_of(view.front)));
+  file.set_attribute(top, "stopped", view.front.stopped ? "yes" : "no");
+  add_points(file, view);
+  file.close();
+  stop_if_cancelled(options);
+  pending.commit();
+}
+
+}  // namespace balance

@@ -1,0 +1,73 @@
+// A trade-off as JSON.
+
+#include "balance/present/conditions_parts.hpp"
+#include "balance/present/front_view.hpp"
+#include "balance/present/names.hpp"
+
+#include <algorithm>
+
+namespace balance {
+namespace {
+
+Json figures_json(const FrontView& view) {
+  Json list = Json::array();
+  for (std::size_t j = 0; j < view.figures.size(); ++j) {
+    Json figure = {{"name", view.figures[j]}, {"unit", view.units[j]}};
+    if (j < view.front.ends.size()) {
+      const FrontEnd& end = view.front.ends[j];
+      figure["least"] = end.least;
+      figure["lower_bound"] = end.lower_bound;
+      figure["optimality"] = name_of(end.optimality);
+    }
+    list.push_back(std::move(figure));
+  }
+  return list;
+}
+
+Json numbers_list(const FrontView& view, const VectorX& x) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < view.numbers.size(); ++i)
+    list.push_back({{"path", view.numbers[i].path}, {"value", x[static_cast<Eigen::Index>(i)]}});
+  return list;
+}
+
+Json point_json(const FrontView& view, std::size_t k) {
+  const FrontPoint& point = view.front.points[k];
+  return {{"point", k + 1},
+          {"values", numbers_json(point.values)},
+          {"free_numbers", numbers_list(view, point.report.outcome.x)},
+          {"status", name_of(point.report.outcome.status)},
+          {"optimality", name_of(point.optimality)},
+          {"minimized", point.minimized},
+          {"limits", numbers_json(point.limits)},
+          {"lower_bound", point.lower_bound},
+          {"gap", point.gap()},
+          {"tried", point.report.outcome.tried}};
+}
+
+}  // namespace
+
+std::string front_json(const FrontView& view, const std::vector<std::string>& files, const std::string& design) {
+  const Front& front = view.front;
+  const bool none = front.points.empty();
+  const DesignReport& shown = none ? front.failure : front.points.front().report;
+  Json json = {{"mechanism", view.title}, {"goal", goals_json(view.goals)}};
+  json["status"] = name_of(shown.outcome.status);
+  json["optimality"] = name_of(optimality_of(front));
+  json["reason"] = none ? shown.outcome.reason : "";
+  json["seconds"] = view.seconds;
+  Json points = Json::array();
+  for (std::size_t k = 0; k < front.points.size(); ++k) points.push_back(point_json(view, k));
+  json["front"] = {{"figures", figures_json(view)},
+                   {"points", std::move(points)},
+                   {"middle", none ? Json(nullptr) : Json(middle_of(front) + 1)},
+                   {"searches", front.searches},
+                   {"stopped", front.stopped}};
+  if (!design.empty()) json["design"] = Json::parse(design);
+  json["notes"] = front.notes;
+  json["warnings"] = view.warnings;
+  json["files"] = files;
+  return dump(json);
+}
+
+}  // namespace balance

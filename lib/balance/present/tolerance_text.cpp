@@ -1,0 +1,148 @@
+#include "balance/present/tolerance_text.hpp"
+
+#include "balance/write/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace balance {
+
+namespace {
+
+constexpr double agreeing_errors = 4;
+constexpr double smallest_share = 0.005;
+
+std::string tolerance_number(double value) { return value == 0 ? "0" : format_number(value); }
+
+/// "0.12", or a word where there is no slope.
+std::string deviation_text(const FigureDeviation& figure) {
+  return std::isnan(figure.deviation) ? "kink" : tolerance_number(figure.deviation);
+}
+
+/// "cw1.mass 71 %, cw2.mass 29 %", the largest first.
+std::string shares_text(const Tolerances& numbers, const VectorX& shares) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(shares.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return shares[a] > shares[b]; });
+  std::string text;
+  for (const Eigen::Index i : order)
+    if (shares[i] >= smallest_share)
+      text += fmt::format("{}{} {:.0f} %", text.empty() ? "" : ", ",
+                          tolerance_name(numbers[static_cast<std::size_t>(i)]), 100 * shares[i]);
+  return text.empty() ? "-" : text;
+}
+
+std::string numbers_table(const Tolerances& numbers) {
+  Table table{
+      {"number", "value", "deviation", "distribution"}, {Align::left, Align::right, Align::right, Align::left}, {}};
+  for (const ToleranceNumber& one : numbers)
+    table.rows.push_back({one.path, tolerance_number(one.value), tolerance_number(one.deviation()),
+                          one.spread == Spread::normal ? "normal" : fmt::format("uniform, ± {:.6g}", one.width)});
+  return format_table(table);
+}
+
+std::string figures_table(const ToleranceReport& report) {
+  Table table{{"quantity", "unit", "peak", "±", "rms", "±", "expected rms", "mean", "±", "range", "±"},
+              {Align::left, Align::left},
+              {}};
+  table.align.resize(table.heading.size(), Align::right);
+  for (const QuantityTolerance& one : report.quantities)
+    table.rows.push_back({one.quantity, one.unit, tolerance_number(one.peak.value), deviation_text(one.peak),
+                          tolerance_number(one.rms.value), deviation_text(one.rms), tolerance_number(one.expected_rms),
+                          tolerance_number(one.mean.value), deviation_text(one.mean), tolerance_number(one.range.value),
+                          deviation_text(one.range)});
+  return format_table(table);
+}
+
+std::string pose_text(const ToleranceReport& report, long row) {
+  constexpr std::size_t most = 4;
+  std::string text;
+  for (std::size_t c = 0; c < std::min(most, report.run.coordinate_names.size()); ++c)
+    text += fmt::format("{}{} {:.4g}", c == 0 ? "" : ", ", report.run.coordinate_names[c],
+                        report.run.joint_position(row, static_cast<Eigen::Index>(c)));
+  return report.run.coordinate_names.size() > most ? text + ", …" : text;
+}
+
+std::string worst_table(const ToleranceReport& report) {
+  Table table{{"worst sample of", "time [s]", "value", "±", "pose", "what makes it so"},
+              {Align::left, Align::right, Align::right, Align::right, Align::left, Align::left},
+              {}};
+  for (const QuantityTolerance& one : report.quantities)
+    if (one.worst.deviation > 0)
+      table.rows.push_back({one.quantity, fmt::format("{:.4g}", one.worst.time), tolerance_number(one.worst.value),
+                            tolerance_number(one.worst.deviation), pose_text(report, one.worst.row),
+                            shares_text(report.numbers, one.worst.shares)});
+  return table.rows.empty() ? "nothing changes to first order\n" : format_table(table);
+}
+
+std::string report_text(const ToleranceView& view) {
+  const ToleranceReport& report = *view.report;
+  std::string text = fmt::format("\nalong {}, to first order: standard deviations behind ±\n{}", view.trajectory,
+                                 figures_table(report));
+  text += fmt::format("energy {} J ± {}\n", tolerance_number(report.energy.value), deviation_text(report.energy));
+  text +=
+      "kink: the figure is not three times its own deviations, so it has no slope there; the expected rms has\n"
+      "their squares, and --monte-carlo its distribution\n";
+  return text + "\n" + worst_table(report);
+}
+
+std::string sampling_text(const ToleranceView& view) {
+  const SampledTolerance& found = *view.sampling;
+  std::string text = fmt::format("\n{} of {} draws, seed {}\n", found.drawn, view.draws.count, view.draws.seed);
+  for (const auto& [why, count] : found.refused) text += fmt::format("  {} refused: {}\n", count, why);
+  if (found.figures.empty()) return text;
+  Table table{{"figure", "mean", "±", "deviation", "±", "5 %", "50 %", "95 %", "first order"}, {Align::left}, {}};
+  table.align.resize(table.heading.size(), Align::right);
+  constexpr const char* words[] = {"peak", "rms", "mean", "range"};
+  for (const SampledFigure& one : found.figures) {
+    const double errors = disagreement(*view.report, one);
+    table.rows.push_back({fmt::format("{} {}", words[static_cast<int>(one.figure)], one.quantity),
+                          tolerance_number(one.mean), fmt::format("{:.2g}", one.mean_error),
+                          tolerance_number(one.deviation), fmt::format("{:.2g}", one.deviation_error),
+                          tolerance_number(one.quantiles[0]), tolerance_number(one.quantiles[1]),
+                          tolerance_number(one.quantiles[2]),
+                          std::isnan(errors)          ? "-"
+                          : errors <= agreeing_errors ? "agrees"
+                                                      : fmt::format("{:.1f} errors off", errors)});
+  }
+  return text + format_table(table);
+}
+
+/// What is far below the deviation is round-off to whoever reads it.
+std::string held_text(const RestDeviation& one) {
+  return std::abs(one.effort) < 1e-9 * one.deviation ? "0" : fmt::format("{:.6g}", one.effort);
+}
+
+std::string poses_at_rest_text(const ToleranceView& view) {
+  const RestTolerance& rest = *view.at_rest;
+  std::string text = fmt::format("\nat rest, in all poses (whole turns, {} of a grid", rest.poses);
+  text += rest.unreached > 0 ? fmt::format(", {} cannot be taken)\n", rest.unreached) : ")\n";
+  Table table{{"actuator", "unit", "largest ±", "effort there", "pose", "what makes it so"},
+              {Align::left, Align::left, Align::right, Align::right, Align::left, Align::left},
+              {}};
+  for (const RestDeviation& one : rest.actuators) {
+    std::string pose;
+    for (std::size_t k = 0; k < rest.coordinates.size(); ++k)
+      pose +=
+          fmt::format("{}{} {:.4g}", k == 0 ? "" : ", ", rest.coordinates[k], one.pose[static_cast<Eigen::Index>(k)]);
+    table.rows.push_back({one.actuator, one.unit, tolerance_number(one.deviation), held_text(one), pose,
+                          shares_text(view.numbers, one.shares)});
+  }
+  return text + format_table(table);
+}
+
+}  // namespace
+
+std::string tolerance_text(const ToleranceView& view) {
+  std::string text = fmt::format("{}\nnumbers that may be off, independently of each other\n{}", view.mechanism,
+                                 numbers_table(view.numbers));
+  if (view.report) text += report_text(view);
+  if (view.sampling) text += sampling_text(view);
+  if (view.at_rest) text += poses_at_rest_text(view);
+  return text;
+}
+
+}  // namespace balance

@@ -1,0 +1,224 @@
+#include "balance/spec/include.hpp"
+
+#include "balance/base/nearest.hpp"
+#include "balance/base/plain_text.hpp"
+#include "balance/spec/flow_text.hpp"
+#include "balance/spec/part_copy.hpp"
+#include "balance/spec/units.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <stdexcept>
+
+namespace balance::read {
+
+namespace {
+
+/// Parts of parts of parts.
+constexpr std::size_t deepest = 8;
+
+/// What a whole takes over from a part.
+constexpr const char* taken_sections[]{"parameters", "ground",   "bodies",         "joints",   "couplings",
+                                       "actuators",  "assembly", "counterweights", "payloads", "discs",
+                                       "loads",      "springs",  "friction"};
+/// What stays there, so that a part can be run by itself.
+constexpr const char* left_sections[]{"name",        "space",  "gravity", "units",   "tool",     "trajectories",
+                                      "controllers", "motion", "design",  "include", "workspace"};
+
+long nodes_in(const Node& node) {
+  long all = 1 + static_cast<long>(node.keys.size());
+  for (const Node& item : node.items) all += nodes_in(item);
+  return all;
+}
+
+void erase_entry(Node& map, const std::string& key) {
+  for (std::size_t i = 0; i < map.items.size(); ++i)
+    if (map.keys[i].text == key) {
+      map.keys.erase(map.keys.begin() + static_cast<std::ptrdiff_t>(i));
+      map.items.erase(map.items.begin() + static_cast<std::ptrdiff_t>(i));
+      return;
+    }
+}
+
+/// The first entries of a section, the whole's own, go behind those of its parts.
+void put_last(Node& section, std::size_t own) {
+  const auto middle = static_cast<std::ptrdiff_t>(own);
+  std::rotate(section.items.begin(), section.items.begin() + middle, section.items.end());
+  if (!section.keys.empty()) std::rotate(section.keys.begin(), section.keys.begin() + middle, section.keys.end());
+}
+
+bool same(const Units& a, const Units& b) {
+  return a.length == b.length && a.mass == b.mass && a.time == b.time && a.angle == b.angle &&
+         a.factor(dimension::force) == b.factor(dimension::force);
+}
+
+class Expansion {
+ public:
+  Expansion(Problems& problems, const PartText& text) : problems_(problems), files_(text, problems) {}
+
+  /// The document with its parts in their places.
+  Node expanded(Node document, const std::string& path) {
+    const Node* found = find_entry(document, "include");
+    if (found == nullptr) return document;
+    const Node section = *found;
+    erase_entry(document, "include");
+    const Cursor at(section, "include", problems_);
+    chain_.push_back(path);
+    std::map<std::string, std::size_t> own;
+    for (std::size_t i = 0; i < document.items.size(); ++i) own[document.keys[i].text] = document.items[i].items.size();
+    std::vector<std::string> names;
+    const auto items = at.is_map() ? std::vector{at} : at.items("a part {file, as} or a list of them");
+    for (const Cursor& item : items) problems_.guard([&] { place(item, path, names, document); });
+    chain_.pop_back();
+    for (std::size_t i = 0; i < document.items.size(); ++i) put_last(document.items[i], own[document.keys[i].text]);
+    return document;
+  }
+
+  std::vector<std::string> files() const {
+    std::vector<std::string> names;
+    for (const auto& [path, part] : parts_) names.push_back(path);
+    return names;
+  }
+
+ private:
+  void place(const Cursor& item, const std::string& path, std::vector<std::string>& names, Node& document) {
+    PartEntry said;
+    const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+    if (!read_fields(item, "a part {file, as, on, at, angle, set, without}",
+                     {{"file", Need::required, keep(said.file)},
+                      {"as", Need::required, keep(said.as)},
+                      {"on", Need::optional, keep(said.on)},
+                      {"at", Need::optional, keep(said.at)},
+                      {"angle", Need::optional, keep(said.angle)},
+                      {"rpy", Need::optional, keep(said.rpy)},
+                      {"quaternion", Need::optional, keep(said.quaternion)},
+                      {"set", Need::optional, keep(said.set)},
+                      {"without", Need::optional, keep(said.without)}}))
+      throw Consequence();
+    const std::filesystem::path name = said.file->word("the file of a part");
+    said.folder = name.parent_path().string();
+    read_copy_names(said, document, names);
+    const std::string file = (std::filesystem::path(path).parent_path() / name).lexically_normal().string();
+    const Node& part = part_of(file, *said.file, document);
+    const long size = nodes_in(part) + 10;
+    for (std::size_t i = 0; i < said.names.size(); ++i) {
+      left_ -= size;
+      if (left_ < 0)
+        said.names[i].fail(
+            {.expected = fmt::format("at most {} values in a spec, its parts included", DocumentLimits{}.nodes)});
+      problems_.guard([&] { place_copy(said, part, i, document); });
+    }
+  }
+
+  /// A part with its own parts in their places, no more than the whole takes over.
+  const Node& part_of(const std::string& file, const Cursor& at, const Node& document) {
+    if (std::find(chain_.begin(), chain_.end(), file) != chain_.end())
+      at.fail({.expected = "a file that does not include itself",
+               .found = fmt::format("{} → {}", fmt::join(chain_, " → "), file)});
+    if (chain_.size() > deepest)
+      at.fail({.expected = fmt::format("parts in parts at most {} deep", deepest),
+               .found = fmt::format("{} → {}", fmt::join(chain_, " → "), file)});
+    const Node& root = files_.load(file, at);
+    if (!problems_.guard([&] { check_part(root, at, document); })) throw Consequence();
+    if (const auto known = parts_.find(file); known != parts_.end()) return known->second;
+    Node part = expanded(root, file);
+    for (const char* name : left_sections) erase_entry(part, name);
+    return parts_.emplace(file, std::move(part)).first->second;
+  }
+
+  void check_part(const Node& root, const Cursor& at, const Node& document) {
+    const Cursor part(root, "", problems_);
+    // What stands in a file that is no part is not told: a spec may name any file.
+    if (!part.is_map())
+      part.fail({.expected = "a part: a mapping with 'space', 'bodies', 'joints', …", .found = "something else"});
+    std::vector<Field> fields;
+    for (const char* name : left_sections) fields.push_back({name, Need::optional, [](const Cursor&) {}});
+    fields[1].need = Need::required;
+    for (const char* name : taken_sections)
+      fields.push_back({name, Need::optional, [list = std::string(name)](const Cursor& c) {
+                          const bool is_list = list == "couplings" || list == "actuators";
+                          if (is_list ? !c.is_list() : !c.is_map()) c.expected(is_list ? "a list" : "a mapping");
+                        }});
+    if (!read_fields(part, "a part", fields)) throw Consequence();
+    check_alike(root, at, document);
+  }
+
+  /// Part and whole must be in the same space and in the same units.
+  void check_alike(const Node& root, const Cursor& at, const Node& document) {
+    const Node *space = find_entry(root, "space"), *own = find_entry(document, "space");
+    if (own != nullptr && own->text != space->text)
+      at.fail({.expected = fmt::format("a part whose space is {} like the whole's", in_quotes(own->text)),
+               .found = in_quotes(space->text)});
+    const auto units = [&](const Node& of) {
+      const Node* section = find_entry(of, "units");
+      return section == nullptr ? Units() : read_units(Cursor(*section, "units", problems_));
+    };
+    if (!same(units(root), units(document)))
+      at.fail({.expected = "a part in the whole's units",
+               .found = "other units in " + in_quotes(problems_.file_of(root.place))});
+  }
+
+  Problems& problems_;
+  PartFiles files_;
+  std::map<std::string, Node> parts_;  ///< by their paths, as part_of gives them
+  std::vector<std::string> chain_;     ///< of files that are being read, each including the next
+  long left_ = DocumentLimits{}.nodes;
+};
+
+/// The document, a section's entry on each line.
+std::string text_of(const Node& root, const std::string& file, const std::vector<std::string>& parts) {
+  std::vector<std::string> names;
+  for (const std::string& part : parts) names.push_back(std::filesystem::path(part).filename().string());
+  std::string text =
+      fmt::format("# {} and its parts in one: {}\n", visible(std::filesystem::path(file).filename().string()),
+                  visible(fmt::format("{}", fmt::join(names, ", "))));
+  for (std::size_t i = 0; i < root.items.size(); ++i) {
+    const Node& section = root.items[i];
+    text += as_scalar(root.keys[i].text) + ":";
+    if (section.kind != Node::Kind::map || section.items.empty()) {
+      text += " " + flow_text(section) + "\n";
+      continue;
+    }
+    text += "\n";
+    for (std::size_t k = 0; k < section.items.size(); ++k)
+      text += "  " + as_scalar(section.keys[k].text) + ": " + flow_text(section.items[k]) + "\n";
+  }
+  return text;
+}
+
+/// Every node is where it was written, not where it stands in the text that was made of all.
+void set_places(Node& flat, const Node& written) {
+  if (flat.items.size() != written.items.size() || flat.keys.size() != written.keys.size() || flat.text != written.text)
+    throw std::logic_error("a spec with its parts reads otherwise than it was written");
+  flat.place = written.place;
+  for (std::size_t i = 0; i < flat.keys.size(); ++i) set_places(flat.keys[i], written.keys[i]);
+  for (std::size_t i = 0; i < flat.items.size(); ++i) set_places(flat.items[i], written.items[i]);
+}
+
+}  // namespace
+
+bool includes_parts(const Node& root) { return find_entry(root, "include") != nullptr; }
+
+FlatDocument flatten(const Node& root, const std::string& file, Problems& problems, const PartText& text) {
+  Expansion expansion(problems, text);
+  Node written;
+  problems.guard([&] { written = expansion.expanded(root, file); });
+  problems.throw_all();
+  FlatDocument flat{.files = expansion.files()};
+  flat.text = text_of(written, file, flat.files);
+  try {
+    flat.root = parse_yaml(flat.text, problems);
+  } catch (Problem& limit) {
+    limit.place = {1, 1};  // of the text that nobody wrote
+    throw;
+  }
+  set_places(flat.root, written);
+  return flat;
+}
+
+}  // namespace balance::read

@@ -1,0 +1,19 @@
+#pragma once
+/// The words of a spec for the types of joints.
+
+#include "balance/model/mechanism.hpp"
+#include "balance/spec/cursor.hpp"
+
+namespace balance::read {
+
+struct NamedJointType {
+  const char* name;
+  JointType type;
+  bool planar, spatial;
+  bool rolls = false;  ///< a pin in a slot whose slide follows its angle
+};
+
+/// @throws Problem if the word is no type of a planar or of a spatial mechanism; it names what others call so
+NamedJointType read_joint_type(const Cursor& at, bool planar);
+
+}  // namespace balance::read

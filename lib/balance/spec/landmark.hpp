@@ -1,0 +1,11 @@
+#pragma once
+/// Places that a spec names. Private to the readers.
+
+#include "balance/spec/draft.hpp"
+
+namespace balance::read {
+
+/// The name of a counterweight, payload or disc, or `body.point`, `body.com`, `body.origin`.
+Landmark read_landmark(const Cursor& at, const Draft& draft);
+
+}  // namespace balance::read

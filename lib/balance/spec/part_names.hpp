@@ -1,0 +1,31 @@
+#pragma once
+/// The names of a part where it stands in a whole: `crank` of the part `leg1` is `leg1.crank`. Private to spec.
+
+#include "balance/spec/node.hpp"
+
+#include <string>
+
+namespace balance::read {
+
+struct Placement {
+  std::string name;     ///< of the copy, `leg1`
+  std::string carrier;  ///< the body that the part's ground is a piece of, or is fixed to
+  bool fixed = false;   ///< the part's ground is a body of its own, `leg1.ground`
+  bool planar = true;
+  std::string folder;  ///< of the part's file, seen from the whole's: what files are looked for in
+};
+
+/// Every name and every reference of a part that includes nothing, as the whole says them. Names in expressions are the part's own
+/// parameters, all of them; its ground is the carrier, whose points the part's are then (`leg1.A`), or the body `leg1.ground`.
+/// @param part the sections that are taken over, a mapping
+void rename_part(Node& part, const Placement& placement);
+
+/// The value of a key; null if there is none.
+Node* find_entry(Node& map, const std::string& key);
+const Node* find_entry(const Node& map, const std::string& key);
+/// A scalar that stands at a place.
+Node scalar_node(std::string text, const Place& place);
+/// Adds an entry to a mapping.
+void add_entry(Node& map, Node key, Node value);
+
+}  // namespace balance::read

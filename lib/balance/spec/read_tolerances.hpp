@@ -1,0 +1,20 @@
+#pragma once
+/// A spec together with how far its numbers may be off.
+
+#include "balance/spec/read_spec.hpp"
+#include "balance/study/tolerances.hpp"
+
+#include <string>
+
+namespace balance {
+
+struct TolerancedSpace {
+  DesignSpace space;
+  Tolerances tolerances;  ///< parameters first, else in the order of reading; empty if the spec says nothing of them
+};
+
+/// @throws SpecError, SystemError as read_design_space
+TolerancedSpace read_toleranced(const std::string& text, const std::string& file_name, const ReadOptions& options = {});
+TolerancedSpace read_toleranced_file(const std::string& path, const ReadOptions& options = {});
+
+}  // namespace balance

@@ -1,0 +1,18 @@
+#pragma once
+/// Speeds from the command line.
+
+#include "balance/motion/speeds.hpp"
+#include "balance/study/study.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// @param text YAML, with braces or without: `v: tool.u, w: {A: 0.5, B: -0.5}`; factors in SI. What a speed may be made of: joint
+///        coordinates, the tool's x y z (world axes) and u v w (its body's axes), its angle (planar) or rx ry rz (world) and p q r (body)
+/// @param option what messages call it
+/// @throws SpecError whose file is the option
+std::vector<Speed> read_speeds(const std::string& text, const char* option, const Study& study);
+
+}  // namespace balance

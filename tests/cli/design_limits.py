@@ -1,0 +1,115 @@
+"""`design: subject_to`: what it finds keeps its limits, is the best that does where that can be told by another route, and where
+limits cannot be kept says by how little they can be missed."""
+
+import json
+import os
+import re
+import unittest
+
+from _program import CONFIGS, Case, run
+
+
+def config(name, *changes):
+    with open(os.path.join(CONFIGS, name), encoding="utf-8") as file:
+        text = file.read()
+    for pattern, replacement in changes:
+        text, count = re.subn(pattern, lambda _, r=replacement: r, text, flags=re.DOTALL)
+        assert count, pattern
+    return text
+
+
+def arm(design):
+    """Counterweights' products are fixed by the conditions: m₂ |x₂| = 0.5, m₁ |x₁| = 0.5 + 0.5 (2 + m₂)."""
+    return config("rr-design.yaml", (r"design: \{.*\}", "design: {" + design + "}"))
+
+
+class Limits(Case):
+    def design(self, text, code, *options):
+        done = run("design", self.write("spec.yaml", text), "--json", "-o", self.path("out.yaml"), "--force", *options)
+        self.assertEqual(done.returncode, code, done.stderr + done.stdout)
+        return json.loads(done.stdout)
+
+    def number(self, found, path):
+        return next(n["value"] for n in found["free_numbers"] if n["path"] == path)
+
+    def figure(self, trajectory, quantity, figure):
+        """Of the written design, run anew."""
+        done = run("simulate", self.path("out.yaml"), "-t", trajectory, "--json")
+        metrics = json.loads(done.stdout)["metrics"]
+        return next(m[figure] for m in metrics if m["quantity"] == quantity)
+
+    # a search without slopes steps back from a limit by up to 1e-5 of it
+    def test_least_mass_within_a_clearance_from_above_is_that_of_the_closed_form(self):
+        found = self.design(arm('goal: gyroscopic, minimize: added-mass, subject_to: "clearance(cw1, ground.O) <= 0.2"'), 0)
+        self.assertEqual(found["status"], "balanced")
+        self.assertAlmostEqual(found["objective"]["value"], 0.5 / 0.3 + (0.5 + 0.5 * (2 + 0.5 / 0.3)) / 0.2, delta=1e-4)
+        limit, = found["constraints"]
+        self.assertTrue(limit["active"] and limit["kept"])
+        self.assertAlmostEqual(limit["value"], 0.2, delta=2e-6)
+        self.assertAlmostEqual(limit["limit"], 0.2)
+
+    def test_least_inertia_beside_a_line_is_that_of_the_closed_form(self):
+        # 0.25 (1.5 + 0.25 / |x₂|) + 0.5 |x₂| falls up to |x₂| = 0.3; beyond the line's end the distance is that from the end
+        found = self.design(arm('goal: gyroscopic, minimize: added-inertia, '
+                                'subject_to: ["clearance(cw1, link1.P1 to link1.P2) >= 0.25", '
+                                '"clearance(cw2, link2.P2) >= 0.1"]'), 0)
+        self.assertAlmostEqual(self.number(found, "counterweights.cw1.at[0]"), -0.25, delta=1e-6)
+        self.assertAlmostEqual(self.number(found, "counterweights.cw2.at[0]"), -0.3, delta=1e-5)
+        self.assertAlmostEqual(found["objective"]["value"], 0.25 * (1.5 + 0.25 / 0.3) + 0.5 * 0.3, delta=1e-6)
+        self.assertEqual([limit["active"] for limit in found["constraints"]], [True, False])
+
+    def test_limits_that_no_balanced_design_keeps_are_missed_by_as_little_as_can_be(self):
+        least = 0.5 / 0.3 + (0.5 + 0.5 * (2 + 0.5 / 0.3)) / 0.3
+        found = self.design(arm('goal: gyroscopic, subject_to: "added_mass <= 9"'), 1)
+        self.assertIn(found["status"], ("compromise", "impossible"))
+        limit, = found["constraints"]
+        self.assertAlmostEqual(limit["violation"], least / 9 - 1, delta=1e-5)
+        self.assertFalse(limit["kept"])
+        self.assertIn("added_mass <= 9 is missed by 4.94 % of its bound", found["reason"])
+
+    def test_what_is_proved_of_a_convex_problem_agrees_with_its_unlimited_optimum(self):
+        free = config("5r-design.yaml")
+        goal = re.search(r"design:.*", free, re.DOTALL).group()
+        minimal = self.design(free.replace(goal, "design: {goal: static, minimize: added-mass}\n"), 0)
+        self.assertEqual(minimal["optimality"], "proved-best")
+        least = minimal["objective"]["value"]
+        limited = free.replace(goal, f"design: {{goal: static, subject_to: 'added_mass <= {0.9 * least}'}}\n")
+        found = self.design(limited, 1)
+        self.assertEqual((found["status"], found["proved"]), ("impossible", True))
+        self.assertAlmostEqual(found["constraints"][0]["violation"], 1 / 0.9 - 1, delta=1e-6)
+        self.assertAlmostEqual(found["least_violation"], 1 / 0.9 - 1, delta=1e-6)
+        kept = self.design(limited.replace(str(0.9 * least), str(1.1 * least)), 0)
+        self.assertTrue(kept["constraints"][0]["kept"])
+
+    def test_a_peak_limits_the_mass_as_bisection_does(self):
+        text = config("rr-design.yaml", (r"design: \{.*\}", "design: {minimize: added-mass, "
+                                         'subject_to: "peak(torque[R2], cycloid) <= 3"}'),
+                      (r"at: \[\{free: \[-0\.3, -0\.05\]\}, 0\]", "at: [-0.2, 0]"),
+                      (r"cw1: \{.*?\}\}", "cw1: {body: link1, at: [-0.2, 0], mass: 0}"))
+        found = self.design(text, 0)
+        self.assertEqual(found["optimality"], "proved-best")
+        mass = self.number(found, "counterweights.cw2.mass")
+        self.assertAlmostEqual(self.figure("cycloid", "torque[R2]", "peak"), 3, delta=1e-6)
+        # a little less would be too little
+        with open(self.path("out.yaml"), encoding="utf-8") as file:
+            lighter, count = re.subn(r"(cw2: .*mass: )[0-9.e-]+", rf"\g<1>{mass * (1 - 1e-4)}", file.read())
+        self.assertEqual(count, 1)
+        self.write("out.yaml", lighter)
+        self.assertGreater(self.figure("cycloid", "torque[R2]", "peak"), 3)
+
+    def test_limits_alone_are_a_task(self):
+        found = self.design(arm('subject_to: ["mobility(cycloid) >= 1e-3", "peak(torque[R2]) <= 3", '
+                                '"clearance(cw2, link1.P1) >= 0.05"]'), 0)
+        self.assertEqual((found["status"], found["optimality"]), ("not-asked", "not-asked"))
+        self.assertTrue(all(limit["kept"] for limit in found["constraints"]))
+        self.assertLessEqual(self.figure("cycloid", "torque[R2]", "peak"), 3 * (1 + 1e-9))
+
+    def test_a_search_ends_within_its_seconds(self):
+        found = self.design(arm('goal: gyroscopic, minimize: {rms: "torque[R1]", along: bang-bang}, '
+                                'subject_to: "energy(cycloid) <= 40"'), 0, "--seconds", "0.5")
+        self.assertEqual(found["seconds"], 0.5)
+        self.assertIn(found["optimality"], ("stopped", "local-best"))
+
+
+if __name__ == "__main__":
+    unittest.main()
