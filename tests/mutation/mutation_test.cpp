@@ -94,6 +94,7 @@ std::optional<std::string> excuse(const Value& value, const std::string& way) {
   if (way == "negative" && never_negative.count(name) == 0) return "numbers of either sign";
   if (way == "huge") return "large numbers";
   if (way == "list" && value.node->kind == Node::Kind::list && value.node->items.size() == 5) return "lists as long";
+  if (way == "list" && value.path.size() == 3 && section == "design" && value.path[1] == "for") return "values of one's own";
   if (way == "missing" && entry) return "lists of other lengths";
   if (way == "missing" && !(needed.count(name) > 0 && value.path.size() != 2))
     return "keys with a default, names that nobody uses";
@@ -118,6 +119,8 @@ bool is_good(const std::string& message, const Value& value, const std::string& 
   if (way == "unknown key" && names("zzz")) return true;
   if (keys[0] == "parameters" && (names("inertia: no body can have") || names(", the value of '"))) return true;
   if (keys[0] == "joints" && way == "missing" && names("a chain of joints")) return true;
+  // Without its parts, or with others, the whole misses their bodies.
+  if (keys[0] == "include" && names("expected a body")) return true;
   return std::any_of(value.node->keys.begin(), value.node->keys.end(),
                      [&](const Node& key) { return names(key.text); });
 }
