@@ -4,6 +4,7 @@
 
 #include "balance/base/error.hpp"
 #include "balance/spec/named_files.hpp"
+#include "balance/spec/text_file.hpp"
 #include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 
@@ -50,12 +51,15 @@ void check_standard_output(const std::vector<std::string>& files, bool json, boo
 }
 
 void keep_tables(const std::string& output, const std::string& what, const Study& study) {
-  const std::filesystem::path folder = std::filesystem::path(study.spec_file).parent_path();
-  for (const std::string& name : files_named_in(study.spec_text)) {
-    const std::string table = (folder / name).string();
-    if (!output.empty() && same_file(output, table))
-      throw UsageError(what + " would replace a table of the spec: " + table);
-  }
+  if (output.empty()) return;
+  const auto keep = [&](const std::string& text) {
+    for (const std::string& file : files_read_with(text, study.spec_file))
+      if (same_file(output, file)) throw UsageError(what + " would replace a table or a part of the spec: " + file);
+  };
+  keep(study.spec_text);
+  // The study's text has its parts in it.
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(study.spec_file, ignored)) keep(read_text_file(study.spec_file, "spec"));
 }
 
 }  // namespace balance::app

@@ -60,5 +60,6 @@ Command setup_new(CLI::App& program);
 Command setup_plot(CLI::App& program);
 Command setup_report(CLI::App& program);
 Command setup_simulate(CLI::App& program);
+Command setup_tolerance(CLI::App& program);
 
 }  // namespace balance::app

@@ -4,7 +4,6 @@
 #include "failure.hpp"
 #include "signals.hpp"
 
-#include "balance/base/nearest.hpp"
 #include "balance/compare/run_names.hpp"
 #include "balance/present/comparison_json.hpp"
 #include "balance/present/comparison_text.hpp"
@@ -35,22 +34,11 @@ std::vector<NamedRun> read_runs(const CompareOptions& options) {
 }
 
 std::vector<Verdict> judge(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
-  RunNames names;
-  for (const NamedRun& run : runs) names.all.push_back(run.name);
-  names.base = names.all.front();
-  const std::vector<MetricTable> tables = tabulate(runs);
-  const std::vector<std::string> quantities = list_quantity_names(tables);
-  std::vector<Verdict> verdicts;
-  for (const std::string& text : texts) {
-    try {
-      const Requirement requirement = read_requirement(text, names);
-      check_quantities(requirement, quantities);
-      for (Verdict& verdict : judge_all(requirement, tables)) verdicts.push_back(std::move(verdict));
-    } catch (const RequirementError& error) {
-      throw UsageError("--require " + in_quotes(text) + ": " + error.what());
-    }
+  try {
+    return judge_texts(texts, runs);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--require ") + error.what());
   }
-  return verdicts;
 }
 
 std::string in_format(ComparisonFormat format, const ComparedRuns& compared, const std::vector<Verdict>& verdicts,

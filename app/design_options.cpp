@@ -56,9 +56,12 @@ std::string command_line(const DesignCommandOptions& o) {
   };
   for (const std::string& goal : o.goal.goals) add("--goal", goal);
   add("--minimize", o.minimize);
+  add("--point", o.point);
   if (o.goal.strategy != "complete") add("--strategy", o.goal.strategy);
   for (const std::string& names : o.goal.without) add("--without", names);
   add("--algorithm", o.algorithm);
+  if (o.seconds > 0) add("--seconds", fmt::format("{}", o.seconds));
+  if (o.starts > 0) add("--starts", std::to_string(o.starts));
   if (o.goal.seed) add("--seed", std::to_string(*o.goal.seed));
   for (const std::string& set : o.spec.set) add("--set", set);
   for (std::string& word : words) word = shell_word(word);
@@ -72,6 +75,9 @@ void add_design_options(CLI::App& parser, DesignCommandOptions& o) {
   parser.add_option("-o,--output", o.output, "write the spec with numbers in place of its free ones")
       ->type_name("FILE");
   parser.add_option("--h5", o.h5, "write numbers, conditions and all runs to this HDF5 file")->type_name("FILE");
+  parser.add_option("--csv", o.csv, "write the points of a front to this table")->type_name("FILE");
+  parser.add_option("--point", o.point, "of a front: show this design, and write it with -o; a number or middle")
+      ->type_name("K");
   add_goal_options(parser, o.goal);
   parser.add_option("--minimize", o.minimize, "what to prefer among exact solutions, as in the spec's design section")
       ->type_name("YAML");
@@ -80,6 +86,12 @@ void add_design_options(CLI::App& parser, DesignCommandOptions& o) {
                         fmt::format("of the search; global: {}; local: {}", fmt::join(global_algorithms, ", "),
                                     fmt::join(local_algorithms, ", ")));
   suggest_words(algorithm->type_name("NAME"), algorithms());
+  parser.add_option("--seconds", o.seconds, "of computing that the search may take, if not as in the spec")
+      ->type_name("S")
+      ->check(CLI::Range(1e-3, 1e9));
+  parser.add_option("--starts", o.starts, "from how many points conditions are solved, if not as in the spec")
+      ->type_name("N")
+      ->check(CLI::Range(1, 10000));
   parser.add_flag("--force", o.force, "replace files that exist, even the spec by its balanced self");
   parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
 }
@@ -90,11 +102,14 @@ DesignStudyOptions study_options(const DesignCommandOptions& options, const Stud
   result.without = choose_without(options.goal, study.mechanism);
   result.minimize = choose_objective(options.minimize, study);
   // without a goal there must be something else to design for
-  const bool nothing = result.minimize.empty() && study.design.minimize.empty();
+  const bool nothing = result.minimize.empty() && study.design.minimize.empty() && study.design.subject_to.empty() &&
+                       !study.design.front;
   result.goals = choose_goals(options.goal, study, nothing ? WithoutGoal::needs_minimize : WithoutGoal::is_enough);
   result.search = study.design.search;
   choose_algorithm(options.algorithm, result.search);
   if (options.goal.seed) result.search.seed = *options.goal.seed;
+  if (options.seconds > 0) result.search.seconds = options.seconds;
+  if (options.starts > 0) result.search.restarts = options.starts;
   result.trajectories = !options.quiet || options.spec.json || !options.h5.empty();
   if (study.free_numbers.empty()) {
     throw SpecError({.place = {.file = study.spec_file},
@@ -106,7 +121,7 @@ DesignStudyOptions study_options(const DesignCommandOptions& options, const Stud
 
 void check_outputs(const DesignCommandOptions& options, const Study& study) {
   const Existing existing = options.force ? Existing::replace : Existing::keep;
-  check_standard_output({options.output, options.h5}, options.spec.json, options.h5 == standard_output);
+  check_standard_output({options.output, options.csv, options.h5}, options.spec.json, options.h5 == standard_output);
   if (!options.output.empty() && !options.force && same_file(options.output, options.spec.spec))
     throw UsageError("the design would replace the spec, with its free numbers: " + options.output +
                      "; --force allows it");
@@ -114,9 +129,15 @@ void check_outputs(const DesignCommandOptions& options, const Study& study) {
     throw UsageError("the result would replace the spec: " + options.h5);
   if (!options.h5.empty() && !options.output.empty() && same_file(options.h5, options.output))
     throw UsageError("--output and --h5 name the same file: " + options.output);
+  if (!options.csv.empty() && same_file(options.csv, options.spec.spec))
+    throw UsageError("the table would replace the spec: " + options.csv);
+  for (const std::string& other : {options.output, options.h5})
+    if (!options.csv.empty() && !other.empty() && same_file(options.csv, other))
+      throw UsageError("--csv names the same file as another option: " + options.csv);
+  keep_tables(options.csv, "the table", study);
   keep_tables(options.output, "the design", study);
   keep_tables(options.h5, "the result", study);
-  for (const std::string& file : {options.output, options.h5})
+  for (const std::string& file : {options.output, options.csv, options.h5})
     if (!file.empty()) check_writable(file, existing);
 }
 

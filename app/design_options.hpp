@@ -14,8 +14,12 @@ struct DesignCommandOptions {
   SpecOptions spec;
   GoalOptions goal;
   std::string output, h5;  ///< files to write; empty: none
+  std::string csv;         ///< of a front
+  std::string point;       ///< of a front: its number or `middle`; empty: the front alone
   std::string minimize;    ///< YAML; empty: the spec's
   std::string algorithm;   ///< one of SearchOptions' global or local ones; empty: the spec's
+  double seconds = 0;      ///< 0: the spec's
+  int starts = 0;          ///< 0: the spec's
   bool force = false;
   bool quiet = false;
 };

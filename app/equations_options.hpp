@@ -14,6 +14,7 @@ struct EquationsOptions {
   SpecOptions spec;
   std::string at;                    ///< a pose, `start`, `end` or a trajectory's name; empty: formulas
   std::string rates, accelerations;  ///< `A1=1,A2=0`; empty: none
+  std::string speeds, constraints;   ///< `v: tool.u, w: {A: 0.5}`; empty: none
   std::string trajectory;            ///< whose start and end; empty: the first of the spec
   double time = 0;                   ///< of loads that change [s]
   std::vector<std::string> independent, only;

@@ -62,7 +62,7 @@ ExitCode print_formulas(const FormulaOptions& options) {
   sections_of(options);
   const std::string text = read_text_file(options.spec.spec, "spec");
   const Study study = read_spec(text, shown_name(options.spec.spec), read_options(options.spec));
-  const SpecTexts texts = read_spec_texts(text, read_options(options.spec));
+  const SpecTexts texts = read_spec_texts(study.spec_text, read_options(options.spec));
   for (const std::string& warning : study.warnings) tell("warning: " + warning);
   try {
     if (options.code.empty()) {

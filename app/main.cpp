@@ -107,6 +107,7 @@ ExitCode parse_and_run(int argc, char** argv) {
       in_group("Describe", setup_equations(program)),
       in_group("Balance", setup_conditions(program)),
       in_group("Balance", setup_design(program)),
+      in_group("Balance", setup_tolerance(program)),
       in_group("Move", setup_simulate(program)),
       in_group("Move", setup_control(program)),
       in_group("Compare", setup_compare(program)),

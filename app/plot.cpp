@@ -2,6 +2,7 @@
 #include "console.hpp"
 #include "failure.hpp"
 #include "plot_options.hpp"
+#include "plot_runs.hpp"
 #include "signals.hpp"
 
 #include "balance/base/error.hpp"
@@ -41,9 +42,9 @@ ExitCode run(const PlotOptions& options) {
   check_outputs(options);
   std::vector<RunFile> files;
   for (const std::string& name : options.results) {
-    files.push_back(read_result_file(name));
+    files.push_back(read_or_run(name));
     if (!options.script && same_file(options.output, files.back().path))
-      throw UsageError("the picture would replace the result: " + files.back().path);
+      throw UsageError("the picture would replace what it is drawn from: " + files.back().path);
     if (!files.back().ended_early.empty()) tell("note: " + name + " ended early: " + files.back().ended_early);
   }
   const Picture picture = choose_picture(options, files);
@@ -73,19 +74,21 @@ ExitCode run(const PlotOptions& options) {
 }  // namespace
 
 Command setup_plot(CLI::App& program) {
-  CLI::App* parser = program.add_subcommand("plot", "Draw quantities or paths of result files: SVG, PDF, PNG");
+  CLI::App* parser = program.add_subcommand("plot", "Draw quantities, paths or phase planes of runs: SVG, PDF, PNG");
   const auto options = std::make_shared<PlotOptions>();
   add_plot_options(*parser, *options);
   parser->footer(
       "A quantity is named as in the result file: shaking_force is a vector's magnitude, shaking_force.x\n"
       "its component; torque is every actuator's, torque[A1] one; joint_force[B1].y goes further still.\n"
       "Without --quantity it is torque, shaking_force and shaking_moment. Several results are laid over\n"
-      "each other. gnuplot must be installed.\n\n"
+      "each other. A spec, with a trajectory behind a colon, is run first. A phase plane shows the rate\n"
+      "along the path over the place, below what limits leave. gnuplot must be installed.\n\n"
       "Examples:\n"
       "  balance plot run.h5 -o run.pdf\n"
       "  balance plot cycloid.h5 bang-bang.h5 --quantity shaking_force --x normalised -o force.svg\n"
       "  balance plot run.h5 --quantity 'torque[A1]' --quantity com_velocity.x -o a1.png --size 160x90\n"
-      "  balance plot run.h5 --path -o path.svg --font Times,10");
+      "  balance plot run.h5 --path -o path.svg --font Times,10\n"
+      "  balance plot 3rrr.yaml:fast --phase -o phase.svg");
   return {parser, [options] { return run(*options); }};
 }
 

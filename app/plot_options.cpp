@@ -5,6 +5,7 @@
 #include "suggestion.hpp"
 
 #include "balance/base/nearest.hpp"
+#include "balance/report/plot_phase.hpp"
 #include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 
@@ -122,7 +123,7 @@ void check_names(const std::vector<std::string>& names, const std::vector<RunFil
 }  // namespace
 
 void add_plot_options(CLI::App& parser, PlotOptions& o) {
-  parser.add_option("results", o.results, "result files, or runs of design files: design.h5:after/cycloid")
+  parser.add_option("results", o.results, "result files, runs of design files (design.h5:after/cycloid) or specs")
       ->required()
       ->type_name("RESULT");
   CLI::Option* quantity = parser.add_option(
@@ -135,6 +136,9 @@ void add_plot_options(CLI::App& parser, PlotOptions& o) {
                  "joint_moment",     "kinetic_energy", "potential_energy", "mobility",           "newton_iterations"});
   CLI::Option* path = parser.add_flag("--path", o.path, "draw the ways of tool and centre of mass instead");
   path->excludes(quantity);
+  CLI::Option* phase = parser.add_flag("--phase", o.phase,
+                                       "draw the rate along the path over the place, and what limits leave, instead");
+  phase->excludes(quantity)->excludes(path);
   suggest_files(
       parser.add_option("-o,--output", o.output, "the picture; .svg, .pdf or .png says its format, - is SVG on stdout")
           ->type_name("FILE"),
@@ -145,8 +149,10 @@ void add_plot_options(CLI::App& parser, PlotOptions& o) {
     suggest_words(option->type_name("NAME")->capture_default_str(), words);
     return option;
   };
-  choice("--vectors", o.vectors, "what to draw of vectors: magnitude, components or both", views)->excludes(path);
-  choice("--x", o.x, "time in seconds, or normalised by the duration", abscissas)->excludes(path);
+  choice("--vectors", o.vectors, "what to draw of vectors: magnitude, components or both", views)
+      ->excludes(path)
+      ->excludes(phase);
+  choice("--x", o.x, "time in seconds, or normalised by the duration", abscissas)->excludes(path)->excludes(phase);
   choice("--plane", o.plane, "of a path: xy, xz or yz", planes)->needs(path);
   parser.add_option("--label", o.labels, "name of a result in the legend; once for each, in their order")
       ->type_name("TEXT")
@@ -177,9 +183,11 @@ Picture choose_picture(const PlotOptions& options, const std::vector<RunFile>& f
   check_names(options.quantities, files);
   try {
     Picture picture =
-        options.path ? picture_of_paths(runs, options.plane)
-                     : picture_over_time(
-                           runs, options.quantities.empty() ? usual_quantities(files) : options.quantities, view, axis);
+        options.phase ? picture_of_phase(runs)
+        : options.path
+            ? picture_of_paths(runs, options.plane)
+            : picture_over_time(runs, options.quantities.empty() ? usual_quantities(files) : options.quantities, view,
+                                axis);
     picture.title = options.title;
     return picture;
   } catch (const std::invalid_argument& error) {

@@ -14,7 +14,7 @@ namespace balance::app {
 struct PlotOptions {
   std::vector<std::string> results, quantities, labels;
   std::string output, vectors = "magnitude", x = "time", plane = "xy", size, font, title;
-  bool path = false, script = false, force = false, json = false, quiet = false;
+  bool path = false, phase = false, script = false, force = false, json = false, quiet = false;
 };
 
 void add_plot_options(CLI::App& parser, PlotOptions& options);

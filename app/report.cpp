@@ -3,23 +3,25 @@
 #include "answers.hpp"
 #include "console.hpp"
 #include "control_options.hpp"
+#include "design_front.hpp"
 #include "design_options.hpp"
 #include "failure.hpp"
 #include "signals.hpp"
 
 #include "balance/analysis/check.hpp"
 #include "balance/analysis/control.hpp"
+#include "balance/answers/designed_spec.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/version.hpp"
 #include "balance/motion/names.hpp"
 #include "balance/present/check_json.hpp"
 #include "balance/present/conditions_json.hpp"
 #include "balance/present/design_json.hpp"
+#include "balance/present/front_view.hpp"
 #include "balance/present/names.hpp"
 #include "balance/read/result_file.hpp"
 #include "balance/report/page.hpp"
 #include "balance/simulation/simulate.hpp"
-#include "balance/write/balanced_spec.hpp"
 #include "balance/write/file_identity.hpp"
 #include "balance/write/json_parts.hpp"
 #include "balance/write/run_description.hpp"
@@ -120,15 +122,35 @@ Page file_page(const ReportOptions& options, const RunFile& run, const Study& st
   return page;
 }
 
-void add_design(const ReportOptions& options, const DesignSpace& space, Page& page) {
+DesignStudyOptions design_options(const ReportOptions& options, const Study& study) {
   DesignCommandOptions as_design;
   as_design.spec = options.spec;
   as_design.goal = options.goal;
-  DesignStudyOptions wanted = study_options(as_design, space.start);
+  DesignStudyOptions wanted = study_options(as_design, study);
   wanted.trajectories = false;  // run here, with their samples
+  return wanted;
+}
+
+/// The page's design is the front's middle.
+DesignView middle_design(const DesignStudyOptions& wanted, const DesignSpace& space, Page& page) {
+  Front front = front_or_throw(space, wanted);
+  if (front.points.empty()) throw MechanismFailure("no-front", front.failure.outcome.reason);
+  const FrontPoint point = front.points[static_cast<std::size_t>(middle_of(front))];
+  DesignReport report = front_design(space, point, false);
+  page.front = front_json(make_front_view(wanted, space, std::move(front)), {});
+  const std::string balanced = designed_spec(space, report);
+  return make_view(wanted, point.space, balanced, std::move(report));
+}
+
+DesignView only_design(const DesignStudyOptions& wanted, const DesignSpace& space) {
   DesignReport report = design_or_throw(space, wanted);
-  const std::string balanced = balanced_spec(space.start, report.outcome.x);
-  const DesignView view = make_view(wanted, space, balanced, std::move(report));
+  const std::string balanced = designed_spec(space, report);
+  return make_view(wanted, space, balanced, std::move(report));
+}
+
+void add_design(const ReportOptions& options, const DesignSpace& space, Page& page) {
+  const DesignStudyOptions wanted = design_options(options, space.start);
+  const DesignView view = space.start.design.front ? middle_design(wanted, space, page) : only_design(wanted, space);
   page.before = view.report.study_before.mechanism;
   page.after = view.report.study_after.mechanism;
   page.design = design_json(view, {});
@@ -141,7 +163,7 @@ Page make_page(const ReportOptions& options, const DesignSpace& space) {
   const bool has_goal = !options.goal.goals.empty() || !study.design.goals.empty();
   if (has_goal)
     for (const Goal& goal : choose_goals(options.goal, study)) page.meaning.push_back(in_words(goal));
-  if (has_goal && !study.free_numbers.empty()) {
+  if ((has_goal || study.design.front) && !study.free_numbers.empty()) {
     add_design(options, space, page);
     return page;
   }

@@ -13,9 +13,11 @@ namespace {
 // A signal handler can only reach globals.
 volatile std::sig_atomic_t deferred = 0;
 volatile std::sig_atomic_t pending = 0;
+volatile std::sig_atomic_t awaited = 0;
 
 extern "C" void handle_signal(int signal) {
-  if (deferred == 0) _exit(static_cast<int>(ExitCode::signal) + signal);
+  const bool first_interrupt = awaited != 0 && signal == SIGINT && pending == 0;
+  if (deferred == 0 && !first_interrupt) _exit(static_cast<int>(ExitCode::signal) + signal);
   pending = signal;
 }
 
@@ -41,5 +43,14 @@ int pending_signal() { return pending; }
 DeferSignals::DeferSignals() { deferred = 1; }
 
 DeferSignals::~DeferSignals() { deferred = 0; }
+
+AwaitInterrupt::AwaitInterrupt() { awaited = 1; }
+
+AwaitInterrupt::~AwaitInterrupt() {
+  awaited = 0;
+  pending = 0;
+}
+
+bool AwaitInterrupt::came() const { return pending != 0; }
 
 }  // namespace balance::app

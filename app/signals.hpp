@@ -19,4 +19,15 @@ class DeferSignals {
   DeferSignals& operator=(const DeferSignals&) = delete;
 };
 
+/// While it lives, the first Ctrl-C only leaves a mark; the second one, and any other signal, ends the program. Not to be nested,
+/// nor together with DeferSignals.
+class AwaitInterrupt {
+ public:
+  AwaitInterrupt();
+  ~AwaitInterrupt();  ///< forgets the mark
+  AwaitInterrupt(const AwaitInterrupt&) = delete;
+  AwaitInterrupt& operator=(const AwaitInterrupt&) = delete;
+  bool came() const;
+};
+
 }  // namespace balance::app

@@ -16,14 +16,14 @@ set(balance_flags_of_baseline "")
 set(balance_flags_of_avx2 -mavx2)
 set(balance_flags_of_avx512 -mavx512f -mavx512dq -mavx512vl -mprefer-vector-width=512)
 
-# balance_compile_lanes(<target> <source> <table>): adds the source to the target, compiled for every instruction set.
+# balance_compile_lanes(<target> <table> <source>…): adds the sources to the target, compiled for every instruction set.
 # BALANCE_LANES_TABLE names the only symbol that an object shows, the variable <table>_<set> with C's linkage. Inline functions and
 # templates of an object are its own: if they were shared, as the linker shares what has the same name, the baseline might be given
 # code that its machine does not have.
-function(balance_compile_lanes target source table)
+function(balance_compile_lanes target table)
   foreach(set IN LISTS balance_instruction_sets)
     set(part ${target}_lanes_${set})
-    add_library(${part} OBJECT ${source})
+    add_library(${part} OBJECT ${ARGN})
     target_include_directories(${part} PRIVATE $<TARGET_PROPERTY:balance_core,INTERFACE_INCLUDE_DIRECTORIES>)
     target_link_libraries(${part} PRIVATE Eigen3::Eigen)
     target_compile_definitions(${part} PRIVATE $<TARGET_PROPERTY:balance_core,INTERFACE_COMPILE_DEFINITIONS>

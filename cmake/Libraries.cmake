@@ -39,15 +39,14 @@ target_include_directories(
 # Three-vectors and 3×3 matrices written in pairs and read one by one (or the other way round) stall the processor's store
 # buffer: without this the recursions take a third longer.
 target_compile_definitions(balance_core PUBLIC EIGEN_UNALIGNED_VECTORIZE=0 PRIVATE ${balance_lane_definitions})
-balance_compile_lanes(balance_core lib/balance/lanes/kernels.cpp balance_lanes)
+balance_compile_lanes(balance_core balance_lanes lib/balance/lanes/kernels.cpp lib/balance/motion/equations.cpp)
 
 # The engine over numbers with derivatives: these sources of templates once more, see base/number.hpp.
 add_library(balance_duals OBJECT
   lib/balance/model/coupling_roots.cpp
   lib/balance/kinematics/joint_coordinates.cpp lib/balance/kinematics/joint_steps.cpp lib/balance/kinematics/tree.cpp
   lib/balance/motion/drive_rows.cpp lib/balance/motion/equations.cpp lib/balance/motion/equations_singular.cpp
-  lib/balance/dynamics/actuation.cpp lib/balance/dynamics/actuation_grip.cpp lib/balance/dynamics/external.cpp lib/balance/dynamics/observer.cpp
-  lib/balance/dynamics/observer_reactions.cpp)
+  lib/balance/dynamics/actuation.cpp lib/balance/dynamics/actuation_grip.cpp lib/balance/dynamics/external.cpp lib/balance/dynamics/observer.cpp)
 target_link_libraries(balance_duals PRIVATE balance_core)
 target_compile_definitions(balance_duals PRIVATE BALANCE_DUALS)
 balance_compile_options(balance_duals)

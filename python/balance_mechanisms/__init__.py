@@ -10,7 +10,8 @@ SI units, world axes. docs/python.md describes the module, docs/spec.md the lang
 """
 
 from balance_mechanisms import _native
-from balance_mechanisms._answers import Answer, Batch, Check, Comparison, Condition, Conditions, Design
+from balance_mechanisms._answers import (Answer, Batch, Check, Comparison, Condition, Conditions, Design, Front,
+                                         Tolerance)
 from balance_mechanisms._errors import MechanismError, MotionError, SpecError
 from balance_mechanisms._files import Exported, batch, compare, export, import_, kinds, new, parts, read
 from balance_mechanisms._imported import Imported
@@ -22,5 +23,6 @@ __version__: str = _native.version
 GOALS = tuple(_native.goal_names)
 
 __all__ = ["GOALS", "Answer", "Batch", "Check", "Comparison", "Condition", "Conditions", "Design", "Exported",
-           "Imported", "InverseDynamics", "Mechanism", "MechanismError", "Metric", "MotionError", "Quantity", "Run",
-           "Spec", "SpecError", "batch", "compare", "export", "import_", "kinds", "load", "new", "parts", "read"]
+           "Front", "Imported", "InverseDynamics", "Mechanism", "MechanismError", "Metric", "MotionError", "Quantity", "Run",
+           "Spec", "SpecError", "Tolerance", "batch", "compare", "export", "import_", "kinds", "load", "new", "parts",
+           "read"]

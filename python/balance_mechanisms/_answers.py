@@ -152,6 +152,18 @@ class Design(Answer):
         return dict(self._native.values)
 
     @property
+    def load_cases(self) -> List[Dict[str, Any]]:
+        """Per load of `design: for` what is left of the conditions, efforts at rest and torques; empty without load cases."""
+        cases: List[Dict[str, Any]] = self.to_dict()["load_cases"]
+        return cases
+
+    @property
+    def adaptive(self) -> Dict[str, Any] | None:
+        """How the numbers of `design: adapt` follow the load: laws or a table, ranges, work; None without any."""
+        law: Dict[str, Any] | None = self.to_dict()["adaptive"]
+        return law
+
+    @property
     def spec_text(self) -> str:
         """The spec with these numbers in place of its free ones."""
         return self._native.spec_text
@@ -180,6 +192,85 @@ class Design(Answer):
         import pandas
 
         return pandas.DataFrame(self.to_dict()["free_numbers"]).set_index("path")
+
+
+class Front(Answer):
+    """A trade-off between two or three figures: designs of which none is better in all of them."""
+
+    def __init__(self, native: _native.Front, spec: Spec) -> None:
+        super().__init__(native.json(), native.text())
+        self._native = native
+        self._spec = spec
+
+    def __repr__(self) -> str:
+        return f"<balance_mechanisms.Front: {len(self)}>"
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def figures(self) -> List[str]:
+        """What is traded, in the order of a point's values."""
+        return [one["name"] for one in self.to_dict()["front"]["figures"]]
+
+    @property
+    def points(self) -> List[Dict[str, Any]]:
+        """One by one: `values`, `free_numbers`, `optimality`, `lower_bound`, … as in the program's JSON."""
+        found: List[Dict[str, Any]] = self.to_dict()["front"]["points"]
+        return found
+
+    @property
+    def middle(self) -> int:
+        """Index of the point that is nearest to the least of all figures."""
+        return int(self.to_dict()["front"]["middle"]) - 1
+
+    def design(self, index: int) -> Design:
+        """One of the points as a design of its own; the first is 0."""
+        return Design(self._native.design(range(len(self))[index]), self._spec)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """A row per point: figures, bound and free numbers."""
+        import pandas
+
+        return pandas.read_csv(io.StringIO(self._native.csv())).set_index("point")
+
+
+class Tolerance(Answer):
+    """How far torques, forces and moments are off when the numbers of a mechanism are."""
+
+    def __init__(self, native: _native.Tolerance) -> None:
+        super().__init__(native.json(), native.text())
+        self._native = native
+
+    def __repr__(self) -> str:
+        return f"<balance_mechanisms.Tolerance: {len(self.to_dict()['numbers'])} numbers>"
+
+    @property
+    def quantities(self) -> Dict[str, Dict[str, Any]]:
+        """Figures with their deviations, the worst sample and the numbers' shares, by quantity; empty at rest."""
+        along: Dict[str, Any] = self.to_dict()["first_order"] or {"quantities": []}
+        return {one["quantity"]: one for one in along["quantities"]}
+
+    @property
+    def actuators(self) -> Dict[str, Dict[str, Any]]:
+        """The pose at rest where an actuator's effort is off most, by actuator; empty along a trajectory."""
+        rest: Dict[str, Any] = self.to_dict()["at_rest"] or {"actuators": []}
+        return {one["actuator"]: one for one in rest["actuators"]}
+
+    def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
+        """Writes the run and the deviation of every sample (docs/file-format.md); not of efforts at rest."""
+        self._native.write(os.fspath(path), force)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """A row per quantity: unit, the figures' deviations, the expected rms; at rest a row per actuator."""
+        import pandas
+
+        if self.actuators:
+            return pandas.DataFrame(list(self.actuators.values())).set_index("actuator")
+        figures = ("peak", "rms", "mean", "range")
+        rows = [{"quantity": name, "unit": one["unit"], **{figure: one[figure]["deviation"] for figure in figures},
+                 "expected_rms": one["expected_rms"]} for name, one in self.quantities.items()]
+        return pandas.DataFrame(rows).set_index("quantity")
 
 
 class Comparison(Answer):

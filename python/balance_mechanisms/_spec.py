@@ -8,8 +8,8 @@ import shlex
 from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple, Union
 
 from balance_mechanisms import _native
-from balance_mechanisms._answers import Check, Conditions, Design
-from balance_mechanisms._errors import MotionError
+from balance_mechanisms._answers import Check, Conditions, Design, Front, Tolerance
+from balance_mechanisms._errors import MechanismError, MotionError
 from balance_mechanisms._mechanism import Mechanism
 from balance_mechanisms._run import Run
 
@@ -139,6 +139,46 @@ class Spec:
         native = _native.design(self._native, _words(goal), _words(without), strategy, seed, wish, algorithm,
                                 trajectories, shlex.join(words))
         return Design(native, self)
+
+    def front(self, goal: Goals = None, *, seed: int | None = None, strategy: str = "complete", without: Goals = None,
+              algorithm: str = "") -> Front:
+        """The trade-off between the figures of the spec's `design: front`; arguments as for `design`.
+
+        :raises ValueError: if the spec asks for no front
+        :raises MechanismError: if nothing can be said at all; a front without points is an answer, with its reason
+        """
+        words = ["balance", "design", os.path.basename(self.file)]
+        for option, values in (("--goal", _words(goal)), ("--strategy", [strategy] if strategy != "complete" else []),
+                               ("--without", _words(without)), ("--algorithm", [algorithm] if algorithm else []),
+                               ("--seed", [] if seed is None else [str(seed)]),
+                               ("--set", [f"{name}={value}" for name, value in self._native.set])):
+            words += [word for value in values for word in (option, value)]
+        native = _native.front(self._native, _words(goal), _words(without), strategy, seed, algorithm, shlex.join(words))
+        return Front(native, self)
+
+    def tolerance(self, trajectory: str | None = None, *, of: Goals = None, samples: int | None = None,
+                  monte_carlo: int = 0, seed: int = 1, at_rest: bool = False,
+                  progress: Progress | None = None) -> Tolerance:
+        """How far a run is off when the numbers of the spec's `tolerances` are: to first order, by exact derivatives.
+
+        :param trajectory: of the spec; None: its first
+        :param of: quantities: `torque`, `torque[A1]`, `shaking_force`; None: all
+        :param samples: both ends included
+        :param monte_carlo: run so many mechanisms with numbers drawn at random, too
+        :param seed: of the draws
+        :param at_rest: efforts at rest in all poses instead of a trajectory
+        :param progress: called now and then with the part of the draws that is done, 0 to 1
+        :raises SpecError: if the spec has no `tolerances`, or they do not go with the trajectory
+        :raises MotionError: if the mechanism cannot make the motion
+        :raises MechanismError: if no pose at rest can be reached and held
+        """
+        native = _native.tolerance(self._native, trajectory or "", _words(of), samples, monte_carlo, seed, at_rest,
+                                   progress)
+        if native.status != "done" and at_rest:
+            raise MechanismError(native.reason, native.status)
+        if native.status != "done":
+            raise MotionError(native.reason, native.status, native.end)
+        return Tolerance(native)
 
     def simulate(self, trajectory: str = "", *, samples: int | None = None, duration: float | None = None,
                  about: Sequence[float] | None = None, formulation: str = "tree", poses: bool = False,

@@ -3,6 +3,7 @@
 #include "patience.hpp"
 
 #include "balance/analysis/start_pose.hpp"
+#include "balance/answers/designed_spec.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/base/version.hpp"
@@ -14,8 +15,8 @@
 #include "balance/present/design_hdf5.hpp"
 #include "balance/present/design_json.hpp"
 #include "balance/present/design_text.hpp"
+#include "balance/present/front_view.hpp"
 #include "balance/present/names.hpp"
-#include "balance/write/balanced_spec.hpp"
 #include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
@@ -101,7 +102,8 @@ DesignStudyOptions design_options(const Spec& spec, const GoalWords& words, cons
     require_one_of(local_methods(), algorithm, "algorithm");
     options.search.local = algorithm;
   }
-  if (options.goals.empty() && options.minimize.empty() && study.design.minimize.empty())
+  if (options.goals.empty() && options.minimize.empty() && study.design.minimize.empty() &&
+      study.design.subject_to.empty() && !study.design.front)
     throw std::invalid_argument(spec.file + " has neither design: goal nor design: minimize, so a goal (" +
                                 one_of(goal_names()) + ") or something to minimize is needed");
   if (study.free_numbers.empty())
@@ -123,22 +125,74 @@ std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vec
                                const std::string& algorithm, bool trajectories, const std::string& command) {
   const DesignStudyOptions options =
       design_options(*spec, {goals, without, strategy, seed}, minimize, algorithm, trajectories);
-  Made made = patiently([spec, options](Errand&) {
+  Made made = patiently([spec, options](Errand& errand) {
+    DesignStudyOptions watched = options;
+    watched.watch = [&errand](const SearchProgress& progress) {
+      errand.note(progress.seconds / progress.allowed);
+      return !errand.is_abandoned();
+    };
     Made all;
-    DesignReport report = design_study(*spec->space, options);
+    DesignReport report = design_study(*spec->space, watched);
     all.refusal = refusal_of(report);
     if (all.refusal) return all;
     all.design = std::make_shared<Design>();
-    all.design->spec_text = balanced_spec(spec->study(), report.outcome.x);
+    all.design->spec_text = designed_spec(*spec->space, report);
     all.design->view = make_view(options, *spec->space, all.design->spec_text, std::move(report));
     return all;
   });
   if (made.refusal) refuse(made.refusal);
   made.design->description.title = spec->study().mechanism.name;
   made.design->description.version = version();
-  made.design->description.spec_text = spec->text;
+  made.design->description.spec_text = spec->study().spec_text;
   made.design->description.command_line = command;
   return made.design;
+}
+
+/// A trade-off, never changed.
+struct FoundFront {
+  std::shared_ptr<const Spec> spec;
+  DesignStudyOptions options;
+  FrontView view;
+  std::string command;
+};
+
+std::shared_ptr<FoundFront> front(const std::shared_ptr<Spec>& spec, const std::vector<std::string>& goals,
+                                  const std::vector<std::string>& without, const std::string& strategy,
+                                  std::optional<std::uint64_t> seed, const std::string& algorithm,
+                                  const std::string& command) {
+  auto found = std::make_shared<FoundFront>();
+  found->spec = spec;
+  found->options = design_options(*spec, {goals, without, strategy, seed}, "", algorithm, true);
+  found->command = command;
+  const Refusal refusal = patiently([found](Errand& errand) {
+    DesignStudyOptions watched = found->options;
+    watched.watch = [&errand](const SearchProgress& progress) {
+      errand.note(progress.seconds / progress.allowed);
+      return !errand.is_abandoned();
+    };
+    Front front = front_study(*found->spec->space, watched);
+    const Refusal none = front.points.empty() ? refusal_of(front.failure) : Refusal{};
+    found->view = make_front_view(found->options, *found->spec->space, std::move(front));
+    return none;
+  });
+  if (refusal) refuse(refusal);
+  return found;
+}
+
+/// @param k from 0
+std::shared_ptr<Design> front_point(const FoundFront& front, std::size_t k) {
+  const auto& points = front.view.front.points;
+  if (k >= points.size()) throw std::invalid_argument(fmt::format("the front has {} points", points.size()));
+  const FrontPoint& point = points[k];
+  auto made = std::make_shared<Design>();
+  DesignReport report = front_design(*front.spec->space, point, true);
+  made->spec_text = designed_spec(*front.spec->space, report);
+  made->view = make_view(front.options, point.space, made->spec_text, std::move(report));
+  made->description.title = front.spec->study().mechanism.name;
+  made->description.version = version();
+  made->description.spec_text = front.spec->study().spec_text;
+  made->description.command_line = fmt::format("{} --point {}", front.command, k + 1);
+  return made;
 }
 
 py::list values_of(const Design& design) {
@@ -191,6 +245,13 @@ void bind_balancing(py::module_& m) {
         py::arg("seed"), py::arg("named"));
   m.def("design", &design, py::arg("spec"), py::arg("goals"), py::arg("without"), py::arg("strategy"), py::arg("seed"),
         py::arg("minimize"), py::arg("algorithm"), py::arg("trajectories"), py::arg("command"));
+  m.def("front", &front, py::arg("spec"), py::arg("goals"), py::arg("without"), py::arg("strategy"), py::arg("seed"),
+        py::arg("algorithm"), py::arg("command"));
+  py::class_<FoundFront, std::shared_ptr<FoundFront>>(m, "Front")
+      .def("json", [](const FoundFront& one) { return front_json(one.view, {}); })
+      .def("text", [](const FoundFront& one) { return front_text(one.view); })
+      .def("csv", [](const FoundFront& one) { return front_csv(one.view); })
+      .def("design", &front_point, py::arg("k"));
   m.attr("goal_names") = goal_names();
   py::class_<Design, std::shared_ptr<Design>>(m, "Design")
       .def_readonly("spec_text", &Design::spec_text)

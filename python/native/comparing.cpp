@@ -1,7 +1,6 @@
 #include "native.hpp"
 #include "patience.hpp"
 
-#include "balance/base/nearest.hpp"
 #include "balance/batch/folder.hpp"
 #include "balance/batch/run.hpp"
 #include "balance/batch/summary.hpp"
@@ -19,23 +18,12 @@ namespace {
 
 using NamedPythonRun = std::pair<std::string, std::shared_ptr<Run>>;
 
-std::vector<Verdict> judge_texts(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
-  RunNames names;
-  for (const NamedRun& run : runs) names.all.push_back(run.name);
-  names.base = names.all.front();
-  const std::vector<MetricTable> tables = tabulate(runs);
-  const std::vector<std::string> quantities = list_quantity_names(tables);
-  std::vector<Verdict> verdicts;
-  for (const std::string& text : texts) {
-    try {
-      const Requirement requirement = read_requirement(text, names);
-      check_quantities(requirement, quantities);
-      for (Verdict& verdict : judge_all(requirement, tables)) verdicts.push_back(std::move(verdict));
-    } catch (const RequirementError& error) {
-      throw std::invalid_argument("require " + in_quotes(text) + ": " + error.what());
-    }
+std::vector<Verdict> judge(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
+  try {
+    return judge_texts(texts, runs);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("require ") + error.what());
   }
-  return verdicts;
 }
 
 struct Compared {
@@ -51,7 +39,7 @@ py::dict compare(const std::vector<NamedPythonRun>& given, const std::vector<std
       const FileDescription& d = run->description;
       runs.push_back({name, "", d.title, d.trajectory, d.law, d.drive, run->result});
     }
-    return Compared{compare_runs(runs), judge_texts(require, runs)};
+    return Compared{compare_runs(runs), judge(require, runs)};
   });
   py::dict all;
   all["json"] = comparison_json(compared.runs, compared.verdicts);

@@ -78,7 +78,7 @@ await test("twenty trajectories open quickly, and any of them is a choice away",
 }, {spec: withTrajectories(Array.from({length: 18}, (_, i) => `  t${i}: {law: ${["cycloidal", "3-4-5"][i % 2]}, drive: tool, duration: ${(10 + i) / 100}}\n`).join(""))});
 
 await test("a law that was found says its switches and its limits", "found", async (page) => {
-  const text = () => page.locator("#metrics .law").innerText();
+  const text = () => page.locator("#metrics div.law").innerText();
   assert.match(await text(), /Law found: fastest within the limits: 0\.1006\d*\ss, 1 switch\n/);
   assert.match(await text(), /Shaking force\s+0\s+0\.0503\d+\s+0\s+49\.696\d*\n/);
   const switches = await page.evaluate(() => window.balanceReport.data.trajectories[0].before.found_law.switches);

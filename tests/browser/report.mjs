@@ -156,6 +156,23 @@ await test("before and after can be told apart and switched", "5r-design", async
   await shot(page, "5r-design-light.png");
 });
 
+await test("a design of the trade-off can be chosen in its chart, in its table and by keyboard", "four-bar-front", async (page) => {
+  const chosen = () => page.locator(".front-details strong").first().textContent();
+  await page.locator(".front-point").nth(2).click();
+  assert.equal(await chosen(), "Point 3");
+  await page.keyboard.press("ArrowRight");
+  assert.equal(await chosen(), "Point 4");
+  await page.locator("#front table button").nth(7).click();
+  assert.equal(await chosen(), "Point 8");
+  await page.locator(".front-point[tabindex='0']").focus();
+  await page.keyboard.press("ArrowLeft");
+  assert.equal(await chosen(), "Point 7");
+  const {points} = await page.evaluate(() => window.balanceReport.data.front.front);
+  const shown = await page.locator(".front-details tbody td").first().textContent();
+  assert.ok(Math.abs(Number(shown.replace("\u2212", "-")) - points[6].free_numbers[0].value) < 1e-4);
+  await shot(page, "four-bar-front-light.png");
+});
+
 await test("the theme follows the system and its button", "planar-rrr-design", async (page) => {
   const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
   const dark = await ground();

@@ -1,6 +1,7 @@
 #include "targets.hpp"
 
 #include "balance/conditions/symbols.hpp"
+#include "balance/spec/include.hpp"
 #include "balance/spec/read_spec.hpp"
 #include "balance/write/balanced_spec.hpp"
 
@@ -23,6 +24,32 @@ ReadOptions overrides_in(const std::string& text) {
       options.set.emplace_back(line.substr(5, equals - 5), line.substr(equals + 1));
   }
   return options;
+}
+
+/// Parts stand in comments behind a line `#part NAME`: no file is read for them.
+std::string part_in(const std::string& text, const std::string& path) {
+  const std::string head = "#part " + path.substr(path.rfind('/') + 1) + "\n";
+  const auto begin = text.find(head);
+  if (begin == std::string::npos) throw SystemError("none");
+  std::istringstream lines(text.substr(begin + head.size()));
+  std::string part;
+  for (std::string line; std::getline(lines, line) && line.starts_with("#") && !line.starts_with("#part ");)
+    part += line.substr(1) + "\n";
+  return part;
+}
+
+/// The text with its parts in it. @throws SpecError
+std::string whole(const std::string& text) {
+  read::Problems problems(file_name);
+  std::string flat = text;
+  const bool right = problems.guard([&] {
+    const read::Node root = read::parse_yaml(text, problems);
+    if (read::includes_parts(root))
+      flat =
+          read::flatten(root, file_name, problems, [&](const std::string& path) { return part_in(text, path); }).text;
+  });
+  if (!right) problems.throw_all();
+  return flat;
 }
 
 void use(const DesignSpace& space) {
@@ -53,7 +80,7 @@ void spec(std::string_view bytes) {
   const std::string text(bytes);
   const ReadOptions options = overrides_in(text);
   complains_well([&] {
-    const DesignSpace space = read_design_space(text, file_name, options);
+    const DesignSpace space = read_design_space(whole(text), file_name, options);
     use(space);
     if (text.size() < 4000) list_symbols(space);
   });

@@ -8,7 +8,7 @@ namespace balance::fuzz {
 void suite(std::string_view bytes) {
   const std::string text(bytes);
   complains_well([&] { read_suite(text, "suite.yaml"); });
-  files_named_in(text);
+  files_read_with(text, "suite.yaml");
 }
 
 }  // namespace balance::fuzz

@@ -44,6 +44,10 @@ State some_state(InverseDynamics& door) {
   return state;
 }
 
+MechanismNumber last_term(Kind kind, const Followed& followed) {
+  return {.kind = kind, .column = static_cast<int>(followed.terms.size()) - 1};
+}
+
 /// One of everything that the mechanism has.
 std::vector<MechanismNumber> some_numbers(const Mechanism& m) {
   std::vector<MechanismNumber> all{{.kind = Kind::gravity, .row = 1},
@@ -55,8 +59,11 @@ std::vector<MechanismNumber> some_numbers(const Mechanism& m) {
   all.push_back({.kind = Kind::joint_point_second, .index = last, .row = 0});
   all.push_back({.kind = Kind::joint_point_first, .index = last, .row = 1});
   if (!m.attachments.empty()) all.push_back({.kind = Kind::attachment_position});
-  if (!m.discs.empty()) all.push_back({.kind = Kind::disc_ratio});
-  if (!m.couplings.empty()) all.push_back({.kind = Kind::coupling_ratio});
+  if (!m.discs.empty())
+    all.push_back({.kind = Kind::disc_ratio}), all.push_back(last_term(Kind::disc_term_ratio, m.discs[0].follows));
+  if (!m.couplings.empty())
+    all.push_back({.kind = Kind::coupling_ratio}),
+        all.push_back(last_term(Kind::coupling_term_ratio, m.couplings[0].leader));
   if (!m.springs.empty()) {
     all.push_back({.kind = Kind::spring_stiffness});
     all.push_back({.kind = Kind::spring_point_second, .row = 1});
@@ -147,7 +154,8 @@ TEST_CASE("derivatives of mechanisms with loops are those of differences") {
 }
 
 TEST_CASE("derivatives with springs, friction, loads and couplings are those of differences") {
-  for (const char* machine : {"spring-press.yaml", "geared-five-bar.yaml", "spring-balancer-two-link.yaml"})
+  for (const char* machine :
+       {"spring-press.yaml", "geared-five-bar.yaml", "spring-balancer-two-link.yaml", "planar-rrr-belts.yaml"})
     check(machine);
 }
 

@@ -83,9 +83,53 @@ class Designs(Case):
             spec.design(minimize={"rms": "no_such", "along": "cycloid"})
         self.assertEqual(caught.exception.file, "minimize")
 
+    def test_load_cases_and_laws_are_the_program_s(self):
+        found = bm.load(config("rr-adaptive.yaml")).design()
+        told = json.loads(self.program("design", config("rr-adaptive.yaml"), "--json"))
+        self.assertEqual((found.load_cases, found.adaptive), (told["load_cases"], told["adaptive"]))
+        self.assertIn("* mp", found.spec_text)
+        self.assertEqual(bm.load(config("rr.yaml")).design("static").load_cases, [])
+
+    def test_a_front_is_the_program_s(self):
+        front = bm.load(config("four-bar-front.yaml")).front()
+        told = json.loads(self.program("design", config("four-bar-front.yaml"), "--json"))
+        self.assertEqual(front.to_dict()["front"], told["front"])
+        self.assertEqual((len(front), len(front.figures), front.middle + 1), (len(told["front"]["points"]), 2, told["front"]["middle"]))
+        design = front.design(2)
+        self.assertEqual(design.values, {n["path"]: n["value"] for n in front.points[2]["free_numbers"]})
+        moved = design.spec.simulate("steady").metrics["shaking_force"].rms
+        self.assertAlmostEqual(moved, front.points[2]["values"][0], delta=1e-9 * moved)
+        with self.assertRaises(IndexError):
+            front.design(len(front))
+        with self.assertRaises(ValueError):
+            bm.load(config("rr-design.yaml")).front()
+
     def test_a_spec_without_free_numbers_is_told(self):
         with self.assertRaises(bm.SpecError):
             bm.load(config("3rrr.yaml")).design("static")
+
+
+class Tolerances(Case):
+    def test_they_are_the_program_s(self):
+        spec = bm.load(config("rr-tolerance.yaml"))
+        for words, options in (({}, []), ({"of": "torque", "samples": 51}, ["--of", "torque", "--samples", "51"]),
+                               ({"monte_carlo": 20, "seed": 3, "samples": 11}, ["--monte-carlo", "20", "--seed", "3", "--samples", "11"]),
+                               ({"at_rest": True}, ["--at-rest"])):
+            found = spec.tolerance(**words)
+            self.assertEqual(found.to_json(), self.program("tolerance", config("rr-tolerance.yaml"), "--json", *options))
+            self.assertEqual(str(found), self.program("tolerance", config("rr-tolerance.yaml"), *options))
+        spec.tolerance(samples=51).write(self.path("python.h5"))
+        self.program("tolerance", config("rr-tolerance.yaml"), "--samples", "51", "-o", self.path("program.h5"))
+        with open(self.path("python.h5"), "rb") as one, open(self.path("program.h5"), "rb") as other:
+            self.assertEqual(one.read(), other.read())
+
+    def test_mistakes_are_told(self):
+        with self.assertRaises(bm.SpecError):
+            bm.load(config("rr.yaml")).tolerance()
+        spec = bm.load(config("rr-tolerance.yaml"))
+        for words in ({"of": "torqe"}, {"monte_carlo": 1}, {"samples": 1}, {"at_rest": True, "monte_carlo": 5}):
+            with self.assertRaises(ValueError):
+                spec.tolerance(**words)
 
 
 if __name__ == "__main__":

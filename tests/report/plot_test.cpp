@@ -1,5 +1,6 @@
 #include "balance/report/draw_picture.hpp"
 #include "balance/report/plot_layout.hpp"
+#include "balance/report/plot_phase.hpp"
 #include "balance/report/plot_script.hpp"
 #include "balance/simulation/simulate.hpp"
 #include "balance/spec/read_spec.hpp"
@@ -218,4 +219,31 @@ TEST_CASE("a PDF's date becomes the epoch, and no byte moves") {
   const std::string pdf = "1 0 obj << /CreationDate (D:20261121155111Z) >> xref";
   CHECK(finish_pdf(pdf) == "1 0 obj << /CreationDate (D:19700101000000Z) >> xref");
   CHECK(finish_pdf("nothing") == "nothing");
+}
+
+TEST_CASE("a phase plane has a pen for every limit, a ring at every switch, and ends below its top") {
+  const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/3rrr.yaml");
+  Trajectory trajectory = study.trajectories.at(0);
+  trajectory.samples = 11;
+  trajectory.law.kind = LawKind::fastest;
+  trajectory.limits = {{"shaking_force", 549.2528818391}, {"shaking_moment", 30}};
+  const Result result = simulate(study.mechanism, trajectory);
+  const Picture picture = picture_of_phase({{"run", &result}});
+  REQUIRE(picture.panels.size() == 1);
+  const PicturePanel& panel = picture.panels.front();
+  std::vector<std::string> labels;
+  double top = 0;
+  for (const PictureLine& line : panel.lines) {
+    if (!line.label.empty()) labels.push_back(line.label);
+    for (const PlotPoint& point : line.points) top = std::max(top, point.y);
+  }
+  CHECK(labels == std::vector<std::string>{"largest rate within the limits", "shaking_force", "shaking_moment"});
+  CHECK(top <= 1.4 * result.phase_plane.rate.maxCoeff() * (1 + 1e-12));
+  REQUIRE(panel.marks.size() == 1);
+  CHECK(panel.marks.front().points.size() == result.found_law->switches.size());
+  CHECK(gnuplot_script(picture, {}) == gnuplot_script(picture, {}));
+  const Picture both = picture_of_phase({{"one", &result}, {"two", &bang_bang()}});
+  CHECK(both.panels.front().lines.back().label == "two");
+  const Result empty;
+  CHECK_THROWS_AS(picture_of_phase({{"run", &empty}}), std::invalid_argument);
 }

@@ -5,7 +5,9 @@ import {Board} from "./charts/board.js";
 import {Clock} from "./motion/clock.js";
 import {Player} from "./motion/player.js";
 import {listenToKeys} from "./motion/transport.js";
+import {loadsSection} from "./sections/adaptive.js";
 import {conditionsSection, designSection} from "./sections/balancing.js";
+import {frontSection} from "./sections/front.js";
 import {metricsSection, trajectoriesTable} from "./sections/metrics.js";
 import {mechanismSection} from "./sections/mechanism.js";
 import {figures, subtitle} from "./sections/overview.js";
@@ -81,7 +83,7 @@ export function buildPage(Stage) {
   const clock = new Clock();
   const metrics = metricsSection(Boolean(data.controller));
   const motion = motionSection(data, clock, Stage, (trajectory) => metrics.show(trajectory));
-  const sections = [motion.section, motion.board ? metrics.element : null, trajectoriesTable(data), designSection(data),
+  const sections = [motion.section, motion.board ? metrics.element : null, trajectoriesTable(data), frontSection(data), designSection(data), loadsSection(data),
     conditionsSection(data), mechanismSection(data), source(data)];
   const skip = h("a", {class: "unseen skip screen-only", href: `#${motion.section.id}`}, "Skip to the motion");
   document.body.append(skip, header(data), h("main", {}, figures(data),

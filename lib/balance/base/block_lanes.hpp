@@ -20,22 +20,29 @@ class BlockLanes {
     const auto n = static_cast<std::size_t>(size());
     values_.assign(scalar.stored(), T(0.0));
     work_.assign(n, T(0.0));
-    std::size_t entries = 0;
+    factors_.assign(static_cast<std::size_t>(structure_.inside), T(0.0));
+    exchanged_.resize(structure_.blocks.size());
+    quality_.assign(structure_.blocks.size(), T(0.0));
+    order_.resize(n);
+    take_order(scalar);
+  }
+
+  /// The rows in the order of pivots of another matrix of the same pattern.
+  void take_order(const BlockTriangular& scalar) {
+    structure_.exchanges = scalar.structure().exchanges;
     for (const BlockTriangular::Block& block : structure_.blocks) {
-      entries += static_cast<std::size_t>(block.size) * block.size;
-      exchanged_.emplace_back();
-      order_.resize(n);
       for (int i = 0; i < block.size; ++i) order_[block.begin + i] = block.begin + i;
       if (block.size > lane_blocks::inverted)
         for (int i = 0; i < block.size; ++i)
           std::swap(order_[block.begin + i], order_[block.begin + structure_.exchanges[block.begin + i]]);
     }
-    factors_.assign(entries, T(0.0));
   }
 
   int size() const { return static_cast<int>(structure_.row_position.size()); }
   /// As of BlockTriangular, whose index() holds here too.
   T* storage() { return values_.data(); }
+  const T* storage() const { return values_.data(); }
+  int index(int row, int column) const { return scalar_.index(row, column); }
   T& at(int row, int column) { return values_[static_cast<std::size_t>(scalar_.index(row, column))]; }
 
   /// @return per lane the smallest |pivot| or 1/|entry of an inverse|, 0 if singular or not finite
@@ -43,10 +50,23 @@ class BlockLanes {
     T quality = 1.0;
     for (std::size_t b = 0; b < structure_.blocks.size(); ++b) {
       const BlockTriangular::Block& block = structure_.blocks[b];
-      quality = min(quality, small_blocks::by_size(
-                                 block.size, [&](auto size) { return factorise_block<size>(block, exchanged_[b]); }));
+      quality_[b] =
+          small_blocks::by_size(block.size, [&](auto size) { return factorise_block<size>(block, exchanged_[b]); });
+      quality = min(quality, quality_[b]);
     }
     return select(quality > 0.0, quality, T(0.0));
+  }
+
+  const std::vector<BlockTriangular::Block>& blocks() const { return structure_.blocks; }
+  /// Of one diagonal block, of the last factorisation; as factorise() returns it.
+  const T& quality(std::size_t block) const { return quality_[block]; }
+  /// x := A_bb⁻¹ x for diagonal block b. @param x twice as long as the block: behind the right-hand side there is room to work in
+  void solve_in_block(std::size_t b, T* x) {
+    const Block& block = structure_.blocks[b];
+    T* work = &work_[block.begin];
+    std::copy_n(x, block.size, work);
+    small_blocks::by_size(block.size, [&](auto size) { solve_block<size>(block, exchanged_[b], x + block.size); });
+    std::copy_n(work, block.size, x);
   }
 
   /// x := A⁻¹ x, in the original order. Allocates nothing.
@@ -137,6 +157,7 @@ class BlockLanes {
   BlockTriangular::Structure structure_;
   std::vector<int> order_;            ///< per permuted row: the row that stands there in its block's factors
   std::vector<T> values_, factors_;   ///< as in BlockTriangular
+  std::vector<T> quality_;            ///< per block, of the last factorisation
   std::vector<Exchanges> exchanged_;  ///< per block
   std::vector<T> work_;
 };

@@ -42,7 +42,9 @@ bool BlockTriangular::analyse(const SparsityPattern& pattern) {
   values_.assign(inside_ + columns_.size(), 0);
   factors_.assign(inside_, 0);
   kept_.assign(inside_, 0);
-  pivots_.assign(n, 0);
+  pivots_.resize(n);
+  for (const Block& block : blocks_)
+    for (int i = 0; i < block.size; ++i) pivots_[block.begin + i] = i;
   work_.assign(n, 0);
   sums_.assign(n, 0);
   pairs_.assign(n, {0, 0});

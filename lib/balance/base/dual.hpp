@@ -50,11 +50,28 @@ struct Dual {
     for (int i = 0; i < N; ++i) d[i] = (d[i] - value * b.d[i]) * inverse;
     return *this;
   }
-  friend Dual operator+(Dual a, const Dual& b) { return a += b; }
-  friend Dual operator-(Dual a, const Dual& b) { return a -= b; }
-  friend Dual operator*(Dual a, const Dual& b) { return a *= b; }
-  friend Dual operator*(Dual a, double b) { return a *= b; }
-  friend Dual operator*(double a, Dual b) { return b *= a; }
+  // From both to a new one: a copy that is added to would be carried through memory twice.
+  friend Dual operator+(const Dual& a, const Dual& b) {
+    Dual out(a.value + b.value);
+    for (int i = 0; i < N; ++i) out.d[i] = a.d[i] + b.d[i];
+    return out;
+  }
+  friend Dual operator-(const Dual& a, const Dual& b) {
+    Dual out(a.value - b.value);
+    for (int i = 0; i < N; ++i) out.d[i] = a.d[i] - b.d[i];
+    return out;
+  }
+  friend Dual operator*(const Dual& a, const Dual& b) {
+    Dual out(a.value * b.value);
+    for (int i = 0; i < N; ++i) out.d[i] = a.d[i] * b.value + a.value * b.d[i];
+    return out;
+  }
+  friend Dual operator*(const Dual& a, double b) {
+    Dual out(a.value * b);
+    for (int i = 0; i < N; ++i) out.d[i] = a.d[i] * b;
+    return out;
+  }
+  friend Dual operator*(double a, const Dual& b) { return b * a; }
   friend Dual operator/(Dual a, const Dual& b) { return a /= b; }
   friend Dual operator+(const Dual& a) { return a; }
   friend Dual operator-(Dual a) { return a *= -1.0; }

@@ -1,9 +1,13 @@
 #pragma once
 /// The scalar that a source of templates is compiled for. The same sources make the engine over doubles (`balance::core`) and over
-/// numbers with derivatives (`balance::gradients`, with BALANCE_DUALS): see cmake/Libraries.cmake. Only for their last lines, where
-/// they name their instances.
+/// numbers with derivatives (`balance::gradients`, with BALANCE_DUALS), some of them over many samples at once (cmake/Lanes.cmake):
+/// see cmake/Libraries.cmake. Only for their last lines, where they name their instances.
 
 #include "balance/base/dual.hpp"
+#ifdef BALANCE_LANES_TABLE
+#include "balance/base/lane_system.hpp"
+#include "balance/base/sine.hpp"
+#endif
 
 namespace balance {
 
@@ -12,6 +16,8 @@ inline constexpr int dual_width = 8;
 
 #ifdef BALANCE_DUALS
 using Number = Dual<dual_width>;
+#elif defined(BALANCE_LANES_TABLE)
+using Number = Pack<native_lanes>;
 #else
 using Number = double;
 #endif

@@ -14,26 +14,21 @@ namespace balance {
 
 namespace packs {
 
-// Clang keeps Eigen from holding anything that asks for more alignment than Eigen gives.
-#ifdef __clang__
-#define BALANCE_ALIGNED , aligned(16)
-#else
-#define BALANCE_ALIGNED
-#endif
-// Spelt out: GCC 12 loses constructors from a vector whose size depends on a template's parameter.
+// No more alignment than Eigen gives to what it holds. Spelt out: GCC 12 loses constructors from a vector whose size depends on a
+// template's parameter.
 template <int W>
 struct Vectors;
-#define BALANCE_VECTORS(W)                                                        \
-  template <>                                                                     \
-  struct Vectors<W> {                                                             \
-    using Numbers __attribute__((vector_size(8 * (W)) BALANCE_ALIGNED)) = double; \
-    using Bits __attribute__((vector_size(8 * (W)) BALANCE_ALIGNED)) = long long; \
+#define BALANCE_VECTORS(W)                                                              \
+  template <>                                                                           \
+  struct Vectors<W> {                                                                   \
+    using Numbers __attribute__((vector_size(8 * (W)), aligned(16))) = double;          \
+    using Bits __attribute__((vector_size(8 * (W)), aligned(16))) = long long;          \
+    using Stored __attribute__((vector_size(8 * (W)), aligned(8), may_alias)) = double; \
   };
 BALANCE_VECTORS(2)
 BALANCE_VECTORS(4)
 BALANCE_VECTORS(8)
 #undef BALANCE_VECTORS
-#undef BALANCE_ALIGNED
 
 // Correctly rounded, like std::sqrt; written for the processor where a loop would take the lanes apart.
 template <class Numbers>
@@ -61,6 +56,8 @@ struct Mask {
   Bits bits;  ///< of a lane: all set or none
 
   bool operator[](int lane) const { return bits[lane] != 0; }
+  /// In every lane: for branches on what is the same in all of them.
+  explicit operator bool() const { return all(*this); }
   friend Mask operator&(const Mask& a, const Mask& b) { return {a.bits & b.bits}; }
   friend Mask operator|(const Mask& a, const Mask& b) { return {a.bits | b.bits}; }
   friend Mask operator!(const Mask& a) { return {~a.bits}; }
@@ -82,12 +79,11 @@ struct Pack {
   Pack() = default;                          ///< undefined, like a double
   Pack(double x) : v(x - Numbers{}) {}       ///< in every lane
   explicit Pack(const Numbers& x) : v(x) {}  ///< lane by lane
+  // Not by copying bytes, which the compiler does in halves that the processor must then wait for.
   static Pack load(const double* numbers) {
-    Pack pack;
-    std::memcpy(&pack.v, numbers, sizeof pack.v);
-    return pack;
+    return Pack(Numbers(*reinterpret_cast<const typename packs::Vectors<W>::Stored*>(numbers)));
   }
-  void store(double* numbers) const { std::memcpy(numbers, &v, sizeof v); }
+  void store(double* numbers) const { *reinterpret_cast<typename packs::Vectors<W>::Stored*>(numbers) = v; }
   double operator[](int lane) const { return v[lane]; }
 
   Pack& operator+=(const Pack& b) { return v += b.v, *this; }
@@ -113,6 +109,18 @@ struct Pack {
   friend Pack min(const Pack& a, const Pack& b) { return select(b < a, b, a); }
   friend Pack max(const Pack& a, const Pack& b) { return select(a < b, b, a); }
   friend Pack abs(const Pack& a) { return Pack((Numbers)((Bits)a.v & 0x7fffffffffffffffLL)); }
+  /// Every lane's neighbour before it, `first` before the first.
+  friend Pack behind(const Pack& a, double first) {
+    Pack out;
+    out.v[0] = first;
+    for (int l = 1; l < W; ++l) out.v[l] = a.v[l - 1];
+    return out;
+  }
+  friend double least(const Pack& a) {
+    double smallest = a.v[0];
+    for (int l = 1; l < W; ++l) smallest = a.v[l] < smallest ? a.v[l] : smallest;
+    return smallest;
+  }
   friend Pack sqrt(const Pack& a) { return Pack(packs::root(a.v)); }
 };
 

@@ -35,9 +35,10 @@ inline To bits_as(const From& from) {
   return to;
 }
 
-/// |x| ≤ largest_small: the products with the first two parts of π/2, of 37 bits each, are exact.
+/// |x| ≤ largest_small: the products with the first two parts of π/2, of 37 bits each, are exact. By value: a template's parameter has
+/// forgotten how little a pack is aligned.
 template <class Numbers, class Bits>
-inline Reduced<Numbers, Bits> reduce_small(const Numbers& x) {
+inline Reduced<Numbers, Bits> reduce_small(Numbers x) {
   const double round = 0x1.8p52;  // the sum's last bits are the integer
   const Numbers shifted = x * 0x1.45f306dc9c883p-1 + round;
   const Numbers n = shifted - round;

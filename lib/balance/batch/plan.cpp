@@ -37,8 +37,7 @@ SpecSource read_source(const std::string& path) {
   } catch (const SystemError& error) {
     source.trouble = error.what();
   }
-  for (const std::string& file : files_named_in(source.text))
-    source.tables.push_back((fs::path(path).parent_path() / file).string());
+  source.tables = files_read_with(source.text, path);
   return source;
 }
 

@@ -13,12 +13,12 @@ struct SpecSource {
   std::string path;                 ///< with the suite's folder
   std::string text;                 ///< empty if it cannot be read
   std::string trouble;              ///< why it cannot be read; empty: it can
-  std::vector<std::string> tables;  ///< files that the spec names, with its folder
+  std::vector<std::string> tables;  ///< files that the spec is read with, its parts too
 };
 
 struct PlannedCase {
   std::size_t spec = 0;  ///< index into Plan::specs
-  /// SHA-256 of everything that the result depends on: the spec's text, the tables that it names, the parameters, trajectory,
+  /// SHA-256 of everything that the result depends on: the spec's text, the tables and parts that it is read with, the parameters, trajectory,
   /// controller, samples and design of the case, the program's version and build.
   std::string key;
 };

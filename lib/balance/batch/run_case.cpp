@@ -2,6 +2,7 @@
 
 #include "balance/analysis/control.hpp"
 #include "balance/analysis/design_study.hpp"
+#include "balance/answers/designed_spec.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/compare/metric_table.hpp"
@@ -10,7 +11,6 @@
 #include "balance/simulation/simulate.hpp"
 #include "balance/spec/problem.hpp"
 #include "balance/spec/read_spec.hpp"
-#include "balance/write/balanced_spec.hpp"
 #include "balance/write/result_hdf5.hpp"
 #include "balance/write/run_description.hpp"
 #include "balance/write/sha256.hpp"
@@ -158,6 +158,11 @@ class CaseRun {
     options.trajectories = false;
     if (start.free_numbers.empty())
       throw SpecError({place, fmt::format("there is nothing to design: no number of {} is free", start.spec_file)});
+    if (start.design.front && wanted_.design->minimize.empty())
+      throw SpecError(
+          {place, fmt::format("{} asks for a front, which has many designs, and a case runs one: 'minimize' is "
+                              "needed here",
+                              start.spec_file)});
     if (options.goals.empty() && wanted_.design->minimize.empty() && start.design.minimize.empty())
       throw SpecError({place, fmt::format("{} has no design: goal, so 'goal' is needed here", start.spec_file)});
     if (wanted_.design->minimize.empty()) return options;
@@ -190,7 +195,7 @@ class CaseRun {
     record_.design = {name_of(outcome.status), outcome.reason, report.mass_before, report.mass_after,
                       report.added_mass};
     record_.notes = report.notes;  // those of the designed motion come with its own run
-    const std::string text = balanced_spec(space.start, outcome.x);
+    const std::string text = designed_spec(space, report);
     PendingFile file(path_of(balanced_file(wanted_.name)), Existing::replace, temporary_mark);
     file.write(text);
     file.commit(Durability::later);

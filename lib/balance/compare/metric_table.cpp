@@ -41,16 +41,6 @@ const Metric* find_metric(const MetricTable& table, std::string_view quantity) {
   return found == table.metrics.end() ? nullptr : &*found;
 }
 
-double figure_of(const Metric& metric, Figure figure) {
-  switch (figure) {
-    case Figure::peak: return metric.peak;
-    case Figure::rms: return metric.rms;
-    case Figure::mean: return metric.mean;
-    case Figure::range: return metric.range;
-  }
-  return std::numeric_limits<double>::quiet_NaN();
-}
-
 double find_figure(const MetricTable& table, Figure figure, std::string_view quantity) {
   const Metric* metric = find_metric(table, quantity);
   return metric == nullptr ? std::numeric_limits<double>::quiet_NaN() : figure_of(*metric, figure);

@@ -2,7 +2,7 @@
 /// The figures of one run under the name that comparisons and requirements call it by.
 
 #include "balance/result/figure.hpp"
-#include "balance/result/result.hpp"
+#include "balance/result/metrics.hpp"
 
 #include <limits>
 #include <string>
@@ -25,8 +25,6 @@ const Metric* find_metric(const MetricTable& table, std::string_view quantity);
 
 /// NaN if the run has no such quantity.
 double find_figure(const MetricTable& table, Figure figure, std::string_view quantity);
-
-double figure_of(const Metric& metric, Figure figure);
 
 /// Every quantity that at least one of the runs has, in the order in which they first appear.
 std::vector<std::string> list_quantity_names(const std::vector<MetricTable>& tables);

@@ -87,8 +87,8 @@ bool ForceMatrices<S>::torque(Stepper<S>& stepper, const CostQuantity& quantity,
   rows.noalias() = projection_.middleRows(first, count) * tau_;
   if (quantity.kind == CostQuantity::Kind::torque) return true;
   for (Eigen::Index a = 0; a < count; ++a) {
-    const CoordinateSource& source = tree_.sources[mechanism_.actuators[static_cast<std::size_t>(first + a)]];
-    rows.row(a) *= source.ratio * stepper.dy()[source.column];
+    const LinearQuantity& source = tree_.sources[mechanism_.actuators[static_cast<std::size_t>(first + a)]];
+    rows.row(a) *= source.rate(stepper.dy());
   }
   return true;
 }

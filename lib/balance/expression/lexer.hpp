@@ -52,7 +52,8 @@ class Lexer {
     }
     std::size_t n = 1;
     if (starts_name(peek(0))) {
-      while (starts_name(peek(n)) || digit(peek(n))) ++n;
+      // names of parts hang together by points
+      while (starts_name(peek(n)) || digit(peek(n)) || (peek(n) == '.' && starts_name(peek(n + 1)))) ++n;
       return n;
     }
     // a character of several bytes is one word

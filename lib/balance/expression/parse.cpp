@@ -225,6 +225,24 @@ ExpressionNames names_in(const std::string& expression) {
   return names;
 }
 
+std::string with_names(const std::string& expression, const std::function<std::string(const std::string&)>& other) {
+  if (expression.size() > longest_expression) return expression;
+  std::string text;
+  std::size_t copied = 0;
+  Lexer lexer(expression);
+  Word word = lexer.next();
+  while (word.kind != Word::Kind::end) {
+    const Word next = lexer.next();
+    const bool call = next.kind == Word::Kind::sign && next.text == "(";
+    if (word.kind == Word::Kind::name && !call && word.text != "pi") {
+      text += expression.substr(copied, word.at - copied) + other(std::string(word.text));
+      copied = word.at + word.text.size();
+    }
+    word = next;
+  }
+  return text + expression.substr(copied);
+}
+
 const std::vector<std::string>& function_names() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> all;

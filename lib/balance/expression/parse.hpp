@@ -1,5 +1,5 @@
 #pragma once
-/// Arithmetic as text: numbers, names, + − * / ^, parentheses, comparisons, && and ||, a ? b : c, sqrt, sin, cos and the like, pi.
+/// Arithmetic as text: numbers, names (`l`, `leg1.l`), + − * / ^, parentheses, comparisons, && and ||, a ? b : c, sqrt, sin, cos and the like, pi.
 /// Angles of trigonometric functions are in radians. A point is the decimal mark whatever the locale.
 
 #include "balance/expression/expression.hpp"
@@ -27,6 +27,9 @@ struct ExpressionNames {
   std::vector<std::string> functions;  ///< followed by a parenthesis
 };
 ExpressionNames names_in(const std::string& expression);
+
+/// The expression with another name for each of its values; as it was if it is too long.
+std::string with_names(const std::string& expression, const std::function<std::string(const std::string& name)>& other);
 
 /// Longer ones are refused, unread: that bounds their depth, too.
 inline constexpr std::size_t longest_expression = 1000;

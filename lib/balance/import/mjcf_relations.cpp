@@ -14,7 +14,7 @@ namespace {
 class RelationReader {
  public:
   RelationReader(const XmlElement& root, const MjcfDefaults& defaults, Faults& faults, Robot& robot)
-      : root_(root), defaults_(defaults), faults_(faults), read_(faults), robot_(robot) {}
+      : root_(root), defaults_(defaults), read_(faults), robot_(robot) {}
 
   void run() {
     poses_ = model_pose(robot_);
@@ -162,7 +162,6 @@ class RelationReader {
 
   const XmlElement& root_;
   const MjcfDefaults& defaults_;
-  Faults& faults_;
   ElementReader read_;
   Robot& robot_;
   std::vector<Pose> poses_;

@@ -22,6 +22,12 @@ Drive<S> drive_of(const Mechanism& mechanism, const Tree<S>& tree, const std::ve
   return drive;
 }
 
+template <class S>
+bool no_sums(const Tree<S>& tree, const std::vector<int>& coordinates) {
+  return std::all_of(coordinates.begin(), coordinates.end(),
+                     [&](int c) { return tree.sources[static_cast<std::size_t>(c)].depends_on_one(); });
+}
+
 }  // namespace
 
 template <class S>
@@ -33,7 +39,7 @@ Branch<S>::Branch(const Mechanism& mechanism, IndependentChoice<S> choice)
       note_(std::move(choice.note)),
       freedoms_(choice.freedoms),
       redundant_(choice.redundant),
-      direct_(tree_.closures.empty()),
+      direct_(tree_.closures.empty() && no_sums(tree_, independent_)),
       drive_(drive_of(mechanism, tree_, independent_)),
       equations_(tree_, drive_, redundant_),
       round_off_(solved * ground_extent(mechanism)),
@@ -165,9 +171,9 @@ VectorX Branch<S>::coordinates() const {
   const std::vector<double> wrapped = read_coordinates(mechanism_, tree_, y_);
   VectorX all = Eigen::Map<const VectorX>(wrapped.data(), static_cast<Eigen::Index>(wrapped.size()));
   for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
-    const CoordinateSource& source = tree_.sources[c];
-    if (source.column >= 0 && !tree_.joint_floats[mechanism_.coordinates[c].joint])
-      all[static_cast<Eigen::Index>(c)] = source.ratio * y_[source.column] + source.offset;
+    const LinearQuantity& source = tree_.sources[c];
+    if (source.depends() && !tree_.joint_floats[mechanism_.coordinates[c].joint])
+      all[static_cast<Eigen::Index>(c)] = source.value(y_.data());
   }
   return all;
 }

@@ -59,11 +59,14 @@ InverseEngine<S>::InverseEngine(const Mechanism& given, const InverseOptions& wi
   for (const IdleSpin& spin : tree.held_spins) notes.push_back(held_spin(mechanism, spin));
   std::vector<bool> driven(tau_.size(), false);
   for (const int coordinate : mechanism.actuators) {
-    const CoordinateSource& source = tree.sources[coordinate];
-    motors_.push_back({source.column, 1 / source.ratio});
-    driven[source.column] = true;
+    const LinearQuantity& source = tree.sources[coordinate];
+    if (!source.depends_on_one()) continue;
+    const auto& [column, ratio] = source.terms[0];
+    motors_.push_back({column, 1 / ratio});
+    driven[column] = true;
   }
-  open = branch_.direct() && motors_.size() == tau_.size() && mechanism.loads.empty() && mechanism.springs.empty() &&
+  open = branch_.direct() && motors_.size() == tau_.size() && motors_.size() == mechanism.actuators.size() &&
+         mechanism.loads.empty() && mechanism.springs.empty() &&
          std::find(driven.begin(), driven.end(), false) == driven.end();
 }
 

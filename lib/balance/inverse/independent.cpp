@@ -67,27 +67,24 @@ Loops<S> analyse(const Mechanism& mechanism, const std::vector<int>& needed) {
 
 /// Rates of coordinates, in their units, per unit of each allowed velocity; a coordinate that is none of the tree's has none.
 template <class S>
-MatrixX rates_of(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<int>& coordinates,
-                 const MatrixX& velocities) {
+MatrixX rates_of(const Tree<S>& tree, const std::vector<int>& coordinates, const MatrixX& velocities) {
   MatrixX rates = MatrixX::Zero(static_cast<Eigen::Index>(coordinates.size()), velocities.cols());
   const VectorX scale = column_scale(tree);
   for (std::size_t k = 0; k < coordinates.size(); ++k) {
-    const Coordinate& coordinate = mechanism.coordinates[coordinates[k]];
-    const CoordinateSource& source = tree.sources[coordinates[k]];
-    if (source.column < 0) continue;
-    const double unit = coordinate.kind == CoordinateKind::length ? tree.length : 1;
-    rates.row(static_cast<Eigen::Index>(k)) =
-        source.ratio * scale[source.column] / unit * velocities.row(source.column);
+    const LinearQuantity& source = tree.sources[coordinates[k]];
+    for (const auto& [column, ratio] : source.terms)
+      rates.row(static_cast<Eigen::Index>(k)) +=
+          ratio * scale[column] / (source.is_length ? tree.length : 1) * velocities.row(column);
   }
   return rates;
 }
 
 template <class S>
-bool determine(const Mechanism& mechanism, const Loops<S>& loops, const std::vector<int>& coordinates) {
+bool determine(const Loops<S>& loops, const std::vector<int>& coordinates) {
   if (static_cast<int>(coordinates.size()) != loops.freedoms) return false;
   if (loops.freedoms == 0) return true;
   return std::any_of(loops.velocities.begin(), loops.velocities.end(), [&](const MatrixX& velocities) {
-    const MatrixX rates = rates_of(mechanism, loops.tree, coordinates, velocities);
+    const MatrixX rates = rates_of(loops.tree, coordinates, velocities);
     return Eigen::JacobiSVD<MatrixX>(rates).singularValues()[loops.freedoms - 1] > least;
   });
 }
@@ -104,7 +101,7 @@ std::vector<int> pick(const Mechanism& mechanism, const Loops<S>& loops) {
   std::vector<int> all(mechanism.coordinates.size()), chosen;
   for (std::size_t c = 0; c < all.size(); ++c) all[c] = static_cast<int>(c);
   if (loops.velocities.empty()) return chosen;
-  MatrixX rates = rates_of(mechanism, loops.tree, all, loops.velocities.front());
+  MatrixX rates = rates_of(loops.tree, all, loops.velocities.front());
   const auto take = [&](int coordinate) {
     take_out(rates, coordinate);
     chosen.push_back(coordinate);
@@ -161,7 +158,7 @@ IndependentChoice<S> take_named(const Mechanism& mechanism, const std::vector<in
   if (static_cast<int>(coordinates.size()) != loops.freedoms)
     throw std::invalid_argument("independent: " + std::to_string(coordinates.size()) + " coordinates (" + list +
                                 ") for " + std::to_string(loops.freedoms) + " degrees of freedom");
-  if (!determine(mechanism, loops, coordinates))
+  if (!determine(loops, coordinates))
     throw std::invalid_argument("independent: " + list + " do not determine the other coordinates");
   return finish(std::move(loops), coordinates, "");
 }
@@ -174,12 +171,11 @@ IndependentChoice<S> choose_independent(const Mechanism& mechanism, const std::v
   std::vector<int> coordinates;
   for (int rounds = 0; rounds < 4; ++rounds) {
     Loops<S> loops = analyse<S>(mechanism, coordinates);
-    if (rounds == 0 && determine(mechanism, loops, mechanism.actuators))
-      return finish(std::move(loops), mechanism.actuators, "");
+    if (rounds == 0 && determine(loops, mechanism.actuators)) return finish(std::move(loops), mechanism.actuators, "");
     coordinates = pick(mechanism, loops);
     // what is needed does not float: a spin that was held as idle may become a freedom then
     const bool stands = !any_floats(mechanism, loops.tree, coordinates);
-    if (stands && determine(mechanism, loops, coordinates)) {
+    if (stands && determine(loops, coordinates)) {
       const std::string note = "independent coordinates: " + list_names(mechanism, coordinates);
       return finish(std::move(loops), coordinates, note);
     }

@@ -146,4 +146,23 @@ std::vector<Verdict> judge_all(const Requirement& requirement, const std::vector
   return verdicts;
 }
 
+std::vector<Verdict> judge_texts(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
+  RunNames names;
+  for (const NamedRun& run : runs) names.all.push_back(run.name);
+  names.base = names.all.front();
+  const std::vector<MetricTable> tables = tabulate(runs);
+  const std::vector<std::string> quantities = list_quantity_names(tables);
+  std::vector<Verdict> verdicts;
+  for (const std::string& text : texts) {
+    try {
+      const Requirement requirement = read_requirement(text, names);
+      check_quantities(requirement, quantities);
+      for (Verdict& verdict : judge_all(requirement, tables)) verdicts.push_back(std::move(verdict));
+    } catch (const RequirementError& error) {
+      throw std::invalid_argument(in_quotes(text) + ": " + error.what());
+    }
+  }
+  return verdicts;
+}
+
 }  // namespace balance

@@ -2,6 +2,7 @@
 /// Requirements on the figures of runs: `peak(shaking_force) <= 0.9 * base`, `rms(torque[A1]) < 1.2 * rms(torque[A1], base)`.
 /// The language is described in docs/compare.md.
 
+#include "balance/compare/comparison.hpp"
 #include "balance/compare/metric_table.hpp"
 #include "balance/compare/verdict.hpp"
 
@@ -81,5 +82,9 @@ Verdict judge(const Requirement& requirement, const std::vector<MetricTable>& ta
 
 /// For every table but the first, or once if the requirement names all its runs.
 std::vector<Verdict> judge_all(const Requirement& requirement, const std::vector<MetricTable>& tables);
+
+/// Requirements as written, on runs of which the first is the base.
+/// @throws std::invalid_argument "'rms(x) <': column 9: …"
+std::vector<Verdict> judge_texts(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs);
 
 }  // namespace balance

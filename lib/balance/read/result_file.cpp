@@ -4,6 +4,7 @@
 #include "balance/base/nearest.hpp"
 #include "balance/base/plain_text.hpp"
 #include "balance/hdf5/source.hpp"
+#include "balance/read/law_group.hpp"
 #include "balance/result/quantities.hpp"
 #include "balance/result/round_off.hpp"
 
@@ -43,6 +44,7 @@ class Reader {
     names();
     samples();
     metrics();
+    read_law(file_, prefix_, r_);
     r_.outcome.status = MotionStatus::done;
     return std::move(r_);
   }

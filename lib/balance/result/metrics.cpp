@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -183,6 +184,16 @@ void add_metrics(Result& result, const BetweenSamples& between) {
     result.metrics.insert(result.metrics.end(), each.begin(), each.end());
   }
   result.energy = energy(result, places);
+}
+
+double figure_of(const Metric& metric, Figure figure) {
+  switch (figure) {
+    case Figure::peak: return metric.peak;
+    case Figure::rms: return metric.rms;
+    case Figure::mean: return metric.mean;
+    case Figure::range: return metric.range;
+  }
+  return std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace balance

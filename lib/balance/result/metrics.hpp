@@ -1,6 +1,7 @@
 #pragma once
 /// Peaks, averages and energy of a run.
 
+#include "balance/result/figure.hpp"
 #include "balance/result/result.hpp"
 
 #include <string>
@@ -20,6 +21,8 @@ struct BetweenSamples {
     return static_cast<long>(next_sample.size()) - 1;
   }
 };
+
+double figure_of(const Metric& metric, Figure figure);
 
 /// Fills result.metrics and result.energy. Averages are over time, by the trapezoidal rule between all places.
 void add_metrics(Result& result, const BetweenSamples& between);

@@ -6,6 +6,7 @@
 #include "balance/dynamics/term_sizes.hpp"
 #include "balance/motion/found_law.hpp"
 #include "balance/motion/motion.hpp"
+#include "balance/motion/phase_plane.hpp"
 
 #include <optional>
 #include <string>
@@ -28,7 +29,8 @@ struct Metric {
 
 struct Result {
   MotionOutcome outcome;
-  std::optional<FoundLaw> found_law;  ///< of a law that was searched for; not in files
+  std::optional<FoundLaw> found_law;  ///< of a law that was searched for
+  PhasePlane phase_plane;             ///< empty under control; the ceiling is empty where no limits are stated
 
   // what the columns are called
   std::vector<std::string> coordinate_names;  ///< C columns of joint_position
@@ -77,7 +79,8 @@ struct Result {
   Samples saturation;        ///< N×A: 1 while the torque is cut by its limit, else 0
 
   std::vector<Metric> metrics;
-  double energy = 0;  ///< ∫ Σ|power| dt: what the actuators move back and forth [J]
+  double energy = 0;                            ///< ∫ Σ|power| dt: what the actuators move back and forth [J]
+  std::optional<FoundCorridor> found_corridor;  ///< of a way that was searched for; no file is read for it
 
   TermSizes term_sizes;  ///< largest in the run; not in files
   TermSizes round_off;   ///< what samples that ought to be zero may be; the samples themselves are as computed

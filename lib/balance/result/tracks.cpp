@@ -79,17 +79,31 @@ std::vector<std::pair<std::size_t, std::size_t>> neighbours(const std::vector<Tr
   return runs;
 }
 
-std::vector<std::string> figure_names(const Mechanism& mechanism) {
+namespace {
+
+std::vector<Track> tracks_of(const Mechanism& mechanism) {
   Result shape;
   name_columns(mechanism, shape);
   size_arrays(mechanism, 1, {}, shape);
-  const std::vector<Track> tracks = list_tracks(shape);
+  return list_tracks(shape);
+}
+
+}  // namespace
+
+std::vector<std::string> figure_names(const Mechanism& mechanism) {
+  const std::vector<Track> tracks = tracks_of(mechanism);
   std::vector<std::string> names;
   for (const auto& [first, last] : neighbours(tracks)) {
     if (!tracks[first].of_worst.empty()) names.push_back(tracks[first].of_worst);
     for (std::size_t i = first; i < last; ++i) names.push_back(tracks[i].quantity);
   }
   return names;
+}
+
+std::string figure_unit(const Mechanism& mechanism, const std::string& name) {
+  for (const Track& track : tracks_of(mechanism))
+    if (track.quantity == name || (!track.of_worst.empty() && track.of_worst == name)) return track.unit;
+  return "";
 }
 
 }  // namespace balance

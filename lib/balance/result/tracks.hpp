@@ -28,4 +28,7 @@ std::vector<std::pair<std::size_t, std::size_t>> neighbours(const std::vector<Tr
 /// Names of all figures of a run of a mechanism along a trajectory, the worst ones before those that they are the worst of.
 std::vector<std::string> figure_names(const Mechanism& mechanism);
 
+/// SI unit of a figure of that name: "N m"; empty if there is none of it.
+std::string figure_unit(const Mechanism& mechanism, const std::string& name);
+
 }  // namespace balance

@@ -47,4 +47,18 @@ Json found_law_json(const FoundLaw& law) {
   return json;
 }
 
+std::string found_corridor_text(const FoundCorridor& c) {
+  return fmt::format(
+      "corridor: the path is left by up to {0:.6g} of {1:.6g} {2}: {3} {4:.9g} {6} instead of {5:.9g} {6}; {7} of {8} "
+      "starts ended there\n",
+      c.used, c.width, c.width_unit, c.of == "duration" ? c.of : "peak of " + c.of, c.figure, c.on_path, c.unit,
+      c.agreeing, c.starts);
+}
+
+Json found_corridor_json(const FoundCorridor& c) {
+  return {{"width", c.width},     {"used", c.used},     {"unit", c.width_unit},
+          {"of", c.of},           {"value", c.figure},  {"on_path", c.on_path},
+          {"value_unit", c.unit}, {"starts", c.starts}, {"agreeing", c.agreeing}};
+}
+
 }  // namespace balance

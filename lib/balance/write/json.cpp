@@ -18,6 +18,7 @@ std::string result_json(const Result& result, const FileDescription& description
   json["outcome"] = outcome_json(result.outcome);
   json["samples"] = result.time.size();
   json["duration"] = result.time.size() == 0 ? 0 : result.time[result.time.size() - 1] - result.time[0];
+  if (result.found_corridor) json["found_corridor"] = found_corridor_json(*result.found_corridor);
   if (result.found_law) json["found_law"] = found_law_json(*result.found_law);
   json["about"] = vector_json(result.about, result.axes);
   json["metrics"] = Json::array();

@@ -3,6 +3,8 @@
 #include "balance/motion/names.hpp"
 #include "balance/result/quantities.hpp"
 #include "balance/result/round_off.hpp"
+#include "balance/write/found_law.hpp"
+#include "balance/write/law_group.hpp"
 #include "balance/write/sha256.hpp"
 
 #include <optional>
@@ -67,6 +69,22 @@ void add_units(Hdf5File& file, Hdf5File::Group group, const std::string& name, c
                Dimension dimension, const std::vector<std::string>& units) {
   if (common_unit(units) != "mixed") return;
   file.add(group, {name, long_name, "1", {dimension}, {}}, units);
+}
+
+/// Dimensions, and the units of those whose labels differ in unit.
+Dimensions add_columns(Hdf5File& file, Hdf5File::Group group, const Result& r) {
+  const Dimensions dimensions = add_dimensions(file, group, r);
+  if (dimensions.coordinate) {
+    add_units(file, group, "coordinate_unit", "unit of the joint coordinate", *dimensions.coordinate,
+              r.coordinate_units);
+  }
+  if (dimensions.actuator) {
+    add_units(file, group, "actuator_unit", "unit of the actuator's torque or force", *dimensions.actuator,
+              r.actuator_units);
+  }
+  if (dimensions.sliding)
+    add_units(file, group, "sliding_unit", "unit of the sliding variable", *dimensions.sliding, r.sliding_units);
+  return dimensions;
 }
 
 /// One number, or one per label where they differ in kind; none if it is not known.
@@ -148,19 +166,26 @@ void describe_end(Hdf5File& file, Hdf5File::Group group, const MotionOutcome& ou
 }
 
 void add_result(Hdf5File& file, Hdf5File::Group group, const Result& r, const WriteOptions& options) {
-  const Dimensions dimensions = add_dimensions(file, group, r);
-  if (dimensions.coordinate) {
-    add_units(file, group, "coordinate_unit", "unit of the joint coordinate", *dimensions.coordinate,
-              r.coordinate_units);
-  }
-  if (dimensions.actuator) {
-    add_units(file, group, "actuator_unit", "unit of the actuator's torque or force", *dimensions.actuator,
-              r.actuator_units);
-  }
-  if (dimensions.sliding)
-    add_units(file, group, "sliding_unit", "unit of the sliding variable", *dimensions.sliding, r.sliding_units);
+  if (r.found_corridor) file.set_attribute(group, "found_corridor", dump(found_corridor_json(*r.found_corridor)));
+  const Dimensions dimensions = add_columns(file, group, r);
   add_samples(file, group, r, dimensions, options);
   add_metrics(file, group, r);
+  add_law(file, group, r);
+}
+
+void add_deviations(Hdf5File& file, Hdf5File::Group group, const Result& deviation, const WriteOptions& options) {
+  const Dimensions dimensions = add_columns(file, group, deviation);
+  for (const Quantity& quantity : list_quantities(deviation)) {
+    stop_if_cancelled(options);
+    if (quantity.columns == Columns::quaternion || quantity.columns == Columns::body_quaternion) continue;
+    file.add(group,
+             {quantity.name,
+              "standard deviation of the " + quantity.long_name,
+              common_unit(quantity.units),
+              dimensions_of(quantity.columns, dimensions),
+              {}},
+             values_of(*quantity.samples));
+  }
 }
 
 }  // namespace balance

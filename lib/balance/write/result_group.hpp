@@ -20,4 +20,8 @@ void describe_end(Hdf5File& file, Hdf5File::Group group, const MotionOutcome& ou
 /// @throws Cancelled if options.cancelled says so
 void add_result(Hdf5File& file, Hdf5File::Group group, const Result& result, const WriteOptions& options);
 
+/// Standard deviations of a run's samples, under the same names; orientations in space have none, nor have counts.
+/// @throws Cancelled if options.cancelled says so
+void add_deviations(Hdf5File& file, Hdf5File::Group group, const Result& deviation, const WriteOptions& options);
+
 }  // namespace balance

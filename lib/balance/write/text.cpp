@@ -16,6 +16,7 @@ std::string summary_text(const Result& result, const FileDescription& descriptio
   std::string text =
       fmt::format("{}: trajectory {} ({}, drive {}){}, {:.6g} s, {} samples\n\n", description.title,
                   description.trajectory, description.law, description.drive, controller, duration, result.time.size());
+  if (result.found_corridor) text += found_corridor_text(*result.found_corridor) + "\n";
   if (result.found_law) text += found_law_text(*result.found_law) + "\n";
   Table table;
   table.heading = {"quantity", "unit", "peak", "at time [s]", "rms", "mean"};

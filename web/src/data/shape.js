@@ -59,3 +59,13 @@ export function hull(points) {
   };
   return [...half(sorted), ...half(sorted.reverse())];
 }
+
+/** How far a joint's slide goes for a turn by one radian, if it rolls; else 0. */
+export function rollingRadius(geometry, joint) {
+  if (joint.type !== "pin-slot") return 0;
+  const own = geometry.coordinates.flatMap((c, k) => (geometry.joints[c.joint] === joint ? [k] : []));
+  const rolls = ({follower, leaders, ratio, offset}) =>
+    follower === own[0] && leaders.length === 1 && leaders[0].coordinate === own[1] && ratio < 0 && offset === 0;
+  const coupling = geometry.couplings.find(rolls);
+  return coupling ? -coupling.ratio * coupling.leaders[0].ratio : 0;
+}

@@ -35,7 +35,7 @@ const goals = (goal) => [goal].flat().join(", ");
 
 export function conditionsSection(data) {
   const source = data.design ?? data.conditions;
-  if (!source?.conditions) return null;
+  if (!source?.conditions || [source.goal].flat().length === 0) return null;
   const shown = source.conditions.filter((c) => !c.by_definition);
   const held = source.conditions.length - shown.length;
   const free = shown.some((c) => c.free.length);

@@ -65,8 +65,8 @@ function others(geometry, before, changed, vector, on) {
   const springs = geometry.springs.map((s, i) => row(s.name, `${on(s.first)} – ${on(s.second)}`,
     changed(before.springs[i], s, (x) => withUnit(x.stiffness, "N/m")), changed(before.springs[i], s, (x) => withUnit(x.free_length, "m")),
     changed(before.springs[i], s, (x) => vector(x.point_first)), changed(before.springs[i], s, (x) => vector(x.point_second))));
-  const couplings = geometry.couplings.map((c) => row(name(c.follower), name(c.leader), format(c.ratio, 6),
-    withUnit(c.offset, geometry.coordinates[c.follower].unit)));
+  const couplings = geometry.couplings.flatMap((c) => c.leaders.map((led) => row(name(c.follower), name(led.coordinate),
+    format(c.ratio * led.ratio, 6), withUnit(c.offset, geometry.coordinates[c.follower].unit))));
   const loads = geometry.loads.map((l) => row(l.name, on(l.body), vector(l.point), largest(l.force, largestForce(l), "N"),
     largest(l.moment, largestMoment(l), "N m"), l.frame === "world" ? "world" : "the body", when(l)));
   const friction = geometry.friction.map((f) => row(name(f.coordinate), withUnit(f.viscous, turns(f.coordinate) ? "N m s/rad" : "N s/m"),

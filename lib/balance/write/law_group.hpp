@@ -1,0 +1,12 @@
+#pragma once
+/// The law of motion of a run in its result file. Private to the writers.
+
+#include "balance/hdf5/file.hpp"
+#include "balance/result/result.hpp"
+
+namespace balance {
+
+/// The group `law`, if the law was searched for or limits are stated beside it.
+void add_law(Hdf5File& file, Hdf5File::Group parent, const Result& result);
+
+}  // namespace balance
