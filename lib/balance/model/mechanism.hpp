@@ -123,9 +123,11 @@ struct AttachmentOf {
   std::string name;
   AttachmentKind kind = AttachmentKind::counterweight;
   int body = 0;
-  Vector3Of<T> position = Vector3Of<T>::Zero();  ///< of its CoM, in the body's axes [m]
-  T mass = 0;                                    ///< [kg], zero allowed (a free mass may vanish)
-  Matrix3Of<T> inertia = Matrix3Of<T>::Zero();   ///< about its CoM, in the body's axes [kg m^2]
+  Vector3Of<T> position = Vector3Of<T>::Zero();            ///< of its CoM, in the body's axes [m]
+  T mass = 0;                                              ///< [kg], zero allowed (a free mass may vanish)
+  Matrix3Of<T> inertia = Matrix3Of<T>::Zero();             ///< about its CoM, in the body's axes [kg m^2]
+  double from = -std::numeric_limits<double>::infinity();  ///< taken up at that time of a trajectory [s]
+  double until = std::numeric_limits<double>::infinity();  ///< set down at that time [s], later than from
 };
 
 /// A rotor carried by a body at `position` (its CoM, on its axis), turning relative to it about `axis` by ratio times what
