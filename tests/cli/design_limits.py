@@ -104,6 +104,27 @@ class Limits(Case):
         self.assertTrue(all(limit["kept"] for limit in found["constraints"]))
         self.assertLessEqual(self.figure("cycloid", "torque[R2]", "peak"), 3 * (1 + 1e-9))
 
+    def test_lengths_are_free_beside_limits_as_well(self):
+        """Where a weighted sum of two figures is least, neither can be less while the other is limited to what it is there."""
+        text = config("four-bar-front.yaml", ("coupler: 0.35", "coupler: {free: [0.3, 0.5], start: 0.35}"),
+                      ("rocker: 0.25", "rocker: {free: [0.2, 0.45], start: 0.25}"), (r"\ndesign:.*", "\n"))
+        force, moment = ({"rms": figure, "along": "steady"} for figure in ("shaking_force", "shaking_moment"))
+
+        def design(**wanted):
+            return self.design(text + "design: " + json.dumps(wanted) + "\n", 0)
+
+        design(minimize=[force, {"weight": 4, **moment}])
+        least = {of: self.figure("steady", of, "rms") for of in ("shaking_force", "shaking_moment")}
+        found = design(minimize=force, subject_to=f"rms(shaking_moment, steady) <= {least['shaking_moment']}")
+        self.assertTrue(found["constraints"][0]["kept"])
+        self.assertLessEqual(found["objective"]["value"], least["shaking_force"] * (1 + 1e-5))
+        # and where both are to be less than they can be together, the worst is missed by as little as can be
+        limits = [f"rms({of}, steady) <= {0.9 * value}" for of, value in least.items()]
+        missed = self.design(text + "design: " + json.dumps({"subject_to": limits}) + "\n", 1)["constraints"]
+        beyond = [limit["value"] / limit["limit"] - 1 for limit in missed]
+        self.assertAlmostEqual(beyond[0], beyond[1], delta=1e-3)
+        self.assertLessEqual(max(beyond), 1 / 0.9 - 1 + 1e-6)
+
     def test_a_search_ends_within_its_seconds(self):
         found = self.design(arm('goal: gyroscopic, minimize: {rms: "torque[R1]", along: bang-bang}, '
                                 'subject_to: "energy(cycloid) <= 40"'), 0, "--seconds", "0.5")

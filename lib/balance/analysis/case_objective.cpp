@@ -1,5 +1,6 @@
 #include "balance/analysis/case_objective.hpp"
 
+#include "balance/analysis/figure_limits.hpp"
 #include "balance/analysis/finite_trial.hpp"
 #include "balance/analysis/objective.hpp"
 
@@ -39,6 +40,12 @@ std::vector<CasePlace> places_of(const CaseSpace& space, const LooseSprings& loo
       for (std::size_t p = 0; p < lists[k].size(); ++p)
         if (lists[k][p].bearer == bearer) places[k].parameters[p] = next++;
   return places;
+}
+
+Eigen::Index count_parameters(const std::vector<CasePlace>& places) {
+  Eigen::Index total = 0;
+  for (const CasePlace& place : places) total += static_cast<Eigen::Index>(place.parameters.size());
+  return total;
 }
 
 /// What of the cases' values counts.
@@ -181,14 +188,35 @@ std::vector<DesignLimit> build_case_limits(const CaseSpace& space, const std::ve
   return built;
 }
 
+std::function<std::optional<std::vector<BoundedFigures>>(const VectorX& x)> build_case_bounded(
+    const CaseSpace& space, const std::vector<FigureLimit>& limits, const LooseSprings& loose, int& known) {
+  const std::vector<CasePlace> places = places_of(space, loose);
+  std::vector<std::function<std::optional<std::vector<BoundedFigures>>(const VectorX&)>> each;
+  for (std::size_t k = 0; k < space.cases.size(); ++k)
+    each.push_back(build_bounded(space.cases[k], limits, places[k].loose, known));
+  if (known == 0) return {};
+  return [space, each, places,
+          total = count_parameters(places)](const VectorX& x) -> std::optional<std::vector<BoundedFigures>> {
+    std::vector<BoundedFigures> all;
+    for (std::size_t k = 0; k < each.size(); ++k) {
+      auto own = each[k](space.values(k, x));
+      if (!own) return std::nullopt;
+      for (BoundedFigures& limit : *own) {
+        for (LinearFigure& figure : limit.figures) figure = widened(std::move(figure), places[k], total);
+        all.push_back(std::move(limit));
+      }
+    }
+    return all;
+  };
+}
+
 std::function<Figures(const VectorX& x)> build_case_figures(const CaseSpace& space,
                                                             const std::vector<ObjectiveTerm>& terms, AcrossCases across,
                                                             const LooseSprings& loose) {
   const bool single = terms.size() == 1 && terms.front().size == ObjectiveTerm::Size::none;
   if (across == AcrossCases::worst && !single) return {};
   const std::vector<CasePlace> places = places_of(space, loose);
-  Eigen::Index total = 0;
-  for (const CasePlace& place : places) total += static_cast<Eigen::Index>(place.parameters.size());
+  const Eigen::Index total = count_parameters(places);
   std::vector<std::function<Figures(const VectorX&)>> each;
   for (std::size_t k = 0; k < space.cases.size(); ++k) {
     each.push_back(build_figures(space.cases[k], terms, places[k].loose));

@@ -17,6 +17,11 @@ Objective build_case_objective(const CaseSpace& space, const std::vector<Objecti
 std::vector<DesignLimit> build_case_limits(const CaseSpace& space, const std::vector<FigureLimit>& limits,
                                            const LooseSprings& loose);
 
+/// Those among them that are convex functions of the parameters along any motion, once for every case. @param known how many
+/// of the limits they are
+std::function<std::optional<std::vector<BoundedFigures>>(const VectorX& x)> build_case_bounded(
+    const CaseSpace& space, const std::vector<FigureLimit>& limits, const LooseSprings& loose, int& known);
+
 /// An objective as convex figures. @return null if a term is none, or for the worst of sums that differ from case to case
 std::function<std::optional<std::vector<LinearFigure>>(const VectorX& x)> build_case_figures(
     const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, AcrossCases across, const LooseSprings& loose);

@@ -56,6 +56,7 @@ DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& 
   problem.limits_at = [&space, &limits](const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose) {
     return build_limits(space.held(x, kept), limits, x(kept), loose);
   };
+  problem.bounded_at = build_bounded(space, limits, problem.options.loose_springs, problem.bounded);
   if (terms.empty()) return problem;
   problem.objective = build_objective(space, terms, space.start_values(), problem.options.loose_springs);
   problem.pieces_at = [&space, terms, loose = problem.options.loose_springs](const VectorX& x) {

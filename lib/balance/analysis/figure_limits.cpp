@@ -2,6 +2,8 @@
 
 #include "balance/analysis/objective.hpp"
 
+#include <algorithm>
+
 namespace balance {
 
 std::vector<DesignLimit> build_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits,
@@ -10,6 +12,38 @@ std::vector<DesignLimit> build_limits(const DesignSpace& space, const std::vecto
   for (const FigureLimit& limit : limits)
     built.push_back({limit.text, build_objective(space, limit.terms, start, loose), limit.at_least, limit.bound});
   return built;
+}
+
+namespace {
+
+/// A root of a mean square is as cheap from all samples; of a peak each is an inequality.
+FigureSamples samples_for(const FigureLimit& limit) {
+  const bool peak = std::any_of(limit.terms.begin(), limit.terms.end(),
+                                [](const ObjectiveTerm& term) { return term.figure == Figure::peak; });
+  return peak ? FigureSamples::few : FigureSamples::all;
+}
+
+}  // namespace
+
+std::function<std::optional<std::vector<BoundedFigures>>(const VectorX& x)> build_bounded(
+    const DesignSpace& space, const std::vector<FigureLimit>& limits, const LooseSprings& loose, int& known) {
+  using Figures = std::function<std::optional<std::vector<LinearFigure>>(const VectorX&)>;
+  std::vector<std::pair<Figures, double>> built;
+  for (const FigureLimit& limit : limits)
+    if (!limit.at_least)
+      if (Figures figures = build_figures(space, limit.terms, loose, samples_for(limit)))
+        built.emplace_back(std::move(figures), limit.bound);
+  known = static_cast<int>(built.size());
+  if (built.empty()) return {};
+  return [built](const VectorX& x) -> std::optional<std::vector<BoundedFigures>> {
+    std::vector<BoundedFigures> all;
+    for (const auto& [figures_at, bound] : built) {
+      auto figures = figures_at(x);
+      if (!figures) return std::nullopt;
+      all.push_back({std::move(*figures), bound});
+    }
+    return all;
+  };
 }
 
 }  // namespace balance

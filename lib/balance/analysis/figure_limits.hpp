@@ -11,4 +11,8 @@ namespace balance {
 std::vector<DesignLimit> build_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits,
                                       const VectorX& start, const LooseSprings& loose);
 
+/// Those among them that are convex functions of the parameters along any motion. @param known how many they are
+std::function<std::optional<std::vector<BoundedFigures>>(const VectorX& x)> build_bounded(
+    const DesignSpace& space, const std::vector<FigureLimit>& limits, const LooseSprings& loose, int& known);
+
 }  // namespace balance

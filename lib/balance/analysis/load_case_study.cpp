@@ -117,6 +117,7 @@ DesignProblem state_cases(const DesignSpace& space, const DesignStudyOptions& op
   problem.limits_at = [together, limits](const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose) {
     return build_case_limits(together->space().held(x, kept), limits, loose);
   };
+  problem.bounded_at = build_case_bounded(cases, limits, problem.options.loose_springs, problem.bounded);
   const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
   if (terms.empty()) return problem;
   const AcrossCases across = space.start.design.cases.across;

@@ -45,7 +45,8 @@ class GeometrySearch {
         if (merit_ == nullptr && best.balanced) break;
       }
     if (!best.balanced) trials_.improve(best, balanced_elsewhere());
-    if (merit_ != nullptr && best.balanced) best = improved(best, able && context_.limits->size() == 0);
+    if (merit_ != nullptr && best.balanced)
+      best = improved(best, able && context_.limits->size() == context_.problem.bounded);
     if (!best.balanced) best = compromise(best);
     if (best.possible && equations_.conditions == 0 && context_.limits->size() == 0) descend_together(best);
     return report(best);
@@ -160,7 +161,7 @@ class GeometrySearch {
   }
 
   /// Better lengths for an exact design.
-  /// @param looked around already, where designs exist at all lengths: two levels do so without limits
+  /// @param looked around already, where designs exist at all lengths: two levels do so where they know all limits
   Trial improved(const Trial& from, bool looked) {
     Trial best = from;
     if (!is_open(from)) {
@@ -169,14 +170,16 @@ class GeometrySearch {
       const VectorX u = best_exact(context_, *merit_, here, back, {from.u}).u;
       trials_.improve(best, trials_.as_it_is(u));
       trials_.improve(best, trials_.at(best.u));
-    } else if (!looked) {
-      descend(best, [](const Trial& trial) { return trial.balanced; });
+    } else if (!looked || context_.limits->size() > 0) {  // two levels know peaks by few samples
+      descend(
+          best, [](const Trial& trial) { return trial.balanced; }, looked);
     }
     return best;
   }
 
   /// Derivative-free over the lengths, from the best and from points that fill their box.
-  void descend(Trial& best, const std::function<bool(const Trial&)>& counts) {
+  /// @param near from the best alone, in small steps
+  void descend(Trial& best, const std::function<bool(const Trial&)>& counts, bool near = false) {
     Seek task;
     std::map<std::vector<double>, double> known;
     task.value = [&](const VectorX& part) {
@@ -192,11 +195,13 @@ class GeometrySearch {
     };
     task.starts = {best.u(lengths_)};
     const auto n = static_cast<int>(lengths_.size());
-    for (const VectorX& part : spread_points(4 + 4 * n, n, context_.problem.search.seed)) task.starts.push_back(part);
+    if (!near)
+      for (const VectorX& part : spread_points(4 + 4 * n, n, context_.problem.search.seed)) task.starts.push_back(part);
     const std::string& asked = context_.problem.search.local;
     task.method = asked == "cobyla" || asked == "sbplx" || asked == "bobyqa" ? asked : "bobyqa";
-    task.descents = 2;
-    task.evaluations = std::min(context_.problem.search.evaluations, 40 + 40 * n);
+    task.descents = near ? 1 : 2;
+    task.evaluations = std::min(context_.problem.search.evaluations, near ? 8 + 8 * n : 40 + 40 * n);
+    if (near) task.step = 0.01;
     task.finest = 1e-5;
     seek(task, context_.budget);
   }

@@ -13,6 +13,8 @@ namespace {
 
 /// Weight of the residual against a figure of size one.
 constexpr double of_residual = 1e4;
+/// Weight of what a limit is missed by, in parts of its bound.
+constexpr double of_limits = 1e3;
 /// Difference of unit coordinates; the error of central ones is its square.
 constexpr double difference = 1e-5;
 /// Directions in which the rows of the movable unknowns are this much weaker than in the strongest are left to the lengths.
@@ -36,8 +38,8 @@ double pulled(const LinearFigure& figure, const PlaceRows& one, const Eigen::Ref
 
 }  // namespace
 
-InnerProblem::InnerProblem(const Context& context, const InertialModel& model, Aim aim, double size)
-    : context_(context), model_(model), aim_(aim), size_(size) {}
+InnerProblem::InnerProblem(const Context& context, const InertialModel& model, Aim aim, double size, double spare)
+    : context_(context), model_(model), aim_(aim), size_(size), spare_(spare) {}
 
 bool InnerProblem::centre(const VectorX& u) {
   if (!wants_residual()) return true;
@@ -66,12 +68,30 @@ std::optional<InnerData> InnerProblem::data(const VectorX& u) const {
     data.right = -rows * data.terms.constant;
     if (!data.rows.allFinite() || !data.right.allFinite()) return std::nullopt;
   }
-  if (wants_figure()) {
-    const auto figures = context_.problem.figures_at(context_.box.numbers(u));
-    if (!figures) return std::nullopt;
-    for (const LinearFigure& figure : *figures) data.figures.push_back(of_unknowns(figure, data.terms));
-  }
+  if (wants_figure() && !add_figures(u, data)) return std::nullopt;
   return data;
+}
+
+bool InnerProblem::add_figures(const VectorX& u, InnerData& data) const {
+  const VectorX x = context_.box.numbers(u);
+  if (context_.problem.figures_at) {
+    const auto figures = context_.problem.figures_at(x);
+    if (!figures) return false;
+    for (const LinearFigure& figure : *figures) data.figures.push_back({of_unknowns(figure, data.terms), size_});
+  }
+  if (!context_.problem.bounded_at) return true;
+  const auto limits = context_.problem.bounded_at(x);
+  if (!limits) return false;
+  data.bounds.resize(static_cast<Eigen::Index>(limits->size()));
+  data.least_beyond = context_.problem.least_beyond;
+  int l = 0;
+  for (const BoundedFigures& limit : *limits) {
+    const double size = limit.bound != 0 ? std::abs(limit.bound) : 1;
+    data.bounds[l] = limit.bound / size - (limit.bound > 0 ? spare_ : 0);
+    for (const LinearFigure& figure : limit.figures) data.figures.push_back({of_unknowns(figure, data.terms), size, l});
+    ++l;
+  }
+  return true;
 }
 
 InnerSolution InnerProblem::at(const VectorX& u) const {
@@ -81,10 +101,11 @@ InnerSolution InnerProblem::at(const VectorX& u) const {
   if (!context_.obstacle(u).empty()) return solution;
   const std::optional<InnerData> here = data(u);
   if (!here) return solution;
-  InnerProgram builder(*here, size_, wants_figure(), wants_residual());
+  InnerProgram builder(*here, wants_figure(), wants_residual());
   builder.add_limits();
   if (wants_figure())
     for (std::size_t k = 0; k < here->figures.size(); ++k) builder.add_figure(k, solution.pieces);
+  if (wants_figure()) solution.bounds = builder.add_bounds(of_limits);
   MatrixX basis;
   if (wants_residual()) basis = builder.add_residual(aim_ == Aim::both ? of_residual : 1);
   solution.program = builder.finish(solution.pieces);
@@ -102,8 +123,13 @@ InnerSolution InnerProblem::at(const VectorX& u) const {
 void InnerProblem::measure(const InnerData& data, InnerSolution& solution) const {
   VectorX w(solution.unknowns.size() + 1);
   w << solution.unknowns, 1;
-  for (const LinearFigure& figure : data.figures) solution.figure += figure.weight * figure(w);
-  solution.value = solution.figure / size_;
+  VectorX beyond = -data.bounds;
+  for (const auto& [figure, size, limit] : data.figures)
+    (limit < 0 ? solution.figure : beyond[limit]) += figure.weight * figure(w) / (limit < 0 ? 1 : size);
+  if (data.least_beyond)
+    solution.value = solution.figure = std::max(*data.least_beyond, beyond.maxCoeff());
+  else
+    solution.value = solution.figure / size_ + of_limits * beyond.cwiseMax(0).sum();
   if (!wants_residual()) return;
   solution.left = data.rows * solution.unknowns - data.right;
   solution.residual = solution.left.norm();
@@ -119,15 +145,16 @@ double InnerProblem::lagrangian(const InnerSolution& solution, const InnerData& 
   const VectorX slack = limits.matrix * w - limits.right;
   double sum =
       z.head(linear).dot(slack.head(linear)) + z.segment(solution.program.linear, cones).dot(slack.tail(cones));
-  for (const LinearFigure& figure : data.figures)
-    if (figure.series.empty()) sum += figure.weight / size_ * figure.coefficients.dot(with);
+  for (const auto& [figure, size, limit] : data.figures)
+    if (figure.series.empty())
+      sum += (limit < 0 ? 1 : z[solution.bounds + limit]) * figure.weight / size * figure.coefficients.dot(with);
   for (const auto& piece : solution.pieces) {
-    const LinearFigure& figure = data.figures[piece.figure];
+    const auto& [figure, size, limit] = data.figures[piece.figure];
     const PlaceRows& one = figure.series[piece.series];
     const Eigen::Index m = one.rows.rows(), places = one.share.size();
     const bool same = figure.figure == Figure::rms || piece.rows == (one.components == 1 ? 2 * m : m + places);
     if (!same) return std::numeric_limits<double>::quiet_NaN();  // another number of places
-    sum += pulled(figure, one, z.segment(piece.first, piece.rows), with) / size_;
+    sum += pulled(figure, one, z.segment(piece.first, piece.rows), with) / size;
   }
   if (wants_residual()) sum += solution.pull.dot(data.rows * w - data.right);
   return sum;

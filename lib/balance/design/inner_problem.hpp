@@ -4,8 +4,8 @@
 ///
 /// Minimise figure + ρ |R w − r| over the unknowns w within their limits. The rows R are those of fixed configurations, so that
 /// everything is smooth in the lengths, also where the rank of the conditions falls; as a norm and no square the penalty is
-/// exact: with ρ large enough the residual vanishes wherever it can. Rates of change by lengths come from the multipliers
-/// (envelope theorem).
+/// exact: with ρ large enough the residual vanishes wherever it can. So is what limits on figures are missed by. Rates of change
+/// by lengths come from the multipliers (envelope theorem).
 
 #include "balance/design/inner_program.hpp"
 
@@ -20,6 +20,7 @@ struct InnerSolution {
   ConeProgram program;
   ConeSolution cone;
   std::vector<FigurePiece> pieces;  ///< of the figures
+  Eigen::Index bounds = 0;          ///< of the multipliers, where those of limits are
   VectorX pull;                     ///< multipliers of `left`
 };
 
@@ -28,7 +29,8 @@ class InnerProblem {
   enum class Aim { residual, figure, both };
 
   /// @param size of the figure: values are counted in it
-  InnerProblem(const Context& context, const InertialModel& model, Aim aim, double size);
+  /// @param spare part of their bounds by which limits are to be kept
+  InnerProblem(const Context& context, const InertialModel& model, Aim aim, double size, double spare = 0);
 
   /// Conditions are asked of configurations of this mechanism from now on. @return false if there are none
   bool centre(const VectorX& u);
@@ -42,6 +44,7 @@ class InnerProblem {
   bool wants_figure() const { return aim_ != Aim::residual; }
   bool wants_residual() const { return aim_ != Aim::figure; }
   std::optional<InnerData> data(const VectorX& u) const;
+  bool add_figures(const VectorX& u, InnerData& data) const;
   void measure(const InnerData& data, InnerSolution& solution) const;
   double lagrangian(const InnerSolution& solution, const InnerData& data) const;
   MatrixX movable(const InnerSolution& solution) const;
@@ -50,7 +53,7 @@ class InnerProblem {
   const Context& context_;
   const InertialModel& model_;
   Aim aim_;
-  double size_;
+  double size_, spare_;
   std::optional<GoalResidual> goal_;
 };
 

@@ -30,11 +30,16 @@ MatrixX weighted(const PlaceRows& one) {
   return rows;
 }
 
+/// Unknowns that say by how much limits are missed.
+Eigen::Index count_misses(const InnerData& data) {
+  return data.least_beyond ? std::min<Eigen::Index>(1, data.bounds.size()) : data.bounds.size();
+}
+
 Eigen::Index count_variables(const InnerData& data, bool figures, bool residual) {
   Eigen::Index count = data.terms.matrix.cols() + (residual ? 1 : 0);
   if (figures)
-    for (const LinearFigure& figure : data.figures) count += figure.series.empty() ? 0 : 1;
-  return count;
+    for (const InnerFigure& one : data.figures) count += one.figure.series.empty() ? 0 : 1;
+  return count + (figures ? count_misses(data) : 0);
 }
 
 }  // namespace
@@ -70,14 +75,15 @@ void mark_what_matters(const std::vector<LinearFigure>& figures, std::vector<boo
   }
 }
 
-InnerProgram::InnerProgram(const InnerData& data, double size, bool figures, bool residual)
+InnerProgram::InnerProgram(const InnerData& data, bool figures, bool residual)
     : data_(data),
-      size_(size),
       n_(data.terms.matrix.cols()),
       variables_(count_variables(data, figures, residual)),
       epigraph_(n_),
       rows_(variables_),
-      cost_(VectorX::Zero(variables_)) {}
+      cost_(VectorX::Zero(variables_)),
+      right_(data.bounds),
+      bounded_(MatrixX::Zero(data.bounds.size(), variables_)) {}
 
 void InnerProgram::add_limits() {
   const ConeProgram& limits = data_.terms.limits;
@@ -90,27 +96,49 @@ void InnerProgram::add_limits() {
 }
 
 void InnerProgram::add_figure(std::size_t index, std::vector<FigurePiece>& pieces) {
-  const LinearFigure& figure = data_.figures[index];
+  const auto& [figure, size, limit] = data_.figures[index];
   if (figure.series.empty()) {
-    cost_.head(n_) += figure.weight / size_ * figure.coefficients.head(n_);
+    const VectorX sum = figure.weight / size * figure.coefficients;
+    if (limit < 0) return void(cost_.head(n_) += sum.head(n_));
+    bounded_.row(limit).head(n_) += sum.head(n_).transpose();
+    right_[limit] -= sum[n_];
     return;
   }
   const Eigen::Index t = epigraph_++;
-  cost_[t] = figure.weight;
+  (limit < 0 ? cost_[t] : bounded_(limit, t)) = figure.weight;
   for (std::size_t s = 0; s < figure.series.size(); ++s) {
     const PlaceRows& one = figure.series[s];
     const bool linear = figure.figure == Figure::peak && one.components == 1;
     const Eigen::Index before = linear ? rows_.linear() : rows_.conic();
     if (linear)
-      add_peak(one, t);
+      add_peak(one, size, t);
     else if (figure.figure == Figure::peak)
       for (Eigen::Index k = 0; k < one.share.size(); ++k)
-        add_norm(one.rows.middleRows(k * one.components, one.components), size_, t);
+        add_norm(one.rows.middleRows(k * one.components, one.components), size, t);
     else
-      add_norm(compressed(weighted(one)).rows, size_, t);
+      add_norm(compressed(weighted(one)).rows, size, t);
     const Eigen::Index rows = (linear ? rows_.linear() : rows_.conic()) - before;
     pieces.push_back({index, s, linear ? before : -1 - before, rows});  // cones stand behind all linear rows
   }
+}
+
+Eigen::Index InnerProgram::add_bounds(double weight) {
+  const Eigen::Index first = rows_.linear(), missed = epigraph_;
+  const std::optional<double>& worst = data_.least_beyond;
+  epigraph_ += count_misses(data_);
+  for (Eigen::Index l = 0; l < right_.size(); ++l) add_bound(l, worst ? missed : missed + l);
+  for (Eigen::Index k = missed; k < epigraph_; ++k) {
+    cost_[k] = worst ? 1 : weight;
+    rows_.at_most(-VectorX::Unit(variables_, k), worst ? -*worst : 0);
+  }
+  return first;
+}
+
+/// Σ figures − missed ≤ bound
+void InnerProgram::add_bound(Eigen::Index l, Eigen::Index missed) {
+  VectorX row = bounded_.row(l).transpose();
+  row[missed] = -1;
+  rows_.at_most(row, right_[l]);
 }
 
 MatrixX InnerProgram::add_residual(double weight) {
@@ -135,14 +163,14 @@ MatrixX InnerProgram::padded(const MatrixX& rows) const {
 }
 
 /// ± rows (w, 1) ≤ size · t
-void InnerProgram::add_peak(const PlaceRows& one, Eigen::Index t) {
+void InnerProgram::add_peak(const PlaceRows& one, double size, Eigen::Index t) {
   const Eigen::Index m = one.rows.rows();
   MatrixX rows = MatrixX::Zero(2 * m, variables_);
-  rows.topLeftCorner(m, n_) = one.rows.leftCols(n_) / size_;
-  rows.bottomLeftCorner(m, n_) = -one.rows.leftCols(n_) / size_;
+  rows.topLeftCorner(m, n_) = one.rows.leftCols(n_) / size;
+  rows.bottomLeftCorner(m, n_) = -one.rows.leftCols(n_) / size;
   rows.col(t).setConstant(-1);
   VectorX limits(2 * m);
-  limits << -one.rows.col(n_) / size_, one.rows.col(n_) / size_;
+  limits << -one.rows.col(n_) / size, one.rows.col(n_) / size;
   rows_.at_most(rows, limits);
 }
 

@@ -61,6 +61,11 @@ DesignProblem least_violation(const DesignProblem& problem) {
   DesignProblem other = problem;
   other.objective = largest_violation(problem.limits, problem);
   other.figures_at = other.whole_figures_at = {};
+  if (problem.bounded == static_cast<int>(problem.limits.size()))
+    other.least_beyond = -enough;
+  else
+    other.bounded_at = {};
+  other.bounded = 0;
   other.objective_at = {};
   other.limits.clear();
   other.limits_at = {};

@@ -66,6 +66,12 @@ struct DesignLimit {
   double bound = 0;       ///< [SI]
 };
 
+/// Σ figures ≤ bound, figures being functions of the parameters.
+struct BoundedFigures {
+  std::vector<LinearFigure> figures;
+  double bound = 0;  ///< [SI]
+};
+
 /// What a search has done so far.
 struct SearchProgress {
   double seconds = 0, allowed = 0;  ///< of computing
@@ -95,6 +101,13 @@ struct DesignProblem {
   /// `limits` as objective_at. Null: the limits themselves are used.
   std::function<std::vector<DesignLimit>(const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose)>
       limits_at;
+  /// The limits of that kind at the lengths and along the motion of x, as figures_at; all are needed for one limit that load cases
+  /// repeat. Null: none is of the kind.
+  std::function<std::optional<std::vector<BoundedFigures>>(const VectorX& x)> bounded_at;
+  int bounded = 0;  ///< of the limits, how many bounded_at knows
+  /// The objective is how far beyond its bound the worst of bounded_at is, in parts of the bound (of one, if that is zero), or this,
+  /// if that is more.
+  std::optional<double> least_beyond;
   SearchOptions search;
   /// Asked now and then while something is searched for; false ends the search, which gives what it has. May be null.
   std::function<bool(const SearchProgress&)> watch;

@@ -96,12 +96,13 @@ Relaxation::Relaxation(const Context& context, const MatrixX& rows, const std::v
   middle[middle.size() - 1] = 1;
   double low_size = 0, high_size = 0;
   for (const LinearFigure& figure : figures) {
-    data_.figures.push_back(of_unknowns(figure, data_.terms));
-    low_size += figure.weight * data_.figures.back()(middle);
-    high_size += figure.weight * data_.figures.back()(high);
+    data_.figures.push_back({of_unknowns(figure, data_.terms)});
+    low_size += figure.weight * data_.figures.back().figure(middle);
+    high_size += figure.weight * data_.figures.back().figure(high);
   }
   size_ = std::max(std::abs(low_size), 1e-3 * std::abs(high_size));
   if (!(size_ > 0)) size_ = 1;
+  for (InnerFigure& one : data_.figures) one.size = size_;
 }
 
 bool Relaxation::complete() const {
@@ -147,7 +148,7 @@ InnerData Relaxation::narrowed(const Narrowed& part, Held& held) const {
 Relaxation::Answer Relaxation::solve(const Narrowed& part, bool figures, double weight_of_rows) const {
   Held held;
   const InnerData data = narrowed(part, held);
-  InnerProgram builder(data, size_, figures, weight_of_rows > 0);
+  InnerProgram builder(data, figures, weight_of_rows > 0);
   builder.add_limits();
   std::vector<FigurePiece> pieces;
   if (figures)
@@ -170,8 +171,8 @@ Relaxation::Answer Relaxation::solve(const Narrowed& part, bool figures, double 
   }
   answer.status = ConeStatus::solved;
   answer.bound += reduced.constant;
-  for (const LinearFigure& figure : data.figures)  // a sum's constant is no cost of the program's
-    if (figures && figure.series.empty()) answer.bound += figure.weight / size_ * figure.coefficients.tail(1)[0];
+  for (const auto& [figure, size, limit] : data.figures)  // a sum's constant is no cost of the program's
+    if (figures && figure.series.empty()) answer.bound += figure.weight / size * figure.coefficients.tail(1)[0];
   answer.unknowns = all;
   return answer;
 }

@@ -50,6 +50,9 @@ DesignProblem at_fixed_geometry(const Context& context, const VectorX& x, double
   part.objective_at = {};
   part.limits_at = {};
   part.figures_at = part.whole_figures_at = {};
+  part.bounded_at = {};
+  part.bounded = 0;
+  part.least_beyond = {};
   part.inner = true;
   part.watch = [&context](const SearchProgress&) { return !context.budget.interrupted(); };
   part.search.seconds = seconds;

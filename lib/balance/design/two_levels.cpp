@@ -2,9 +2,11 @@
 
 #include "balance/base/error.hpp"
 #include "balance/design/inner_problem.hpp"
+#include "balance/design/limits.hpp"
 #include "balance/design/nlopt_search.hpp"
 #include "balance/design/restricted.hpp"
 #include "balance/design/seek.hpp"
+#include "balance/design/solve.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -26,6 +28,8 @@ constexpr double apart = 0.15;
 constexpr double same_end = 1e-5;
 /// Part of the time that looking around may take.
 constexpr double for_looking = 0.3;
+/// Times that limits are tightened.
+constexpr int most_tightenings = 3;
 /// Numbers that the model is not made for: its classification takes their square.
 constexpr int most_numbers = 60;
 
@@ -35,7 +39,7 @@ class TwoLevels {
       : context_(context),
         anchor_(anchor),
         conditions_(!context.problem.goals.empty() && !regardless),
-        figure_(merit != nullptr),
+        figure_(merit != nullptr || context.problem.bounded_at != nullptr),
         merit_(merit) {}
 
   TwoLevelDesigns run() {
@@ -45,6 +49,7 @@ class TwoLevels {
     const std::vector<InnerSolution> points = look_around();
     if (conditions_) balance_from(points);
     if (figure_) improve_from(points);
+    if (context_.problem.bounded_at) tighten();
     collect(designs);
     return designs;
   }
@@ -54,12 +59,12 @@ class TwoLevels {
 
   bool able() {
     if (context_.problem.modular || context_.box.size() > most_numbers) return false;
-    if (figure_ && !context_.problem.figures_at) return false;
+    if (merit_ != nullptr && !context_.problem.figures_at && !context_.problem.least_beyond) return false;
     const std::optional<std::vector<bool>> matters = what_matters();
     if (!matters) return false;
     model_.emplace(context_, anchor_, *matters);
     if (model_->outer().empty()) return false;
-    if (figure_) size_ = size_of_figure();
+    if (merit_ != nullptr && !context_.problem.least_beyond) size_ = size_of_figure();
     return true;
   }
 
@@ -88,10 +93,16 @@ class TwoLevels {
       for (std::size_t k = 0; k < matters.size(); ++k)
         matters[k] = rows.col(static_cast<Eigen::Index>(k)).norm() > 1e-12 * largest;
     }
-    if (!figure_) return matters;
-    const auto figures = context_.problem.figures_at(context_.box.numbers(anchor_));
-    if (!figures) return {};
-    mark_what_matters(*figures, matters);
+    const VectorX x = context_.box.numbers(anchor_);
+    if (context_.problem.figures_at) {
+      const auto figures = context_.problem.figures_at(x);
+      if (!figures) return {};
+      mark_what_matters(*figures, matters);
+    }
+    if (!context_.problem.bounded_at) return matters;
+    const auto limits = context_.problem.bounded_at(x);
+    if (!limits) return {};
+    for (const BoundedFigures& limit : *limits) mark_what_matters(limit.figures, matters);
     return matters;
   }
 
@@ -225,9 +236,30 @@ class TwoLevels {
     }
   };
 
+  /// How far the design is beyond the limits as they are told; what the search knows of them are few samples.
+  double beyond(const InnerSolution& end) const {
+    VectorX g;
+    context_.limits->evaluate(model_->recovered(end.u, end.unknowns), g, nullptr);
+    return g.size() == 0 ? 0 : g.allFinite() ? -g.minCoeff() : std::numeric_limits<double>::infinity();
+  }
+
+  /// From the best end on, with as much to spare as it is beyond the limits.
+  void tighten() {
+    for (int round = 0; round < most_tightenings && !context_.budget.spent(); ++round) {
+      const auto best =
+          std::min_element(ends_.begin(), ends_.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
+      const double over = best == ends_.end() ? 0 : beyond(round == 0 ? *best : ends_.back());
+      if (!(over > kept && over < 0.1)) return;
+      spare_ += 1.5 * over;
+      const InnerSolution end = down_from(outer_of(round == 0 ? best->u : ends_.back().u));
+      if (!end.found) return;
+      keep(polished_end(outer_of(end.u)));
+    }
+  }
+
   /// Down the figure's slope.
   InnerSolution down_from(const VectorX& start) {
-    Lookout look{*this, InnerProblem(context_, *model_, aim(), size_)};
+    Lookout look{*this, InnerProblem(context_, *model_, aim(), size_, spare_)};
     const std::string& asked = context_.problem.search.local;
     if (!look.inner.centre(with(start))) return {};
     ++context_.budget.descents;
@@ -241,7 +273,7 @@ class TwoLevels {
 
   /// Kinks, at which slopes mislead, are left to a search without them.
   InnerSolution polished_end(const VectorX& start) {
-    Lookout look{*this, InnerProblem(context_, *model_, aim(), size_)};
+    Lookout look{*this, InnerProblem(context_, *model_, aim(), size_, spare_)};
     if (!look.inner.centre(with(start))) return {};
     Seek task;
     task.value = [&](const VectorX& v) { return look(v, nullptr); };
@@ -258,6 +290,8 @@ class TwoLevels {
   void collect(TwoLevelDesigns& designs) {
     const auto cost = [&](const InnerSolution& s) { return figure_ ? s.value : s.residual; };
     std::stable_sort(ends_.begin(), ends_.end(), [&](const auto& a, const auto& b) { return cost(a) < cost(b); });
+    if (context_.problem.bounded_at)
+      std::stable_partition(ends_.begin(), ends_.end(), [&](const InnerSolution& end) { return beyond(end) <= kept; });
     for (const InnerSolution& end : ends_) {
       const VectorX u = model_->recovered(end.u, end.unknowns);
       std::vector<VectorX>& list = end.residual < met_by_search ? designs.balanced : designs.others;
@@ -272,7 +306,7 @@ class TwoLevels {
   bool conditions_, figure_;
   const FigureOfMerit* merit_;
   std::optional<InertialModel> model_;
-  double size_ = 1;
+  double size_ = 1, spare_ = 0;
   std::vector<InnerSolution> ends_;
 };
 
