@@ -102,6 +102,18 @@ Json limits_json(const DesignView& view) {
   return list;
 }
 
+Json robust_json(const DesignView& view) {
+  Json list = Json::array();
+  for (const RobustTerm& one : view.report.robust)
+    list.push_back({{"name", objective_text({one.term})},
+                    {"deviations", *one.term.plus},
+                    {"value", one.figure.value},
+                    {"mean", one.figure.mean},
+                    {"deviation", one.figure.deviation},
+                    {"nominal", one.figure.nominal}});
+  return list;
+}
+
 void add_outcome(Json& json, const DesignView& view) {
   const DesignOutcome& outcome = view.report.outcome;
   json["status"] = name_of(outcome.status);
@@ -129,6 +141,7 @@ void add_outcome(Json& json, const DesignView& view) {
                        {"lower_bound", outcome.lower_bound},
                        {"gap", outcome.gap()},
                        {"global", outcome.optimality == Optimality::proved_best}};
+  if (!view.report.robust.empty()) json["objective"]["robust"] = robust_json(view);
   json["freedom"] = freedom_json(view.report);
   json["chosen"] = chosen_json(view.report);
   json["constraints"] = limits_json(view);
