@@ -121,6 +121,9 @@ std::string optimality_line(const DesignView& view) {
     case Optimality::local_best:
       return fmt::format("optimality: local-best: the best of what was tried{}, not shown to be {}\n", tried, what);
     case Optimality::stopped:
+      if (view.interrupted)
+        return fmt::format("optimality: stopped: interrupted after {:.2g} s{}, not shown to be {}\n", *view.interrupted,
+                           tried, what);
       return fmt::format(
           "optimality: stopped: after the {:g} s that a search may take{}, not shown to be {}; search: {{seconds: "
           "{:g}}} "
