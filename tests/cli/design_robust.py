@@ -158,15 +158,16 @@ class Robust(Case):
 
     def test_limits_fronts_and_sums_take_robust_figures(self):
         limit = G * (MASS * L) * 0.5
-        found = self.design(arm(f'minimize: added-mass, subject_to: "mean_plus(3, peak(torque, workspace)) <= {limit}"', "{cw.mass: 5%}"))
+        limited = f'minimize: added-mass, subject_to: "mean_plus(3, peak(torque, workspace)) <= {limit}", search: {{seconds: 6}}'
+        found = self.design(arm(limited, "{cw.mass: 5%}"))
         # g (m1 l - m a (1 - k s)) = half of g m1 l
         self.assertAlmostEqual(self.mass(found), 0.5 * MASS * L / (A * 0.85), delta=1e-5)
         self.assertTrue(found["constraints"][0]["active"])
         both = "minimize: [{mean_plus: 3, of: {peak: torque, over: workspace}, weight: 2}, {of: added-mass, weight: 1}]"
         found = self.design(arm(both, "{cw.mass: 5%}"))
         self.assertAlmostEqual(self.mass(found), MASS * L / A, delta=1e-5)
-        done = run("design", self.write("front.yaml", arm("front: [added-mass, {mean_plus: 3, of: {rms: torque, over: workspace}}]",
-                                                          "{cw.mass: 5%}")), "--json")
+        front = "front: [added-mass, {mean_plus: 3, of: {rms: torque, over: workspace}}], search: {seconds: 10}"
+        done = run("design", self.write("front.yaml", arm(front, "{cw.mass: 5%}")), "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("mean plus 3 deviations of the rms of torque along workspace", done.stdout)
 
