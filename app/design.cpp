@@ -37,11 +37,15 @@ std::vector<std::string> write_files(const DesignCommandOptions& options, const 
 }
 
 /// On a terminal it tells how far it is; Ctrl-C ends it with what it has.
-DesignReport search(const DesignCommandOptions& options, const DesignSpace& space, DesignStudyOptions wanted) {
+/// @param interrupted set to the seconds after which it was, if it was
+DesignReport search(const DesignCommandOptions& options, const DesignSpace& space, DesignStudyOptions wanted,
+                    std::optional<double>& interrupted) {
   ProgressLine line(options.quiet || options.spec.json);
   const AwaitInterrupt interrupt;
+  const Stopwatch watch;
   wanted.watch = [&](const SearchProgress& progress) {
     line.draw_part("searching, Ctrl-C ends it with the best so far", progress.seconds / progress.allowed);
+    if (interrupt.came() && !interrupted) interrupted = watch.seconds();
     return !interrupt.came();
   };
   return design_or_throw(space, wanted);
@@ -55,11 +59,13 @@ ExitCode run(const DesignCommandOptions& options) {
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
   if (asks_for_front(options, space.start)) return run_front(options, space);
-  DesignReport report = search(options, space, wanted);
+  std::optional<double> interrupted;
+  DesignReport report = search(options, space, wanted, interrupted);
   const DesignStatus status = report.outcome.status;
   const bool done = status == DesignStatus::balanced || status == DesignStatus::not_asked;
   const std::string spec = designed_spec(space, report);
-  const DesignView view = make_view(wanted, space, spec, std::move(report));
+  DesignView view = make_view(wanted, space, spec, std::move(report));
+  view.interrupted = interrupted;
   const std::vector<std::string> files = write_files(options, space, spec, view);
   if (options.spec.json) {
     print(design_json(view, files));

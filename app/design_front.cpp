@@ -23,11 +23,15 @@ namespace {
 constexpr const char* middle = "middle";
 
 /// On a terminal it tells how far it is; Ctrl-C ends it with the points that it has.
-Front search_front(const DesignCommandOptions& options, const DesignSpace& space, DesignStudyOptions wanted) {
+/// @param interrupted set to the seconds after which it was, if it was
+Front search_front(const DesignCommandOptions& options, const DesignSpace& space, DesignStudyOptions wanted,
+                   std::optional<double>& interrupted) {
   ProgressLine line(options.quiet || options.spec.json);
   const AwaitInterrupt interrupt;
+  const Stopwatch watch;
   wanted.watch = [&](const SearchProgress& progress) {
     line.draw_part("searching the front, Ctrl-C ends it with the points so far", progress.seconds / progress.allowed);
+    if (interrupt.came() && !interrupted) interrupted = watch.seconds();
     return !interrupt.came();
   };
   return front_or_throw(space, wanted);
@@ -118,7 +122,10 @@ Front front_or_throw(const DesignSpace& space, const DesignStudyOptions& options
 
 ExitCode run_front(const DesignCommandOptions& options, const DesignSpace& space) {
   const DesignStudyOptions wanted = study_options(options, space.start);
-  const FrontView view = make_front_view(wanted, space, search_front(options, space, wanted));
+  std::optional<double> interrupted;
+  Front front = search_front(options, space, wanted, interrupted);
+  FrontView view = make_front_view(wanted, space, std::move(front));
+  view.interrupted = interrupted;
   const int k = choose_point(options.point, view.front);
   Chosen chosen;
   if (k >= 0) chosen = show(wanted, space, view.front.points[static_cast<std::size_t>(k)]);

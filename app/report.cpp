@@ -10,6 +10,8 @@
 
 #include "balance/analysis/check.hpp"
 #include "balance/analysis/control.hpp"
+#include "balance/analysis/robust_figure.hpp"
+#include "balance/analysis/tolerance.hpp"
 #include "balance/answers/designed_spec.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/version.hpp"
@@ -70,12 +72,44 @@ PageTrajectory describe(const Study& study, const std::string& name) {
   return shown;
 }
 
+/// A finished run may have a duration or a point for moments that its spec does not tell.
+bool is_same_run(const Result& a, const Result& b) {
+  const auto alike = [](const auto& one, const auto& other) {
+    return one.size() == other.size() && (one - other).norm() <= 1e-6 * (1 + one.norm());
+  };
+  return alike(a.time, b.time) && alike(a.shaking_moment, b.shaking_moment);
+}
+
+/// How far a run along a trajectory is off; nothing where that cannot be told, with the reason among the notes.
+/// @param space whose start is the mechanism that runs
+std::optional<Result> deviation_of(const DesignSpace& space, const Result& run, const std::string& name, Page& page) {
+  if (space.start.tolerances.empty() || run.outcome.status != MotionStatus::done || !page.controller.empty()) return {};
+  for (Trajectory trajectory : space.start.trajectories) {
+    if (trajectory.name != name || depends_on_mechanism(trajectory)) continue;
+    trajectory.samples = run.time.size();
+    try {
+      ToleranceReport off =
+          tolerance(space, tolerances_at(space), trajectory, {"torque", "shaking_force", "shaking_moment"});
+      if (off.outcome.status != MotionStatus::done) continue;
+      if (is_same_run(off.run, run)) return std::move(off.deviation);
+      page.notes.push_back("no band of tolerances along " + name + ": the run was made with options of its own");
+    } catch (const std::invalid_argument& error) {
+      page.notes.push_back("no band of tolerances along " + name + ": " + error.what());
+    }
+  }
+  return {};
+}
+
 /// Every trajectory asked for, before and, if there is a design, after. @throws MotionFailure if none can be run at all
-void run_all(const ReportOptions& options, const Study& before, const Study* after, Page& page) {
-  for (const std::string& name : choose_trajectories(options, before)) {
-    PageTrajectory shown = describe(before, name);
-    shown.before = run_named(before, name, options);
-    if (after != nullptr) shown.after = run_named(*after, name, options);
+void run_all(const ReportOptions& options, const DesignSpace& before, const DesignSpace* after, Page& page) {
+  for (const std::string& name : choose_trajectories(options, before.start)) {
+    PageTrajectory shown = describe(before.start, name);
+    shown.before = run_named(before.start, name, options);
+    shown.deviation_before = deviation_of(before, *shown.before, name, page);
+    if (after != nullptr) {
+      shown.after = run_named(after->start, name, options);
+      shown.deviation_after = deviation_of(*after, *shown.after, name, page);
+    }
     page.trajectories.push_back(std::move(shown));
     if (pending_signal() != 0) throw Cancelled("stopped on request; no file was written");
   }
@@ -111,13 +145,15 @@ void check_belonging(const RunFile& run, const Study& study) {
 }
 
 /// The run of a result file, with the spec that it was made from.
-Page file_page(const ReportOptions& options, const RunFile& run, const Study& study) {
+Page file_page(const ReportOptions& options, const RunFile& run, const DesignSpace& space) {
+  const Study& study = space.start;
   check_belonging(run, study);
   Page page = begin_page(options, study);
   page.controller = run.controller;
   page.controller_type = run.controller_type;
   if (!run.ended_early.empty()) page.notes.push_back("the run ended early: " + run.ended_early);
   PageTrajectory shown{run.trajectory, run.law, run.drive, run.result, std::nullopt};
+  shown.deviation_before = deviation_of(space, run.result, run.trajectory, page);
   page.trajectories.push_back(std::move(shown));
   return page;
 }
@@ -154,7 +190,10 @@ void add_design(const ReportOptions& options, const DesignSpace& space, Page& pa
   page.before = view.report.study_before.mechanism;
   page.after = view.report.study_after.mechanism;
   page.design = design_json(view, {});
-  run_all(options, view.report.study_before, &view.report.study_after, page);
+  DesignSpace before = space.held(view.report.before, {}), after = space.held(view.report.outcome.x, {});
+  before.start = view.report.study_before;
+  after.start = view.report.study_after;
+  run_all(options, before, &after, page);
 }
 
 Page make_page(const ReportOptions& options, const DesignSpace& space) {
@@ -168,7 +207,7 @@ Page make_page(const ReportOptions& options, const DesignSpace& space) {
     return page;
   }
   if (has_goal) page.conditions = conditions_json(conditions_or_throw(options.goal, space), {});
-  run_all(options, study, nullptr, page);
+  run_all(options, space, nullptr, page);
   return page;
 }
 
@@ -219,7 +258,7 @@ ExitCode run(const ReportOptions& options) {
   if (!has_page_scripts()) page_html({});  // says what is missing
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
-  const Page page = finished ? file_page(options, *finished, space.start) : make_page(options, space);
+  const Page page = finished ? file_page(options, *finished, space) : make_page(options, space);
   const std::string html = page_html(page);
   write_page(options, file, html);
   if (options.spec.json)

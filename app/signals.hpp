@@ -2,6 +2,8 @@
 /// Ctrl-C and its relatives: they end the program at once, except while a file is written; then the writer is asked to stop, so
 /// that it can remove what is unfinished.
 
+#include <chrono>
+
 namespace balance::app {
 
 /// Installs the handlers for SIGINT, SIGTERM and SIGHUP; whoever started the program with one of them ignored keeps that.
@@ -28,6 +30,15 @@ class AwaitInterrupt {
   AwaitInterrupt(const AwaitInterrupt&) = delete;
   AwaitInterrupt& operator=(const AwaitInterrupt&) = delete;
   bool came() const;
+};
+
+/// Wall clock time since it was made.
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+
+ private:
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace balance::app

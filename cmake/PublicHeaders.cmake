@@ -28,6 +28,7 @@ set(balance_public_design
     analysis/control.hpp
     analysis/design_study.hpp
     analysis/figure_gradient.hpp
+    analysis/robust_figure.hpp
     analysis/verify.hpp
     conditions/conditions.hpp
     conditions/latex.hpp

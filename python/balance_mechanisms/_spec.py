@@ -157,7 +157,7 @@ class Spec:
         return Front(native, self)
 
     def tolerance(self, trajectory: str | None = None, *, of: Goals = None, samples: int | None = None,
-                  monte_carlo: int = 0, seed: int = 1, at_rest: bool = False,
+                  monte_carlo: int = 0, seed: int | None = None, at_rest: bool = False,
                   progress: Progress | None = None) -> Tolerance:
         """How far a run is off when the numbers of the spec's `tolerances` are: to first order, by exact derivatives.
 
@@ -165,7 +165,7 @@ class Spec:
         :param of: quantities: `torque`, `torque[A1]`, `shaking_force`; None: all
         :param samples: both ends included
         :param monte_carlo: run so many mechanisms with numbers drawn at random, too
-        :param seed: of the draws
+        :param seed: of the draws, 1 if not given; only with monte_carlo
         :param at_rest: efforts at rest in all poses instead of a trajectory
         :param progress: called now and then with the part of the draws that is done, 0 to 1
         :raises SpecError: if the spec has no `tolerances`, or they do not go with the trajectory

@@ -87,14 +87,15 @@ std::shared_ptr<Told> look(const Spec& spec, const ToleranceWish& wish, Errand& 
 
 std::shared_ptr<Told> find_tolerance(const std::shared_ptr<Spec>& spec, const std::string& trajectory,
                                      const std::vector<std::string>& of, std::optional<long> samples, long draws,
-                                     std::uint64_t seed, bool at_rest, const py::object& progress) {
+                                     std::optional<std::uint64_t> seed, bool at_rest, const py::object& progress) {
   if (at_rest && (!trajectory.empty() || draws != 0))
     throw std::invalid_argument("at_rest: goes neither with a trajectory nor with monte_carlo");
+  if (seed && draws == 0) throw std::invalid_argument("seed: is of the draws, and goes with monte_carlo");
   if (draws != 0 && (draws < 2 || draws > most_tolerance_draws))
     throw std::invalid_argument(
         fmt::format("monte_carlo: must be 0 or from 2 to {}, is {}", most_tolerance_draws, draws));
   require_quantities(of, spec->study().mechanism);
-  ToleranceWish wish{.trajectory = std::nullopt, .of = of, .draws = {draws, seed}};
+  ToleranceWish wish{.trajectory = std::nullopt, .of = of, .draws = {draws, seed.value_or(1)}};
   if (!at_rest) wish.trajectory = trajectory_of(*spec, trajectory, samples);
   auto told = patiently([spec, wish](Errand& errand) { return look(*spec, wish, errand); }, progress);
   if (wish.trajectory)

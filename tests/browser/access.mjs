@@ -30,6 +30,28 @@ for (const [name, colorScheme, width] of [["5r-design", "light", 1400], ["5r-des
     await shot(page, `${name}-${colorScheme}-${width}.png`);
   }, {colorScheme, viewport: {width, height: 844}});
 
+for (const colorScheme of ["light", "dark"])
+  await test(`bands of tolerances are told of, hidden and shown, and axe finds nothing, ${colorScheme}`, "rr-tolerance", async (page) => {
+    assert.deepEqual(await violations(page), []);
+    await shot(page, `rr-tolerance-${colorScheme}.png`);
+    const torque = page.locator('.chart[data-chart="torque"]');
+    assert.match(await torque.locator(".plot").getAttribute("aria-label"), /, within [\d.]+\u202fN\u202fm \(3σ of tolerances\)/);
+    const key = torque.getByRole("button", {name: "±3σ of tolerances"});
+    assert.equal(await key.getAttribute("aria-pressed"), "true");
+    const pixels = () => torque.locator("canvas").evaluate((canvas) => canvas.toDataURL());
+    const before = await pixels();
+    await key.press("Enter");
+    assert.equal(await key.getAttribute("aria-pressed"), "false");
+    assert.notEqual(await pixels(), before);
+    await key.press("Enter");
+    assert.equal(await pixels(), before);
+    assert.equal(await page.locator('.chart[data-chart="shaking_moment"] [data-band]').count(), 1);
+  }, {colorScheme, viewport: {width: 1000, height: 844}});
+
+await test("a page without tolerances has no bands", "3rrr", async (page) => {
+  assert.equal(await page.locator("[data-band]").count(), 0);
+});
+
 await test("the keyboard reaches every control, in the order of the page, and shows where it is", "5r-design", async (page) => {
   await unfold(page);
   const wanted = await page.evaluate(() => {

@@ -14,6 +14,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
@@ -59,9 +60,12 @@ DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& 
   problem.bounded_at = build_bounded(space, limits, problem.options.loose_springs, problem.bounded);
   if (terms.empty()) return problem;
   problem.objective = build_objective(space, terms, space.start_values(), problem.options.loose_springs);
-  problem.pieces_at = [&space, terms, loose = problem.options.loose_springs](const VectorX& x) {
-    return objective_pieces(space, terms, loose, x);
-  };
+  // where numbers are off, slopes are differences: they would be second derivatives
+  const auto robust = [](const ObjectiveTerm& term) { return term.plus.has_value(); };
+  if (std::none_of(terms.begin(), terms.end(), robust))
+    problem.pieces_at = [&space, terms, loose = problem.options.loose_springs](const VectorX& x) {
+      return objective_pieces(space, terms, loose, x);
+    };
   problem.figures_at = build_figures(space, terms, problem.options.loose_springs);
   problem.whole_figures_at = build_figures(space, terms, problem.options.loose_springs, FigureSamples::all);
   problem.objective_at = [&space, terms](const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose) {
@@ -154,6 +158,10 @@ DesignReport design_study(const DesignSpace& space, const DesignStudyOptions& op
   if (report.outcome.status == DesignStatus::unsolved) return report;
 
   measure_design(space, report);
+  // with load cases it is the worst case's figure that counts, or the mean of all
+  if (space.start.design.cases.size() == 0 && report.outcome.x.size() > 0)
+    report.robust = robust_terms(space, report.outcome.x,
+                                 options.minimize.empty() ? space.start.design.minimize : options.minimize);
   for (const Goal& goal : report.outcome.conditions.goals)
     if (report.outcome.status == DesignStatus::balanced &&
         (goal.kind == GoalKind::proportional || goal.kind == GoalKind::affine))

@@ -2,6 +2,7 @@
 /// A whole design: conditions, numbers that meet them, and every trajectory before and after.
 
 #include "balance/analysis/load_case_report.hpp"
+#include "balance/analysis/robust_figure.hpp"
 #include "balance/design/solve.hpp"
 #include "balance/result/result.hpp"
 #include "balance/study/design_space.hpp"
@@ -44,6 +45,7 @@ struct DesignReport {
   std::vector<Choice> choices;             ///< of design.choose, as outcome.chosen
   std::vector<LoadCaseReport> load_cases;  ///< of design.cases; empty: one load
   std::optional<AdaptiveReport> adaptive;  ///< where numbers follow the load
+  std::vector<RobustTerm> robust;  ///< what was minimized of means and deviations, designed; none with load cases
   std::vector<std::string> notes;
 };
 

@@ -2,6 +2,7 @@
 
 #include "balance/analysis/finite_trial.hpp"
 #include "balance/analysis/objective_pieces.hpp"
+#include "balance/analysis/robust_figure.hpp"
 #include "balance/analysis/run_figure.hpp"
 #include "balance/base/error.hpp"
 #include "balance/cost/trajectory_cost.hpp"
@@ -75,7 +76,7 @@ CostFunction linear(VectorX coefficients) {
 CostFunction along_fixed_motion(const DesignSpace& space, const Trial& start, const ObjectiveTerm& term,
                                 const LooseSprings& loose) {
   const Trajectory& trajectory = trajectory_of(start, term);
-  if (term.run != ObjectiveTerm::Run::figure || depends_on_mechanism(trajectory)) return {};
+  if (term.plus || term.run != ObjectiveTerm::Run::figure || depends_on_mechanism(trajectory)) return {};
   if (depends_on_masses(trajectory) || !stays_the_same(space, start, term, loose)) return {};
   const TrajectoryCost cost(start.mechanism, trajectory, loose);
   return cost.figure(term.figure, term.quantity).value_or(CostFunction{});
@@ -107,6 +108,7 @@ std::function<double(const VectorX&)> sum_of_variables(const DesignSpace& space,
     double sum = 0;
     for (const Part& part : parts)
       sum += part.weight * (part.of_parameters ? part.of_parameters(parameters, nullptr)
+                            : part.term.plus   ? robust_figure(space, x, part.term).value
                             : part.run         ? run_figure(trial.mechanism, *part.run, part.term)
                                                : by_simulation(trial, part.term));
     return sum;
@@ -133,6 +135,15 @@ void require_quantity(const Trial& trial, const ObjectiveTerm& term) {
     by_simulation(trial, term);
   } catch (const SpecError&) {
     // there is no motion with these numbers; with others there may be
+  }
+}
+
+/// Whether the run has deviations, and few enough of them.
+void require_deviations(const DesignSpace& space, const VectorX& start, const ObjectiveTerm& term) {
+  try {
+    robust_figure(space, start, term);
+  } catch (const SpecError&) {
+    // as above
   }
 }
 
@@ -181,6 +192,7 @@ std::optional<LinearFigure> figure_at(const Trial& trial, const ObjectiveTerm& t
 /// A convex function of the parameters, whatever the motion is.
 bool is_of_parameters(const Trial& trial, const ObjectiveTerm& term) {
   if (term.size != ObjectiveTerm::Size::none) return term.weight >= 0;
+  if (term.plus) return false;
   return term.run == ObjectiveTerm::Run::figure && term.weight >= 0 &&
          (term.figure == Figure::rms || term.figure == Figure::peak) &&
          is_linear_quantity(trial.mechanism, term.quantity) && !depends_on_masses(trajectory_of(trial, term)) &&
@@ -226,6 +238,7 @@ Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveT
                    : along_fixed_motion(space, before, term, loose),
               term};
     if (!part.of_parameters) require_quantity(before, term);  // says now what does not exist
+    if (term.plus) require_deviations(space, start, term);
     if (!size) part.run = fixed_run(space, before, term, loose);
     const std::optional<double> fixed = constant_value(space, before, part);
     if (fixed) part.of_parameters = constant(*fixed);

@@ -2,6 +2,8 @@
 
 #include "balance/analysis/objective.hpp"
 
+#include <fmt/format.h>
+
 namespace balance {
 
 std::string name_of(Figure figure) {
@@ -28,7 +30,8 @@ std::string name_of(const ObjectiveTerm& term) {
     case ObjectiveTerm::Run::duration: return "duration of " + term.trajectory;
     case ObjectiveTerm::Run::figure: break;
   }
-  return name_of(term.figure) + "(" + term.quantity + ") along " + term.trajectory;
+  const std::string figure = name_of(term.figure) + "(" + term.quantity + ") along " + term.trajectory;
+  return term.plus ? fmt::format("mean plus {:g} deviations of {}", *term.plus, figure) : figure;
 }
 
 }  // namespace balance

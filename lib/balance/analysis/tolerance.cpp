@@ -1,17 +1,14 @@
 #include "balance/analysis/tolerance.hpp"
 
-#include "balance/analysis/toleranced_duals.hpp"
-#include "balance/gradients/motion_gradient.hpp"
+#include "balance/analysis/toleranced_run.hpp"
 #include "balance/result/quantities.hpp"
 #include "balance/result/round_off.hpp"
-#include "balance/result/tracks.hpp"
 #include "balance/simulation/simulate.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace balance {
 
@@ -20,60 +17,13 @@ namespace {
 /// A magnitude below so many of its deviations is not taken for linear in the numbers.
 constexpr double clear_of_zero = 3;
 
-/// Fourth moment over the squared second one, less that of a normal distribution.
-double excess(Spread spread) { return spread == Spread::normal ? 0 : -1.2; }
-
-/// One row of the run or of what lies between its samples, and its part of the duration.
-struct Instant {
-  bool between = false;
-  long row = 0;
-  double time = 0;
-  double weight = 0;
-};
-
-std::vector<Instant> instants_of(const RunGradient& gradient) {
-  std::vector<Instant> places;
-  std::size_t j = 0;
-  const std::vector<long>& next = gradient.between.next_sample;
-  for (long k = 0; k < gradient.run.time.size(); ++k) {
-    for (; j < next.size() && next[j] == k; ++j)
-      places.push_back({true, static_cast<long>(j), gradient.between.rows.time[static_cast<long>(j)]});
-    places.push_back({false, k, gradient.run.time[k]});
-  }
-  const double duration = places.back().time - places.front().time;
-  for (std::size_t i = 1; i < places.size(); ++i) {
-    const double half = (places[i].time - places[i - 1].time) / (2 * duration);
-    places[i - 1].weight += half;
-    places[i].weight += half;
-  }
-  return places;
-}
-
-std::vector<std::string> arrays_named(const std::vector<std::string>& quantities) {
-  std::vector<std::string> arrays;
-  for (const std::string& quantity : quantities) arrays.push_back(quantity.substr(0, quantity.find('[')));
-  if (!arrays.empty()) arrays.push_back("power");
-  return arrays;
-}
-
 class Deviations {
  public:
   Deviations(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
              const std::vector<std::string>& quantities)
       : numbers_(numbers),
         nominal_(simulate(space.start.mechanism, trajectory)),
-        sigma_(static_cast<Eigen::Index>(numbers.size())) {
-    for (std::size_t i = 0; i < numbers.size(); ++i) sigma_[static_cast<Eigen::Index>(i)] = numbers[i].deviation();
-    if (nominal_.outcome.status != MotionStatus::done) return;
-    const std::vector<std::string> arrays = arrays_named(quantities);
-    for (std::size_t first = 0; first < numbers.size(); first += dual_width) {
-      const TolerancedDuals duals(space, numbers, first);
-      gradients_.push_back(differentiate(duals.mechanism(), duals.trajectory(trajectory), arrays));
-      if (gradients_.back().run.outcome.status != MotionStatus::done) return;
-      figures_.push_back(figure_gradients(gradients_.back()));
-    }
-    places_ = instants_of(gradients_.front());
-  }
+        off_(space, numbers, trajectory, quantities) {}
 
   ToleranceReport report(const std::vector<std::string>& quantities) const {
     ToleranceReport out;
@@ -92,20 +42,14 @@ class Deviations {
   }
 
  private:
-  const Result& run() const { return gradients_.back().run; }
+  Eigen::Index size() const { return off_.deviations().size(); }
+  const Result& run() const { return off_.run(); }
 
   static bool wanted(const Track& track, const std::vector<std::string>& quantities) {
     const std::string array = track.quantity.substr(0, track.quantity.find('['));
     return quantities.empty() || std::any_of(quantities.begin(), quantities.end(), [&](const std::string& one) {
              return one == track.quantity || one == array;
            });
-  }
-
-  const Result& derivative(Eigen::Index number, bool between) const {
-    const RunGradient& gradient = gradients_[static_cast<std::size_t>(number) / dual_width];
-    const std::size_t k = static_cast<std::size_t>(number) % dual_width;
-    if (between) return gradient.derivatives_between[k].rows;
-    return gradient.derivatives[k];
   }
 
   /// Every entry's standard deviation.
@@ -115,10 +59,10 @@ class Deviations {
       Samples& array = out.*kind.member;
       if (array.size() == 0) continue;
       array.setZero();
-      for (Eigen::Index i = 0; i < sigma_.size(); ++i) {
-        const Samples& change = derivative(i, false).*kind.member;
+      for (Eigen::Index i = 0; i < size(); ++i) {
+        const Samples& change = off_.derivative(i, false).*kind.member;
         if (change.rows() == array.rows() && change.cols() == array.cols())
-          array.array() += (sigma_[i] * change.array()).square();
+          array.array() += (off_.deviations()[i] * change.array()).square();
       }
       array = array.cwiseSqrt();
     }
@@ -127,10 +71,10 @@ class Deviations {
 
   template <class Value, class Derivative>
   FigureDeviation figure(Value&& value, Derivative&& derivative) const {
-    FigureDeviation out{value(figures_.front()), 0, VectorX(sigma_.size())};
-    for (Eigen::Index i = 0; i < sigma_.size(); ++i) {
+    FigureDeviation out{value(off_.figures().front()), 0, VectorX(size())};
+    for (Eigen::Index i = 0; i < size(); ++i) {
       const std::size_t k = static_cast<std::size_t>(i);
-      out.by_number[i] = derivative(figures_[k / dual_width])[k % dual_width] * sigma_[i];
+      out.by_number[i] = derivative(off_.figures()[k / dual_width])[k % dual_width] * off_.deviations()[i];
     }
     out.deviation = out.by_number.norm();
     return out;
@@ -142,28 +86,18 @@ class Deviations {
                   [&](const FigureGradients& all) { return all.figures[t].*derivative; });
   }
 
-  /// A row per number: what its deviation changes the track's components by.
-  MatrixX changes(const Track& track, const Instant& place) const {
-    MatrixX out(sigma_.size(), track.count);
-    for (Eigen::Index i = 0; i < sigma_.size(); ++i)
-      out.row(i) =
-          sigma_[i] * (derivative(i, place.between).*track.array).row(place.row).segment(track.first, track.count);
-    return out;
-  }
-
   QuantityTolerance measure(const Track& track, std::size_t t) const {
     QuantityTolerance out{.quantity = track.quantity, .unit = track.unit};
     out.peak = figure_of_track(t, &FigureGradient::peak, &FigureGradient::d_peak);
     out.rms = figure_of_track(t, &FigureGradient::rms, &FigureGradient::d_rms);
     out.mean = figure_of_track(t, &FigureGradient::mean, &FigureGradient::d_mean);
     out.range = figure_of_track(t, &FigureGradient::range, &FigureGradient::d_range);
-    MatrixX squares = MatrixX::Zero(sigma_.size(), sigma_.size());
-    VectorX cross = VectorX::Zero(sigma_.size());
+    MatrixX squares = MatrixX::Zero(size(), size());
+    VectorX cross = VectorX::Zero(size());
     double own = 0;
-    for (const Instant& place : places_) {
-      const Result& rows = place.between ? gradients_.front().between.rows : run();
-      const VectorX value = (rows.*track.array).row(place.row).segment(track.first, track.count).transpose();
-      const MatrixX change = changes(track, place);
+    for (const Instant& place : off_.places()) {
+      const VectorX value = off_.value(track, place);
+      const MatrixX change = off_.changes(track, place);
       squares += place.weight * change * change.transpose();
       cross += place.weight * change * value;
       own += place.weight * value.squaredNorm();
@@ -209,22 +143,13 @@ class Deviations {
 
   const Tolerances& numbers_;
   Result nominal_;
-  VectorX sigma_;
-  std::vector<RunGradient> gradients_;  ///< dual_width numbers each
-  std::vector<FigureGradients> figures_;
-  std::vector<Instant> places_;
+  TolerancedRun off_;
 };
 
 }  // namespace
 
 ToleranceReport tolerance(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
                           const std::vector<std::string>& quantities) {
-  if (numbers.empty()) throw std::invalid_argument("there are no numbers that may be off");
-  if (depends_on_mechanism(trajectory))
-    throw std::invalid_argument("the trajectory '" + trajectory.name + "' is found anew for every mechanism");
-  if (trajectory.samples * static_cast<long>(numbers.size()) > most_tolerance_samples)
-    throw std::invalid_argument("too many samples for " + std::to_string(numbers.size()) + " numbers: at most " +
-                                std::to_string(most_tolerance_samples / static_cast<long>(numbers.size())));
   return Deviations(space, numbers, trajectory, quantities).report(quantities);
 }
 

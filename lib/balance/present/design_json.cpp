@@ -76,14 +76,15 @@ Json freedom_json(const DesignReport& report) {
           {"numbers", std::move(numbers)}};
 }
 
-Json effort_json(const SearchEffort& effort) {
+Json effort_json(const SearchEffort& effort, bool interrupted) {
   static constexpr const char* ends[] = {"nothing-searched", "goal-met", "all-starts-used", "proof", "time"};
+  const bool cut = interrupted && effort.end == SearchEffort::End::time;
   return {{"starts", effort.starts},
           {"local_searches", effort.local_searches},
           {"same_end", effort.same_end < 0 ? Json(nullptr) : Json(effort.same_end)},
           {"sets_of_lengths", effort.geometries},
           {"evaluations", effort.evaluations},
-          {"ended_by", ends[static_cast<int>(effort.end)]}};
+          {"ended_by", cut ? "interrupt" : ends[static_cast<int>(effort.end)]}};
 }
 
 Json limits_json(const DesignView& view) {
@@ -102,12 +103,24 @@ Json limits_json(const DesignView& view) {
   return list;
 }
 
+Json robust_json(const DesignView& view) {
+  Json list = Json::array();
+  for (const RobustTerm& one : view.report.robust)
+    list.push_back({{"name", objective_text({one.term})},
+                    {"deviations", *one.term.plus},
+                    {"value", one.figure.value},
+                    {"mean", one.figure.mean},
+                    {"deviation", one.figure.deviation},
+                    {"nominal", one.figure.nominal}});
+  return list;
+}
+
 void add_outcome(Json& json, const DesignView& view) {
   const DesignOutcome& outcome = view.report.outcome;
   json["status"] = name_of(outcome.status);
   json["optimality"] = name_of(outcome.optimality);
   json["tried"] = outcome.tried;
-  json["search"] = effort_json(outcome.effort);
+  json["search"] = effort_json(outcome.effort, view.interrupted.has_value());
   json["seconds"] = view.seconds;
   json["proved"] = outcome.status == DesignStatus::impossible ? Json(outcome.proved) : Json(nullptr);
   json["method"] = name_of(outcome.method);
@@ -129,6 +142,7 @@ void add_outcome(Json& json, const DesignView& view) {
                        {"lower_bound", outcome.lower_bound},
                        {"gap", outcome.gap()},
                        {"global", outcome.optimality == Optimality::proved_best}};
+  if (!view.report.robust.empty()) json["objective"]["robust"] = robust_json(view);
   json["freedom"] = freedom_json(view.report);
   json["chosen"] = chosen_json(view.report);
   json["constraints"] = limits_json(view);

@@ -1,5 +1,6 @@
 #include "balance/present/design_text.hpp"
 
+#include "balance/analysis/objective.hpp"
 #include "balance/present/chosen.hpp"
 #include "balance/present/conditions_text.hpp"
 #include "balance/present/load_cases_text.hpp"
@@ -76,7 +77,12 @@ std::string objective_line(const DesignView& view) {
   std::string text = fmt::format("{}: {}{}", view.objective, number_text(outcome.objective), unit);
   if (!std::isnan(outcome.lower_bound) && outcome.optimality != Optimality::proved_best)
     text += fmt::format("; at least {}{} is needed", number_text(outcome.lower_bound), unit);
-  return text + "\n";
+  text += "\n";
+  for (const RobustTerm& one : view.report.robust)
+    text += fmt::format("  {} of {} along {}: mean {} ({} where no number is off), deviation {}\n",
+                        name_of(one.term.figure), one.term.quantity, one.term.trajectory, number_text(one.figure.mean),
+                        number_text(one.figure.nominal), number_text(one.figure.deviation));
+  return text;
 }
 
 std::string limits_text(const DesignView& view) {
@@ -115,6 +121,9 @@ std::string optimality_line(const DesignView& view) {
     case Optimality::local_best:
       return fmt::format("optimality: local-best: the best of what was tried{}, not shown to be {}\n", tried, what);
     case Optimality::stopped:
+      if (view.interrupted)
+        return fmt::format("optimality: stopped: interrupted after {:.2g} s{}, not shown to be {}\n", *view.interrupted,
+                           tried, what);
       return fmt::format(
           "optimality: stopped: after the {:g} s that a search may take{}, not shown to be {}; search: {{seconds: "
           "{:g}}} "

@@ -14,7 +14,8 @@ namespace {
 
 std::string term_text(const ObjectiveTerm& term) {
   if (term.size != ObjectiveTerm::Size::none || term.run == ObjectiveTerm::Run::duration) return name_of(term);
-  return fmt::format("{} of {} along {}", name_of(term.figure), term.quantity, term.trajectory);
+  const std::string figure = fmt::format("{} of {} along {}", name_of(term.figure), term.quantity, term.trajectory);
+  return term.plus ? fmt::format("mean plus {:g} deviations of the {}", *term.plus, figure) : figure;
 }
 
 bool is_shown(const std::string& quantity) {

@@ -4,6 +4,7 @@
 #include "balance/analysis/design_study.hpp"
 #include "balance/present/conditions_view.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,10 +13,11 @@ namespace balance {
 struct DesignView {
   DesignReport report;
   std::string objective;  ///< "added mass", "0.5 rms(torque) along cycloid + added mass"; empty: nothing in particular
-  std::string objective_unit;  ///< "" for a sum
-  ConditionsView conditions;   ///< at the designed geometry; residuals of the designed mechanism
-  VectorX residuals_before;    ///< of the mechanism before; NaN where its geometry has other conditions
-  double seconds = 0;          ///< that the search was allowed to take
+  std::string objective_unit;              ///< "" for a sum
+  ConditionsView conditions;               ///< at the designed geometry; residuals of the designed mechanism
+  VectorX residuals_before;                ///< of the mechanism before; NaN where its geometry has other conditions
+  double seconds = 0;                      ///< that the search was allowed to take
+  std::optional<double> interrupted = {};  ///< after so many seconds somebody ended it
   std::vector<std::string> warnings;
 };
 

@@ -90,6 +90,9 @@ std::string optimality_text(const FrontView& view) {
     case Optimality::local_best:
       return "optimality: local-best: the best of what was tried; where there is no bound, better designs may exist\n";
     case Optimality::stopped:
+      if (view.interrupted)
+        return fmt::format("optimality: stopped: the points found until it was interrupted, after {:.2g} s\n",
+                           *view.interrupted);
       return fmt::format("optimality: stopped: the points found so far, within the {:g} s that all searches may take\n",
                          view.seconds);
     case Optimality::not_asked: break;

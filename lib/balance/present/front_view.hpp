@@ -5,6 +5,7 @@
 #include "balance/write/run_description.hpp"
 #include "balance/write/write_options.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,8 @@ struct FrontView {
   std::vector<std::string> figures;  ///< "rms of shaking_force along cycloid", in the order of a point's values
   std::vector<std::string> units;    ///< "" for a sum
   std::vector<FreeNumber> numbers;
-  double seconds = 0;  ///< that all searches were allowed to take
+  double seconds = 0;                      ///< that all searches were allowed to take
+  std::optional<double> interrupted = {};  ///< after so many seconds somebody ended them
   std::vector<std::string> warnings;
 };
 

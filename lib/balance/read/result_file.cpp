@@ -169,6 +169,10 @@ std::vector<std::string> runs_in(const Hdf5Source& file) {
 }
 
 void check_group(const Hdf5Source& file, const std::string& group) {
+  if (!group.empty() && file.has(group + "/numbers/deviation"))
+    throw Hdf5Error(
+        in_quotes(group) +
+        " holds how far the file's run is off (balance tolerance), not a run: the run is the file without it");
   if (group.empty() ? file.has("time") : file.has(group + "/time")) return;
   const auto runs = runs_in(file);
   if (runs.empty()) throw Hdf5Error(group.empty() ? "has no run" : "has no group " + in_quotes(group));

@@ -20,8 +20,9 @@ bool has_samples(const std::optional<Result>& run) {
   return run && run->outcome.status == MotionStatus::done && run->time.size() > 0;
 }
 
-Json optional_run(const Mechanism& mechanism, const std::optional<Result>& run, const std::vector<Eigen::Index>& rows) {
-  return run ? run_page_json(mechanism, *run, rows) : Json(nullptr);
+Json optional_run(const Mechanism& mechanism, const std::optional<Result>& run, const std::vector<Eigen::Index>& rows,
+                  const std::optional<Result>& deviation) {
+  return run ? run_page_json(mechanism, *run, rows, deviation ? &*deviation : nullptr) : Json(nullptr);
 }
 
 /// Both runs of a trajectory at the same samples: their lines stand in one chart.
@@ -37,8 +38,8 @@ Json trajectory_json(const Page& page, const PageTrajectory& t) {
   return {{"name", t.name},
           {"law", t.law},
           {"drive", t.drive},
-          {"before", optional_run(page.before, t.before, rows_of(t.before))},
-          {"after", optional_run(page.after.value_or(page.before), t.after, rows_of(t.after))}};
+          {"before", optional_run(page.before, t.before, rows_of(t.before), t.deviation_before)},
+          {"after", optional_run(page.after.value_or(page.before), t.after, rows_of(t.after), t.deviation_after)}};
 }
 
 Json trajectories_json(const Page& page) {

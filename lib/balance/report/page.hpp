@@ -14,6 +14,8 @@ namespace balance {
 struct PageTrajectory {
   std::string name, law, drive;  ///< as in the spec
   std::optional<Result> before, after;
+  /// Of the runs' torques, shaking forces and shaking moments: standard deviations where the numbers in `tolerances` are off.
+  std::optional<Result> deviation_before = {}, deviation_after = {};
 };
 
 struct Page {

@@ -79,6 +79,21 @@ Json series_json(const Result& result) {
   return list;
 }
 
+/// What bands are drawn of: as series, but as they are.
+constexpr std::array with_bands = {&Result::torque, &Result::shaking_force, &Result::shaking_moment};
+
+Json deviation_json(const Result& deviation, const std::vector<Eigen::Index>& rows) {
+  Json list = Json::array();
+  for (const Quantity& quantity : list_quantities(deviation))
+    if (std::find(with_bands.begin(), with_bands.end(), quantity.member) != with_bands.end())
+      list.push_back(
+          {{"quantity", quantity.name},
+           {"columns", column_names(quantity, deviation)},
+           {"units", quantity.units},
+           {"values", {{"f32", base64_float_columns((deviation.*quantity.member)(rows, Eigen::all).eval())}}}});
+  return list;
+}
+
 /// As little as a picture needs.
 Json phase_plane_json(const PhasePlane& plane) {
   const auto packed = [](const VectorX& values) { return Json{{"f32", base64_floats(Samples(values))}}; };
@@ -91,7 +106,8 @@ Json phase_plane_json(const PhasePlane& plane) {
 
 }  // namespace
 
-Json run_page_json(const Mechanism& mechanism, const Result& computed, const std::vector<Eigen::Index>& rows) {
+Json run_page_json(const Mechanism& mechanism, const Result& computed, const std::vector<Eigen::Index>& rows,
+                   const Result* deviation) {
   Json json = {{"outcome", outcome_json(computed.outcome)}};
   if (computed.outcome.status != MotionStatus::done) return json;
   const bool all = static_cast<Eigen::Index>(rows.size()) == computed.time.size();
@@ -110,6 +126,8 @@ Json run_page_json(const Mechanism& mechanism, const Result& computed, const std
   json["time"] = {{"f64", base64_doubles(result.time)}};
   json["poses"] = {{"f32", base64_floats(packed_poses(mechanism, result))}};
   json["series"] = series_json(result);
+  if (deviation != nullptr && deviation->time.size() == computed.time.size())
+    json["deviation"] = deviation_json(*deviation, rows);
   return json;
 }
 

@@ -11,7 +11,9 @@ namespace balance {
 
 /// Outcome, metrics, times, poses of all bodies, and every quantity over time, what is round-off as 0.
 /// @param rows samples to show
+/// @param deviation standard deviations of the run's arrays, with as many samples; null: not known
 /// @throws std::invalid_argument if the run is of another mechanism
-Json run_page_json(const Mechanism& mechanism, const Result& result, const std::vector<Eigen::Index>& rows);
+Json run_page_json(const Mechanism& mechanism, const Result& result, const std::vector<Eigen::Index>& rows,
+                   const Result* deviation);
 
 }  // namespace balance

@@ -76,7 +76,6 @@ struct Draft {
 
   std::set<std::string> tolerance_names;          ///< under `tolerances`
   std::vector<FoundTolerance> tolerance_numbers;  ///< but for parameters
-  Tolerances tolerances;
 
   MechanismOf<Expression>& mechanism() { return recording->mechanism; }
   const MechanismOf<Expression>& mechanism() const { return recording->mechanism; }

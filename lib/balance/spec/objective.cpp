@@ -83,6 +83,26 @@ double read_weight(const Cursor& at, Parameters& parameters) {
   return weight;
 }
 
+double read_deviations(const Cursor& at, Parameters& parameters, const Study& study) {
+  if (!at.is_scalar()) at.expected("how many deviations, a number or an expression");
+  const double count = parameters.evaluate(at).value();
+  if (!(count >= 0))
+    at.fail(
+        {.kind = "must not be negative", .expected = "a number of deviations ≥ 0", .found = fmt::format("{}", count)});
+  if (study.tolerances.empty()) {
+    if (at.problems().doubtful("tolerances")) throw Consequence();
+    at.fail({.expected = "a spec with 'tolerances', which say how far its numbers may be off", .found = "none"});
+  }
+  return count;
+}
+
+void require_stated(const Cursor& at, const ObjectiveTerm& term, const Study& study) {
+  for (const Trajectory& trajectory : study.trajectories)
+    if (trajectory.name == term.trajectory && depends_on_mechanism(trajectory))
+      at.fail({.expected = "a trajectory that does not depend on the mechanism, which has deviations",
+               .found = in_quotes(term.trajectory)});
+}
+
 namespace {
 
 /// `over: workspace`, which must be there.
@@ -94,8 +114,42 @@ void read_over(const Cursor& at, const Study& study) {
     at.fail({.expected = "a spec with a 'workspace'", .found = "none"});
 }
 
+ObjectiveTerm read_weighted_term(const Cursor& at, Parameters& parameters, const Study& study);
+
+bool states_key(const Cursor& at, const char* key) {
+  const auto& keys = at.node().keys;
+  return at.is_map() && std::any_of(keys.begin(), keys.end(), [&](const Node& one) { return one.text == key; });
+}
+
+/// `{mean_plus: 3, of: {peak: torque, along: cycloid}, weight: 2}`.
+ObjectiveTerm read_robust_term(const Cursor& at, Parameters& parameters, const Study& study) {
+  ObjectiveTerm term;
+  double weight = 1;
+  std::optional<double> plus;
+  const auto read_figure = [&](const Cursor& c) {
+    if (!c.is_map() || states_key(c, "of") || states_key(c, "weight") || states_key(c, "mean_plus"))
+      c.fail(
+          {.expected = "a figure along a trajectory such as {rms: torque, along: cycloid}, without a weight of its own",
+           .found = !c.is_map()               ? c.found()
+                    : states_key(c, "weight") ? "a weight"
+                                              : "another term"});
+    term = read_weighted_term(c, parameters, study);
+  };
+  if (!read_fields(
+          at, "a term {mean_plus: 3, of: {rms: torque, along: cycloid}}",
+          {{"mean_plus", Need::required, [&](const Cursor& c) { plus = read_deviations(c, parameters, study); }},
+           {"of", Need::required, read_figure},
+           {"weight", Need::optional, [&](const Cursor& c) { weight = read_weight(c, parameters); }}}))
+    throw Consequence();
+  term.plus = plus;
+  term.weight = weight;
+  require_stated(at, term, study);
+  return term;
+}
+
 /// `{of: added-mass, weight: 0.5}` or `{rms: torque, along: cycloid, weight: 2}`.
 ObjectiveTerm read_weighted_term(const Cursor& at, Parameters& parameters, const Study& study) {
+  if (states_key(at, "mean_plus")) return read_robust_term(at, parameters, study);
   ObjectiveTerm term;
   std::optional<Cursor> first, along, over;
   const auto once = [&](const Cursor& c) {
@@ -113,7 +167,8 @@ ObjectiveTerm read_weighted_term(const Cursor& at, Parameters& parameters, const
        }},
       {"along", Need::optional, [&](const Cursor& c) { along = c; }},
       {"over", Need::optional, [&](const Cursor& c) { over = c; }},
-      {"weight", Need::optional, [&](const Cursor& c) { term.weight = read_weight(c, parameters); }}};
+      {"weight", Need::optional, [&](const Cursor& c) { term.weight = read_weight(c, parameters); }},
+      {"mean_plus", Need::optional, [](const Cursor&) {}}};  // named in messages; read above
   for (const NamedFigure& one : figures)
     fields.push_back({one.name, Need::optional, [&, one](const Cursor& c) {
                         once(c);

@@ -9,7 +9,8 @@ namespace balance {
 
 TolerancedSpace read_toleranced(const std::string& text, const std::string& file_name, const ReadOptions& options) {
   read::Reading reading = read::read_study(text, file_name, options.set);
-  return {{std::move(reading.start), std::move(reading.recording)}, std::move(reading.tolerances)};
+  Tolerances tolerances = reading.start.tolerances;
+  return {{std::move(reading.start), std::move(reading.recording)}, std::move(tolerances)};
 }
 
 TolerancedSpace read_toleranced_file(const std::string& path, const ReadOptions& options) {

@@ -131,9 +131,9 @@ void read_all(const Node& root, const Parameters::Overrides& overrides, Draft& d
   for (const auto& trajectory : draft.trajectories())
     draft.study.trajectories.push_back(converted<double>(trajectory, value_of));
   read_controllers(sections["controllers"], root, overrides, draft);
-  if (const Cursor* design = sections["design"]) read_design(*design, draft);
   if (const Cursor* tolerances = sections["tolerances"])
-    draft.problems.guard([&] { draft.tolerances = read_tolerances(*tolerances, draft); });
+    draft.problems.guard([&] { draft.study.tolerances = read_tolerances(*tolerances, draft); });
+  if (const Cursor* design = sections["design"]) read_design(*design, draft);
 }
 
 /// @param root parsed here if it is not there yet
@@ -174,7 +174,7 @@ Study read_start(const std::string& text, const Node* root, const std::string& f
 Reading read_study(const std::string& text, const std::string& file_name, const Parameters::Overrides& overrides) {
   Draft draft(file_name);
   read_document(text, nullptr, overrides, draft);
-  return {std::move(draft.study), std::move(draft.recording), std::move(draft.tolerances)};
+  return {std::move(draft.study), std::move(draft.recording)};
 }
 
 Mechanism read_mechanism_alone(const Node& root, const std::string& file_name, const Problems& known,

@@ -3,7 +3,6 @@
 
 #include "balance/spec/node.hpp"
 #include "balance/spec/parameters.hpp"
-#include "balance/study/tolerances.hpp"
 
 #include <memory>
 #include <string>
@@ -13,7 +12,6 @@ namespace balance::read {
 struct Reading {
   Study start;  ///< at the start values
   std::shared_ptr<const Recording> recording;
-  Tolerances tolerances;
 };
 
 /// @throws SpecError with everything that is wrong, in the order of the document

@@ -17,6 +17,8 @@ namespace {
 
 constexpr const char* example = "a limit such as peak(torque) <= 12 or mobility(cycloid) >= 0.1";
 
+constexpr const char* robust_name = "mean_plus";
+
 /// Part of a scalar's text as a scalar of its own, so that messages name its place.
 class Part {
  public:
@@ -136,6 +138,20 @@ class LimitReader {
     return term;
   }
 
+  /// `mean_plus(3, peak(torque, cycloid))`
+  ObjectiveTerm read_robust(const std::vector<Part>& given, const Part& part) {
+    if (given.size() != 2)
+      part.cursor().fail({.expected = "mean_plus(deviations, figure)", .found = in_quotes(part.text())});
+    const double count = read_deviations(given[0].cursor(), draft_.parameters, draft_.study);
+    ObjectiveTerm term = read_term(given[1]);
+    if (term.size != ObjectiveTerm::Size::none || term.run != ObjectiveTerm::Run::figure || term.plus)
+      given[1].cursor().fail(
+          {.expected = "peak, rms, mean or range of a quantity", .found = in_quotes(given[1].text())});
+    require_stated(given[1].cursor(), term, draft_.study);
+    term.plus = count;
+    return term;
+  }
+
   ObjectiveTerm read_term(const Part& part) {
     const std::string& text = part.text();
     const std::size_t open = text.find('(');
@@ -144,10 +160,15 @@ class LimitReader {
     std::replace(name.begin(), name.end(), '-', '_');
     std::vector<std::string> names;
     for (const NamedFigureTerm& one : terms_by_name()) names.emplace_back(one.name);
+    if (name == robust_name && open != std::string::npos && text.back() == ')')
+      return read_robust(split(part.part(open + 1, text.size() - 1), ','), part);
+    names.emplace_back(robust_name);
     const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end())
+    if (found == names.end() || name == robust_name)
       part.cursor().fail({.expected = fmt::format("a figure ({})", one_of(names)),
-                          .found = fmt::format("{}{}", in_quotes(text), nearest_hint(name, names))});
+                          .found = fmt::format("{}{}", in_quotes(text),
+                                               name == robust_name ? "; mean_plus(3, peak(torque)) is one"
+                                                                   : nearest_hint(name, names))});
     ObjectiveTerm term = terms_by_name()[static_cast<std::size_t>(found - names.begin())].term;
     const bool size = term.size != ObjectiveTerm::Size::none;
     if (size != (open == std::string::npos) || (!size && text.back() != ')'))

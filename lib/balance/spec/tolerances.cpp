@@ -81,20 +81,26 @@ Width read_width(const Cursor& at, Draft& draft) {
   return width;
 }
 
-/// Every number that a name of the section may call.
-std::vector<ToleranceNumber> list_numbers(const Draft& draft) {
+/// Every number that a name of the section may call; the recording gets what they are.
+std::vector<ToleranceNumber> list_numbers(Draft& draft) {
   std::vector<ToleranceNumber> all;
-  for (const NamedExpression& one : draft.recording->parameters)
+  Recording& recording = *draft.recording;
+  const auto add = [&](ToleranceNumber number, const Expression& value) {
+    number.number = static_cast<int>(recording.toleranced.size());
+    recording.toleranced.push_back(value);
+    all.push_back(std::move(number));
+  };
+  for (const NamedExpression& one : recording.parameters)
     if (one.plain)
-      all.push_back({.path = "parameters." + one.name,
-                     .value = one.value.value(),
-                     .input = draft.recording->input_of(one.value)});
+      add({.path = "parameters." + one.name, .value = one.value.value(), .input = recording.input_of(one.value)},
+          one.value);
   for (const FoundTolerance& one : draft.tolerance_numbers)
-    all.push_back({.path = one.path,
-                   .value = one.value,
-                   .unit = one.unit,
-                   .input = draft.recording->input_of(one.input),
-                   .positive = one.sign != Sign::any});
+    add({.path = one.path,
+         .value = one.value,
+         .unit = one.unit,
+         .input = recording.input_of(one.input),
+         .positive = one.sign != Sign::any},
+        one.moved);
   return all;
 }
 
@@ -147,11 +153,13 @@ class ToleranceReader {
   }
 
   static void set(const Cursor& at, const Width& width, ToleranceNumber& number) {
-    if (width.part && number.value == 0)
+    // A mass of zero is no body, and a part of it none; a place of zero is one as any other.
+    if (width.part && number.value == 0 && !number.positive)
       at.fail({.expected = "a deviation in the spec's units",
                .found = fmt::format("a percentage of {}, which is zero", number.path)});
     number.width = width.part ? width.size * std::abs(number.value) : width.size * number.unit;
     number.spread = width.spread;
+    number.part = width.part ? width.size : 0;
     if (!std::isfinite(number.width))
       at.fail({.expected = "a number that is finite in SI units", .found = "one that is not"});
   }

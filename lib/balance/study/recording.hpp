@@ -25,6 +25,7 @@ struct Recording {
   std::vector<NamedExpression> parameters;
   MechanismOf<Expression> mechanism;
   std::vector<TrajectoryOf<Expression>> trajectories;
+  std::vector<Expression> toleranced;  ///< numbers that may be off: what `tolerances` names
 
   /// The input that an expression is. @param input one made by Expression::input
   int input_of(const Expression& input) const { return graph.nodes()[static_cast<std::size_t>(input.node())].input; }

@@ -10,8 +10,10 @@
 #include "balance/study/goal.hpp"
 #include "balance/study/load_cases.hpp"
 #include "balance/study/search_options.hpp"
+#include "balance/study/tolerances.hpp"
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +55,8 @@ struct ObjectiveTerm {
   std::string trajectory;  ///< name of one of the study's trajectories
   double weight = 1;       ///< not negative
   Clearance clearance = {};
+  /// Of a figure alone: its mean plus so many deviations where the study's tolerances have the numbers off (analysis/robust_figure.hpp).
+  std::optional<double> plus = {};
 };
 
 /// What a weighted sum of terms must not exceed, or fall below.
@@ -97,9 +101,10 @@ struct Study {
   std::vector<FreeNumber> free_numbers;  ///< in the document's order
   std::vector<Rewrite> rewrites;         ///< in the text's order, disjoint
   DesignRequest design;
-  CoordinateUnits units;              ///< of the spec
-  std::string spec_file;              ///< as named by the user
-  std::string spec_text;              ///< as read
+  Tolerances tolerances;  ///< parameters first, else in the order of reading; empty: nothing is said of them
+  CoordinateUnits units;  ///< of the spec
+  std::string spec_file;  ///< as named by the user
+  std::string spec_text;  ///< as read
   std::vector<std::string> warnings;  ///< legal but suspicious
 };
 

@@ -19,6 +19,8 @@ struct ToleranceNumber {
   double unit = 1;        ///< SI value of the spec's unit here; 1 for parameters
   int input = -1;         ///< of the spec's recording: changes the number by as much as itself
   bool positive = false;  ///< a value below zero makes no sense
+  double part = 0;        ///< the width is so large a part of the value's size, and follows it; 0: it is what it is
+  int number = -1;        ///< among the recording's toleranced numbers: what the value is of
 
   double deviation() const { return spread == Spread::normal ? width : width / std::sqrt(3.0); }
 };

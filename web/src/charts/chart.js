@@ -3,6 +3,7 @@ import uPlot from "uplot";
 import {colour, h} from "../dom.js";
 import {format, unitText, withUnit} from "../data/numbers.js";
 import {csv, fileName, saveCanvas, saveText} from "../data/save.js";
+import {bandName, bandTitle, drawBands, widest, withBands} from "./band.js";
 import {linesOf} from "./quantities.js";
 
 const height = 190;
@@ -22,6 +23,7 @@ export class Chart {
     this.compares = variants.length > 1;
     this.roundOff = this.compares ? vanished * Math.max(...this.lines.map((l) => peak(l.values)), 0) : 0;
     this.shown = this.firstShown();
+    this.bands = this.lines.some((l) => l.deviation);
     this.plotBox = h("div", {class: "plot", role: "img", "aria-label": this.description()});
     this.legend = h("div", {class: "legend", role: "group", "aria-label": `Lines of ${chart.title}`});
     this.readings = this.lines.map(() => h("span", {class: "value"}));
@@ -47,7 +49,8 @@ export class Chart {
   /** What a picture of these lines says, in words. */
   description() {
     const {unit, title} = this.chart;
-    const most = this.lines.slice(0, palette).map((l) => `${l.label} up to ${withUnit(peak(l.values), unit)}`);
+    const off = (l) => (l.deviation ? `, within ${withUnit(widest(l), unit)} (3σ of tolerances)` : "");
+    const most = this.lines.slice(0, palette).map((l) => `${l.label} up to ${withUnit(peak(l.values), unit)}${off(l)}`);
     const rest = this.lines.length - most.length;
     return `${title} over ${format(this.time.at(-1))} s: ${most.join(", ")}${rest > 0 ? ` and ${rest} more` : ""}`;
   }
@@ -77,6 +80,8 @@ export class Chart {
 
   saveTable() {
     const columns = this.lines.map((l) => ({name: l.label, unit: this.chart.unit, values: l.values}));
+    for (const l of this.lines)
+      if (l.deviation) columns.push({name: `${l.label}, standard deviation`, unit: this.chart.unit, values: l.deviation});
     saveText(csv(this.time, columns), "text/csv", `${this.name()}.csv`);
   }
 
@@ -106,7 +111,7 @@ export class Chart {
       width: Math.max(this.plotBox.clientWidth, 160),
       height,
       legend: {show: false},
-      scales: {x: {time: false}, y: {range: (_, low, high) => room(low, high)}},
+      scales: {x: {time: false}, y: {range: (plot, low, high) => room(...this.seen(plot, low, high))}},
       cursor: {
         sync: {key: this.group.key},
         drag: {x: true, y: false, dist: 6},
@@ -127,6 +132,7 @@ export class Chart {
         points: {show: false},
       }))],
       hooks: {
+        drawAxes: [(plot) => drawBands(plot, this.time, this.banded())],
         setCursor: [(u) => this.hover(u.cursor.left >= 0 ? u.cursor.idx : null)],
         setScale: [(u, key) => {
           if (key === "x" && u.status) this.group.zoomed(this, u.scales.x.min, u.scales.x.max);
@@ -134,6 +140,16 @@ export class Chart {
         }],
       },
     };
+  }
+
+  /** Lines that have a band to be seen. */
+  banded() {
+    return this.bands ? this.lines.filter((l, i) => this.shown[i] && l.deviation) : [];
+  }
+
+  seen(plot, low, high) {
+    const [from, to] = plot.series[0].idxs ?? [0, this.time.length - 1];
+    return low === null || high === null ? [low, high] : withBands(this.banded(), from, to, low, high);
   }
 
   /** A click seeks, a drag zooms. */
@@ -154,8 +170,24 @@ export class Chart {
       button.addEventListener("click", () => this.show(i, button.getAttribute("aria-pressed") !== "true"));
       return button;
     });
-    this.legend.append(...this.buttons);
+    this.legend.append(...this.buttons, this.bandKey());
     this.countLines();
+  }
+
+  /** The bands of all lines at once. */
+  bandKey() {
+    if (!this.bands) return "";
+    const swatch = h("span", {class: "swatch band", "aria-hidden": "true"});
+    const button = h("button", {type: "button", class: "key", "aria-pressed": "true", "data-band": "", title: bandTitle},
+      swatch, h("span", {class: "name"}, bandName));
+    button.addEventListener("click", () => {
+      this.bands = !this.bands;
+      button.setAttribute("aria-pressed", String(this.bands));
+      const {min, max} = this.plot.scales.x;
+      this.plot.setScale("x", {min, max}); // the height follows what is seen
+      this.plot.redraw(false);
+    });
+    return button;
   }
 
   paintLegend() {

@@ -67,10 +67,13 @@ export function linesOf(run, chart) {
   const series = run.series.get(chart.quantity);
   if (!series) return [];
   const columns = series.columns.filter((c) => c.unit === chart.unit);
-  const lines = columns.map((c) => ({
+  const off = run.deviation?.get(chart.quantity)?.columns.filter((c) => c.unit === chart.unit) ?? [];
+  const lines = columns.map((c, i) => ({
     name: scalar.has(chart.quantity) || (columns.length === 1 && c.name === "value") ? "value" : c.name,
     values: c.values,
+    deviation: off[i]?.values,
   }));
-  if (vectors.has(chart.quantity) && lines.length > 1) lines.push({name: "magnitude", values: magnitude(columns)});
+  if (vectors.has(chart.quantity) && lines.length > 1)
+    lines.push({name: "magnitude", values: magnitude(columns), deviation: off.length ? magnitude(off) : undefined, least: 0});
   return lines;
 }

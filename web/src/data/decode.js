@@ -25,7 +25,8 @@ function decodeSeries(series, rows) {
 function decodeSamples(run) {
   const time = numbers(run.time);
   const series = new Map(run.series.map((s) => [s.quantity, decodeSeries(s, time.length)]));
-  return {time, poses: numbers(run.poses), series};
+  const deviation = new Map((run.deviation ?? []).map((s) => [s.quantity, decodeSeries(s, time.length)]));
+  return {time, poses: numbers(run.poses), series, deviation};
 }
 
 /** Samples are decoded when they are first looked at: of many trajectories one is shown. */
@@ -33,7 +34,7 @@ function decodeRun(run) {
   if (!run || run.outcome.status !== "done") return run;
   let decoded = null;
   const lazily = (name) => [name, {enumerable: true, get: () => (decoded ??= decodeSamples(run))[name]}];
-  return Object.defineProperties({...run}, Object.fromEntries(["time", "poses", "series"].map(lazily)));
+  return Object.defineProperties({...run}, Object.fromEntries(["time", "poses", "series", "deviation"].map(lazily)));
 }
 
 /** The JSON block; samples are arrays of numbers. */

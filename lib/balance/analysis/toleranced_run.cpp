@@ -1,0 +1,85 @@
+#include "balance/analysis/toleranced_run.hpp"
+
+#include "balance/analysis/tolerance.hpp"
+#include "balance/analysis/toleranced_duals.hpp"
+
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+std::vector<Instant> instants_of(const RunGradient& gradient) {
+  std::vector<Instant> places;
+  std::size_t j = 0;
+  const std::vector<long>& next = gradient.between.next_sample;
+  for (long k = 0; k < gradient.run.time.size(); ++k) {
+    for (; j < next.size() && next[j] == k; ++j)
+      places.push_back({true, static_cast<long>(j), gradient.between.rows.time[static_cast<long>(j)]});
+    places.push_back({false, k, gradient.run.time[k]});
+  }
+  const double duration = places.back().time - places.front().time;
+  for (std::size_t i = 1; i < places.size(); ++i) {
+    const double half = (places[i].time - places[i - 1].time) / (2 * duration);
+    places[i - 1].weight += half;
+    places[i].weight += half;
+  }
+  return places;
+}
+
+std::vector<std::string> arrays_named(const std::vector<std::string>& quantities) {
+  std::vector<std::string> arrays;
+  for (const std::string& quantity : quantities) arrays.push_back(quantity.substr(0, quantity.find('[')));
+  if (!arrays.empty()) arrays.push_back("power");
+  return arrays;
+}
+
+void require_run(const Tolerances& numbers, const Trajectory& trajectory) {
+  if (numbers.empty()) throw std::invalid_argument("there are no numbers that may be off");
+  if (depends_on_mechanism(trajectory))
+    throw std::invalid_argument("the trajectory '" + trajectory.name + "' is found anew for every mechanism");
+  if (trajectory.samples * static_cast<long>(numbers.size()) > most_tolerance_samples)
+    throw std::invalid_argument("too many samples for " + std::to_string(numbers.size()) + " numbers: at most " +
+                                std::to_string(most_tolerance_samples / static_cast<long>(numbers.size())));
+}
+
+}  // namespace
+
+double excess(Spread spread) { return spread == Spread::normal ? 0 : -1.2; }
+
+TolerancedRun::TolerancedRun(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
+                             const std::vector<std::string>& quantities)
+    : sigma_(static_cast<Eigen::Index>(numbers.size())) {
+  require_run(numbers, trajectory);
+  for (std::size_t i = 0; i < numbers.size(); ++i) sigma_[static_cast<Eigen::Index>(i)] = numbers[i].deviation();
+  const std::vector<std::string> arrays = arrays_named(quantities);
+  for (std::size_t first = 0; first < numbers.size(); first += dual_width) {
+    const TolerancedDuals duals(space, numbers, first);
+    gradients_.push_back(differentiate(duals.mechanism(), duals.trajectory(trajectory), arrays));
+    if (gradients_.back().run.outcome.status != MotionStatus::done) return;
+    figures_.push_back(figure_gradients(gradients_.back()));
+  }
+  places_ = instants_of(gradients_.front());
+}
+
+const Result& TolerancedRun::derivative(Eigen::Index number, bool between) const {
+  const RunGradient& gradient = gradients_[static_cast<std::size_t>(number) / dual_width];
+  const std::size_t k = static_cast<std::size_t>(number) % dual_width;
+  if (between) return gradient.derivatives_between[k].rows;
+  return gradient.derivatives[k];
+}
+
+VectorX TolerancedRun::value(const Track& track, const Instant& place) const {
+  const Result& rows = place.between ? gradients_.front().between.rows : run();
+  return (rows.*track.array).row(place.row).segment(track.first, track.count).transpose();
+}
+
+MatrixX TolerancedRun::changes(const Track& track, const Instant& place) const {
+  MatrixX out(sigma_.size(), track.count);
+  for (Eigen::Index i = 0; i < sigma_.size(); ++i)
+    out.row(i) =
+        sigma_[i] * (derivative(i, place.between).*track.array).row(place.row).segment(track.first, track.count);
+  return out;
+}
+
+}  // namespace balance
