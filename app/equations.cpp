@@ -9,6 +9,7 @@
 #include "balance/conditions/symbols.hpp"
 #include "balance/present/equations_view.hpp"
 #include "balance/simulation/simulate.hpp"
+#include "balance/study/passing_payloads.hpp"
 #include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
@@ -95,6 +96,7 @@ ExitCode run(const EquationsOptions& options) {
   const DesignSpace space = read_space(options.spec);
   const Study& study = space.start;
   check_outputs(options, study);
+  refuse_passing_payloads(study, "equations of motion");
   for (const std::string& warning : study.warnings) tell("warning: " + warning);
   if (const Trajectory* trajectory = trajectory_at(options, study)) return run_along(options, study, *trajectory);
   const EquationsView view = view_at(options, space);

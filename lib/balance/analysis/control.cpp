@@ -12,6 +12,7 @@
 #include "balance/result/overflow.hpp"
 #include "balance/result/recorder.hpp"
 #include "balance/result/round_off.hpp"
+#include "balance/model/payload_stretches.hpp"
 #include "balance/timing/time_law.hpp"
 
 #include <algorithm>
@@ -289,6 +290,8 @@ class ControlRun {
 Result control(const Mechanism& mechanism, const Trajectory& trajectory, const Controller& controller,
                const ControlOptions& options) {
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
+  if (has_passing_payloads(mechanism))
+    throw std::invalid_argument("a controlled run needs payloads that are always there");
   if (!(controller.period > 0)) throw std::invalid_argument("a controller needs a positive period");
   if (options.most_steps < 0) throw std::invalid_argument("a run cannot have a negative number of steps");
   if (!(options.settle >= 0)) throw std::invalid_argument("the time to settle cannot be negative");

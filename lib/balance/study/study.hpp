@@ -1,6 +1,7 @@
 #pragma once
 /// Everything that one spec asks for, complete and validated.
 
+#include "balance/base/error.hpp"
 #include "balance/model/mechanism.hpp"
 #include "balance/motion/trajectory.hpp"
 #include "balance/result/figure.hpp"
@@ -89,6 +90,12 @@ struct CoordinateUnits {
   double angle = 1;
 };
 
+/// A payload that is taken up or set down on the way (AttachmentOf::from, until), and where the spec says so.
+struct PassingPayload {
+  std::string name;
+  SpecPlace place;
+};
+
 struct Study {
   Mechanism mechanism;
   std::vector<Trajectory>
@@ -97,6 +104,7 @@ struct Study {
   std::vector<FreeNumber> free_numbers;  ///< in the document's order
   std::vector<Rewrite> rewrites;         ///< in the text's order, disjoint
   DesignRequest design;
+  std::vector<PassingPayload> passing_payloads;
   CoordinateUnits units;              ///< of the spec
   std::string spec_file;              ///< as named by the user
   std::string spec_text;              ///< as read
