@@ -1,12 +1,13 @@
 """Payloads that are taken up and set down on the way: `payloads: {extra: {…, from: 0.3, until: 0.7}}`."""
 
 import json
+import os
 import unittest
 
 import h5py
 import numpy
 
-from _program import Case, run
+from _program import CONFIGS, Case, run
 
 G = 9.81
 # The arm of P0, section 3.2, balanced for the 0.5 kg that it always carries: the conditions by hand, as in load_cases.py.
@@ -111,6 +112,31 @@ class PassingPayloads(Case):
                 self.assertEqual(told["notes"], tree["notes"])
         done = run("check", self.write("arm.yaml", arm(COMES)), "--verify")
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_loops_and_space(self):
+        """The shipped mechanisms that carry a cargo, with it, without it, and with it for a while."""
+        for name in ("5r", "delta"):
+            with open(os.path.join(CONFIGS, name + ".yaml"), encoding="utf-8") as file:
+                text = file.read().replace("  bang-bang: {law: bang-bang, drive: com}\n", "")
+            begin = text.index("  cargo: {")
+            end = text.index("}\n", begin)
+            runs = {}
+            for kind, changed in (("with", text), ("without", text.replace("payloads:\n" + text[begin:end + 2], "")),
+                                  ("mixed", text[:end] + ", from: 0.0617, until: 0.2" + text[end:])):
+                spec, out = self.write(kind + ".yaml", changed), self.path(kind + ".h5")
+                done = run("simulate", spec, "-t", "cycloid", "-o", out, "--force", "--json")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                with h5py.File(out) as file:
+                    runs[kind] = {data: numpy.array(file[data]) for data in (*self.quantities, "time")}
+            told, time = json.loads(done.stdout), runs["mixed"]["time"]
+            there = (time >= 0.0617) & (time < 0.2 - 1e-9)
+            self.assertGreater(there.sum(), 10)
+            for data in self.quantities:
+                scale = 1 + numpy.abs(runs["with"][data]).max()
+                for rows, kind in ((there, "with"), (~there, "without")):
+                    apart = numpy.abs(runs["mixed"][data] - runs[kind][data])[rows].max()
+                    self.assertLess(apart, 1e-9 * scale, (name, data, kind))  # loops: Newton's residual over the mobility
+            self.assertEqual(len([note for note in told["notes"] if "impact" in note]), 2, told["notes"])
 
     def test_the_jump_at_a_dwell_is_the_weight(self):
         """0.5 kg too much on the balanced arm with both links level: 0.5 · 9.81 · 0.9 and 0.5 · 9.81 · 0.4."""

@@ -6,13 +6,13 @@
 #include "balance/control/plant.hpp"
 #include "balance/control/sensor.hpp"
 #include "balance/control/singularity_watch.hpp"
+#include "balance/model/payload_stretches.hpp"
 #include "balance/motion/walk.hpp"
 #include "balance/motion/wording.hpp"
 #include "balance/result/metrics.hpp"
 #include "balance/result/overflow.hpp"
 #include "balance/result/recorder.hpp"
 #include "balance/result/round_off.hpp"
-#include "balance/model/payload_stretches.hpp"
 #include "balance/timing/time_law.hpp"
 
 #include <algorithm>

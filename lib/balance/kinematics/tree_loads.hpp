@@ -16,7 +16,9 @@ class TreeLoads {
   /// @param tree compiled of the mechanism, with everything there
   /// @param duration of the motion, which begins at time 0 [s]
   TreeLoads(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree, double duration)
-      : stretches_(mechanism, duration), first_(mechanism.bodies.size() - 1), attachments_(mechanism.attachments.size()) {
+      : stretches_(mechanism, duration),
+        first_(mechanism.bodies.size() - 1),
+        attachments_(mechanism.attachments.size()) {
     if (!has_passing_payloads(mechanism)) return;
     for (int k = 0; k < stretches_.count(); ++k) loads_.push_back(sum(tree, k));
   }

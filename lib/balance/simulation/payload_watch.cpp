@@ -36,11 +36,11 @@ void add_payload_notes(const Mechanism& mechanism, double duration, Result& resu
   for (const PayloadChange& change : result.payload_changes) {
     const bool moves = change.speed > slowest_impact * length / duration;
     if (!moves && change.turning <= slowest_impact / duration) continue;
-    result.outcome.notes.push_back(
-        "payload '" + change.payload + "' is " + verb_of(change) + " at " + short_text(change.time) +
-        " s while it " +
-        (moves ? "moves at " + short_text(change.speed) + " m/s" : "turns at " + short_text(change.turning) + " rad/s") +
-        ": the impact is not in the figures");
+    result.outcome.notes.push_back("payload '" + change.payload + "' is " + verb_of(change) + " at " +
+                                   short_text(change.time) + " s while it " +
+                                   (moves ? "moves at " + short_text(change.speed) + " m/s"
+                                          : "turns at " + short_text(change.turning) + " rad/s") +
+                                   ": the impact is not in the figures");
   }
   for (const Attachment& payload : mechanism.attachments)
     if (payload.from >= duration)

@@ -99,8 +99,9 @@ class NaturalRun {
       add_payload_changes(
           mechanism_, stretches, {simulation_.time(), before, stretch, effort, simulation_.last().effort},
           [&](std::size_t a) {
-            return PayloadMotion{simulation_.speed_of(mechanism_.attachments[a].body, mechanism_.attachments[a].position),
-                                 simulation_.turning_of(mechanism_.attachments[a].body)};
+            return PayloadMotion{
+                simulation_.speed_of(mechanism_.attachments[a].body, mechanism_.attachments[a].position),
+                simulation_.turning_of(mechanism_.attachments[a].body)};
           },
           result);
     };

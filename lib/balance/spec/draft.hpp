@@ -71,7 +71,8 @@ struct Draft {
   std::set<std::string> adapted;        ///< paths of free numbers under `design: adapt`
   std::shared_ptr<Recording> recording = std::make_shared<Recording>();
 
-  std::vector<std::pair<Cursor, double>> taken_up;  ///< payloads that come or go: where it is said, and when they come [s]
+  std::vector<std::pair<Cursor, double>>
+      taken_up;  ///< payloads that come or go: where it is said, and when they come [s]
 
   std::vector<CouplingOf<Expression>> wheels;  ///< of rolling joints: the slide follows the angle
 

@@ -13,8 +13,7 @@ namespace balance::read {
 namespace {
 
 bool has_entry(const Cursor& map, const std::string& name) {
-  return std::any_of(map.node().keys.begin(), map.node().keys.end(),
-                     [&](const Node& key) { return key.text == name; });
+  return std::any_of(map.node().keys.begin(), map.node().keys.end(), [&](const Node& key) { return key.text == name; });
 }
 
 SpecPlace place_of(const Cursor& at) {
