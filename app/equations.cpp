@@ -67,6 +67,7 @@ void write(const EquationsOptions& options, const Study& study, const EquationsA
 }
 
 ExitCode run_along(const EquationsOptions& options, const Study& study, const Trajectory& trajectory) {
+  refuse_passing_payloads(study, "equations of motion along a trajectory");
   if (options.output.empty())
     throw UsageError(fmt::format("--at {} is a whole trajectory, which needs -o FILE; --at start and end are poses",
                                  trajectory.name));
@@ -96,7 +97,6 @@ ExitCode run(const EquationsOptions& options) {
   const DesignSpace space = read_space(options.spec);
   const Study& study = space.start;
   check_outputs(options, study);
-  refuse_passing_payloads(study, "equations of motion");
   for (const std::string& warning : study.warnings) tell("warning: " + warning);
   if (const Trajectory* trajectory = trajectory_at(options, study)) return run_along(options, study, *trajectory);
   const EquationsView view = view_at(options, space);

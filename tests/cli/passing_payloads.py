@@ -234,6 +234,18 @@ class PassingPayloads(Case):
             slope = abs(more[figure] - less[figure]) / (2 * step)
             self.assertAlmostEqual(quantity[figure]["deviation"], 1e-3 * slope, delta=1e-7 * slope + 1e-10, msg=figure)
 
+    def test_equations_of_a_pose_are_those_at_a_time(self):
+        spec = self.write("arm.yaml", arm(COMES))
+        weights = {}
+        for time in (0, 0.3, 0.7):
+            done = run("equations", spec, "--at", "R1=0,R2=0", "--time", str(time), "--only", "torques", "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            told = json.loads(done.stdout)
+            weights[time] = done.stdout
+            self.assertIn(f"at {time:g} s payload 'extra' is {'' if time == 0.3 else 'not '}there", told["notes"])
+        self.assertIn("4.4145", weights[0.3])
+        self.assertNotIn("4.4145", weights[0] + weights[0.7])
+
     def test_what_cannot_be_meant_is_refused_with_its_place(self):
         free = arm(COMES, tail="design: {goal: static}", cw2="{free: [-0.5, 0]}")
         spec = self.write("free.yaml", free)
@@ -241,7 +253,7 @@ class PassingPayloads(Case):
         for command, what in ((("conditions", spec, "--goal", "static"), "conditions"),
                               (("design", spec), "the goals of a design"),
                               (("control", spec, "-t", "stops"), "a controlled run"),
-                              (("equations", spec, "--at", "start"), "equations of motion"),
+                              (("equations", spec, "--at", "stops", "-o", self.path("e.h5")), "equations of motion along"),
                               (("equations", spec), "equations of motion")):
             self.assert_failure(run(*command), 3, place + what)
         because = ", because payload 'extra' is taken up or set down on the way"
