@@ -109,6 +109,20 @@ void expect_lasting_payloads(const Cursor& at, const std::string& expected, cons
            .found = at.found()});
 }
 
+void check_passing(const MotionText& text, const Draft& draft, const TrajectoryOf<Expression>& trajectory) {
+  if (draft.study.passing_payloads.empty()) return;
+  if (trajectory.drive == DriveKind::com && text.drive)
+    expect_lasting_payloads(*text.drive, "'joints' or 'tool': the centre of mass would jump", draft);
+  if (is_searched(trajectory.law.kind) && text.law)
+    expect_lasting_payloads(*text.law, "a law that is not searched for", draft);
+  if (is_moving(trajectory.duration, draft))
+    expect_lasting_payloads(text.at, "a 'duration' that no free number, load case or tolerance changes", draft);
+  if (text.limits) expect_lasting_payloads(*text.limits, "no 'limits'", draft);
+  if (depends_on_mechanism(trajectory)) expect_lasting_payloads(text.at, "a motion that no mass decides", draft);
+  for (const auto& [pose, place] : {std::pair{&trajectory.from, &text.from}, std::pair{&trajectory.to, &text.to}})
+    if (pose->com) expect_lasting_payloads(*place, "a pose by 'joints' or 'tool'", draft);
+}
+
 void check_presence(Draft& draft) {
   const auto& trajectories = draft.trajectories();
   if (trajectories.empty()) return;

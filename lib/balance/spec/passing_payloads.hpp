@@ -26,6 +26,16 @@ void expect_lasting_payloads(const Cursor& at, const std::string& expected, cons
 /// Whether free numbers, load cases or tolerances change it.
 bool is_moving(const Expression& number, const Draft& draft);
 
+/// Where a trajectory says what payloads that come and go may not suit.
+struct MotionText {
+  const Cursor& at;
+  const std::optional<Cursor>&drive, &law, &limits;
+  Cursor from, to;
+};
+
+/// What depends on the masses that move would jump with them, or be found for masses that are not always there.
+void check_passing(const MotionText& text, const Draft& draft, const TrajectoryOf<Expression>& trajectory);
+
 /// Once all trajectories are known: a payload must be there in one of them.
 void check_presence(Draft& draft);
 

@@ -190,24 +190,6 @@ void read_timing(const Assembly& a) {
   a.at.fail({.kind = "missing key", .expected = "'duration' here or in 'motion'", .found = "none"});
 }
 
-/// What depends on the masses that move would jump with them, or be found for masses that are not always there.
-void check_passing(const Assembly& a) {
-  const Draft& draft = a.draft;
-  if (a.trajectory.drive == DriveKind::com)
-    expect_lasting_payloads(*a.text.drive, "'joints' or 'tool': the centre of mass would jump", draft);
-  if (is_searched(a.trajectory.law.kind) && a.text.law)
-    expect_lasting_payloads(*a.text.law, "a law that is not searched for", draft);
-  if (!draft.study.passing_payloads.empty() && is_moving(a.trajectory.duration, draft))
-    expect_lasting_payloads(a.at, "a 'duration' that no free number, load case or tolerance changes", draft);
-  if (a.text.searched.limits) expect_lasting_payloads(*a.text.searched.limits, "no 'limits'", draft);
-  if (depends_on_mechanism(a.trajectory)) expect_lasting_payloads(a.at, "a motion that no mass decides", draft);
-  for (const auto* pose : {&a.trajectory.from, &a.trajectory.to})
-    if (pose->com)
-      expect_lasting_payloads(pose == &a.trajectory.from ? place_of(a.own.from_at, a.shared.from_at, a.at)
-                                                         : place_of(a.own.to_at, a.shared.to_at, a.at),
-                              "a pose by 'joints' or 'tool'", draft);
-}
-
 /// Reads on after a mistake with what does not depend on it.
 void put_together(const Assembly& a) {
   Problems& problems = a.draft.problems;
@@ -226,7 +208,11 @@ void put_together(const Assembly& a) {
   problems.guard([&] { read_searched_law(a.at, a.text.searched, corridor, a.draft, a.trajectory); });
   if (chosen && a.text.path && (posed || (is_circle(*a.text.path) && a.trajectory.drive != DriveKind::joints)))
     problems.guard([&] { read_path(*a.text.path, a.draft, a.trajectory); });
-  problems.guard([&] { check_passing(a); });
+  problems.guard([&] {
+    check_passing({a.at, a.text.drive, a.text.law, a.text.searched.limits,
+                   place_of(a.own.from_at, a.shared.from_at, a.at), place_of(a.own.to_at, a.shared.to_at, a.at)},
+                  a.draft, a.trajectory);
+  });
 }
 
 void read_trajectory(const Member& member, const Timing& shared, Draft& draft) {
