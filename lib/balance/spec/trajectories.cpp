@@ -80,13 +80,6 @@ Cursor place_of(const std::optional<Cursor>& own, const std::optional<Cursor>& s
   return own ? *own : shared ? *shared : otherwise;
 }
 
-/// A pose may be told in other quantities than the drive's: it is found, and the drive's are measured there.
-bool told_otherwise(const PoseTargetOf<Expression>& pose, DriveKind drive) {
-  const bool by_joints = !pose.joints.empty(), by_place = pose.tool || pose.com;
-  return drive == DriveKind::joints ? !by_joints && by_place
-                                    : drive == DriveKind::tool && !pose.tool && (by_joints || pose.com);
-}
-
 /// A trajectory being read: what it says, what `motion` says for all, and where it goes.
 struct Assembly {
   const Cursor& at;
@@ -208,10 +201,9 @@ void put_together(const Assembly& a) {
   problems.guard([&] { read_searched_law(a.at, a.text.searched, corridor, a.draft, a.trajectory); });
   if (chosen && a.text.path && (posed || (is_circle(*a.text.path) && a.trajectory.drive != DriveKind::joints)))
     problems.guard([&] { read_path(*a.text.path, a.draft, a.trajectory); });
+  const Cursor from = place_of(a.own.from_at, a.shared.from_at, a.at), to = place_of(a.own.to_at, a.shared.to_at, a.at);
   problems.guard([&] {
-    check_passing({a.at, a.text.drive, a.text.law, a.text.searched.limits,
-                   place_of(a.own.from_at, a.shared.from_at, a.at), place_of(a.own.to_at, a.shared.to_at, a.at)},
-                  a.draft, a.trajectory);
+    check_passing({a.at, a.text.drive, a.text.law, a.text.searched.limits, from, to}, a.draft, a.trajectory);
   });
 }
 
