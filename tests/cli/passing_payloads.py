@@ -168,6 +168,14 @@ class PassingPayloads(Case):
         self.assertEqual(len(notes), 2)
         self.assertRegex(notes[0], r"^payload 'extra' is taken up at 0\.3 s while it moves at [\d.]+ m/s: ")
 
+    def test_a_payload_on_an_axis_meets_the_turn_alone(self):
+        """At 0.3 s of a bang-bang turn by 1.2 rad in 1 s: 4 · 1.2 · 0.3 rad/s. A point mass there meets nothing."""
+        for inertia, turning in ((", inertia: 0.01", 1.44), ("", 0)):
+            told, _, changes = self.simulate(f"  extra: {{body: link1, at: P1, mass: 0.5{inertia}, from: 0.3}}", trajectory="swing")
+            self.assertAlmostEqual(changes["turning"][0], turning, delta=1e-9)
+            said = [note for note in told["notes"] if "while it turns at 1.44 rad/s" in note]
+            self.assertEqual(len(said), 1 if turning else 0)
+
     def test_power_is_the_rate_of_energy_in_every_stretch(self):
         _, mixed, changes = self.simulate(COMES, "--samples", "5001")
         energy = (mixed["kinetic_energy"] + mixed["potential_energy"]).ravel()
