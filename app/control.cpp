@@ -7,6 +7,7 @@
 #include "balance/analysis/control.hpp"
 #include "balance/base/error.hpp"
 #include "balance/result/body_poses.hpp"
+#include "balance/study/passing_payloads.hpp"
 
 #include <memory>
 
@@ -31,6 +32,7 @@ Result control_or_throw(const Study& study, const Trajectory& trajectory, const 
 ExitCode run(const ControlCommandOptions& options) {
   const SimulateOptions& shared = options.run;
   const Study study = read_study(shared.spec);
+  refuse_passing_payloads(study, "a controlled run");
   const Trajectory trajectory = choose_trajectory(shared, study);
   const Controller controller = choose_controller(options, study);
   check_outputs(shared, study);

@@ -9,6 +9,7 @@
 #include "balance/conditions/symbols.hpp"
 #include "balance/present/equations_view.hpp"
 #include "balance/simulation/simulate.hpp"
+#include "balance/study/passing_payloads.hpp"
 #include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
@@ -66,6 +67,7 @@ void write(const EquationsOptions& options, const Study& study, const EquationsA
 }
 
 ExitCode run_along(const EquationsOptions& options, const Study& study, const Trajectory& trajectory) {
+  refuse_passing_payloads(study, "equations of motion along a trajectory");
   if (options.output.empty())
     throw UsageError(fmt::format("--at {} is a whole trajectory, which needs -o FILE; --at start and end are poses",
                                  trajectory.name));

@@ -135,7 +135,8 @@ void add_equations_options(CLI::App& parser, EquationsOptions& o) {
   parser.add_option("--rates", o.rates, "rates of the independent coordinates there; those not named are 0")
       ->type_name("NAME=V,...");
   parser.add_option("--accelerations", o.accelerations, "their accelerations")->type_name("NAME=V,...");
-  parser.add_option("--time", o.time, "seconds at which loads that change are taken")->type_name("T");
+  parser.add_option("--time", o.time, "seconds at which loads that change are taken, and payloads that come and go")
+      ->type_name("T");
   parser.add_option("-t,--trajectory", o.trajectory, "whose start or end is meant; the first if not given")
       ->type_name("NAME");
   parser.add_option("--independent", o.independent, "independent coordinates, between commas; else the actuated ones")

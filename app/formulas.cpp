@@ -8,6 +8,7 @@
 #include "balance/present/formulas_text.hpp"
 #include "balance/spec/spec_texts.hpp"
 #include "balance/spec/text_file.hpp"
+#include "balance/study/passing_payloads.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -62,6 +63,7 @@ ExitCode print_formulas(const FormulaOptions& options) {
   sections_of(options);
   const std::string text = read_text_file(options.spec.spec, "spec");
   const Study study = read_spec(text, shown_name(options.spec.spec), read_options(options.spec));
+  refuse_passing_payloads(study, "equations of motion");
   const SpecTexts texts = read_spec_texts(study.spec_text, read_options(options.spec));
   for (const std::string& warning : study.warnings) tell("warning: " + warning);
   try {

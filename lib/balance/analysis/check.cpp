@@ -233,6 +233,9 @@ CheckReport check(const Study& study, const std::function<void(double)>& progres
                                                                   : Checker<Spatial>(study, progress).run();
   if (report.outcome.status == MotionStatus::done && !(report.com.allFinite() && std::isfinite(report.total_mass)))
     report.outcome = numbers_overflow(0, "the centre of mass");
+  for (const PassingPayload& payload : study.passing_payloads)
+    report.notes.push_back("payload '" + payload.name +
+                           "' is not always there; mass and centre of mass are those with it");
   return report;
 }
 

@@ -6,6 +6,7 @@
 #include "balance/control/plant.hpp"
 #include "balance/control/sensor.hpp"
 #include "balance/control/singularity_watch.hpp"
+#include "balance/model/payload_stretches.hpp"
 #include "balance/motion/walk.hpp"
 #include "balance/motion/wording.hpp"
 #include "balance/result/metrics.hpp"
@@ -289,6 +290,8 @@ class ControlRun {
 Result control(const Mechanism& mechanism, const Trajectory& trajectory, const Controller& controller,
                const ControlOptions& options) {
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
+  if (has_passing_payloads(mechanism))
+    throw std::invalid_argument("a controlled run needs payloads that are always there");
   if (!(controller.period > 0)) throw std::invalid_argument("a controller needs a positive period");
   if (options.most_steps < 0) throw std::invalid_argument("a run cannot have a negative number of steps");
   if (!(options.settle >= 0)) throw std::invalid_argument("the time to settle cannot be negative");

@@ -11,6 +11,7 @@
 #include "balance/conditions/modular.hpp"
 #include "balance/conditions/proportion.hpp"
 #include "balance/simulation/simulate.hpp"
+#include "balance/study/passing_payloads.hpp"
 
 #include <fmt/format.h>
 
@@ -40,6 +41,8 @@ DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& 
   };
   problem.obstacle = [&space, duties](const VectorX& x) { return duties->obstacle(finite_trial(space, x)); };
   problem.goals = options.goals.empty() ? space.start.design.goals : options.goals;
+  if (!problem.goals.empty()) refuse_passing_payloads(space.start, "the goals of a design", &options.without);
+  if (!space.start.design.cases.adapted.empty()) refuse_passing_payloads(space.start, "numbers that follow the load");
   if (problem.variables.empty()) throw std::invalid_argument("a design needs free numbers, and the spec has none");
   problem.choices = list_choices(space);
   const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;

@@ -2,6 +2,9 @@
 
 #include "balance/conditions/base_parameters.hpp"
 #include "balance/equations/run_states.hpp"
+#include "balance/model/payload_stretches.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -222,7 +225,14 @@ const std::vector<std::string>& equation_section_names() {
 
 EquationsReport equations_at(const Mechanism& mechanism, const EquationsQuery& query,
                              const std::vector<Symbol>& symbols) {
-  return Report(mechanism, query, symbols).run();
+  if (!has_passing_payloads(mechanism)) return Report(mechanism, query, symbols).run();
+  const Mechanism there = at_time(mechanism, query.time);
+  EquationsReport report = Report(there, query, symbols).run();
+  for (const Attachment& one : mechanism.attachments)
+    if (comes_or_goes(one))
+      report.at.notes.push_back(fmt::format("at {:.6g} s payload '{}' is {}there", query.time, one.name,
+                                            one.from <= query.time && query.time < one.until ? "" : "not "));
+  return report;
 }
 
 EquationsAlong as_one_sample(const EquationsAt& at) {

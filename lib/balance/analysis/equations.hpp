@@ -22,9 +22,9 @@ const std::vector<std::string>& equation_section_names();
 struct EquationsQuery {
   std::vector<CoordinateValue> configuration;         ///< of all coordinates, with the loops closed
   std::vector<CoordinateValue> rates, accelerations;  ///< of independent coordinates; others are 0
-  double time = 0;                                    ///< of loads that change with it [s]
-  std::vector<std::string> independent;               ///< see InverseOptions
-  SpeedChoice speeds;                                 ///< the equation in these, too; without any only as it is
+  double time = 0;                       ///< of loads that change with it, of payloads that come and go [s]
+  std::vector<std::string> independent;  ///< see InverseOptions
+  SpeedChoice speeds;                    ///< the equation in these, too; without any only as it is
   std::set<EquationSection> sections;
 };
 

@@ -2,6 +2,7 @@
 
 #include "balance/analysis/toleranced_duals.hpp"
 #include "balance/gradients/state_duals.hpp"
+#include "balance/study/passing_payloads.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -126,6 +127,7 @@ class Rest {
 }  // namespace
 
 RestTolerance tolerance_at_rest(const DesignSpace& space, const Tolerances& numbers, long steps) {
+  refuse_passing_payloads(space.start, "tolerances");
   if (numbers.empty()) throw std::invalid_argument("there are no numbers that may be off");
   return Rest(space, numbers, steps).run();
 }

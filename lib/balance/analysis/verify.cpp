@@ -173,6 +173,7 @@ ConditionsVerification verify_conditions(const Study& study) {
     found.agree = true;
     return found;
   };
+  if (!study.passing_payloads.empty()) return nothing("payloads come and go");
   const Mechanism mechanism = assembled_at(study.mechanism, start_coordinates(study));
   NaturalStart start;
   if (!study.trajectories.empty()) start = find_start(mechanism, study.trajectories.front());

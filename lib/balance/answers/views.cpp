@@ -6,6 +6,7 @@
 #include "balance/conditions/symbols.hpp"
 #include "balance/present/names.hpp"
 #include "balance/spec/read_spec.hpp"
+#include "balance/study/passing_payloads.hpp"
 
 #include <limits>
 
@@ -14,6 +15,7 @@ namespace balance {
 ConditionsAnswer derive_view(const BalanceQuestion& question, const DesignSpace& space, bool named) {
   const Study& study = space.start;
   const std::vector<CoordinateValue> start = start_coordinates(study);
+  refuse_passing_payloads(study, "conditions", &question.without);
   ConditionOptions options;
   options.seed = question.seed.value_or(options.seed);
   options.without = question.without;

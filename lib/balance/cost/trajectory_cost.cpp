@@ -88,9 +88,17 @@ class FixedMotion : public FigureSource {
     MatrixX rows;
     rerun.run(moving ? Detail::everything : Detail::forces, [&](Stepper<S>& stepper) {
       forces.at(stepper, quantity, rows);
+      leave_out_absent(rerun.loads(), rows);
       trapezoids.see(stepper.time(), rows);
     });
     trapezoids.finish();
+  }
+
+  /// Payloads do nothing while they are not there.
+  void leave_out_absent(const TreeLoads<S>& loads, MatrixX& rows) const {
+    for (std::size_t e = 0; e < tree_.elements.size(); ++e)
+      if (!loads.is_there(e, loads.now()))
+        rows.middleCols(S::parameters * static_cast<Eigen::Index>(e), S::parameters).setZero();
   }
 
   std::size_t series_of(const CostQuantity& quantity) const {

@@ -1,6 +1,7 @@
 #include "balance/equations/effort_parts.hpp"
 
 #include "balance/equations/run_states.hpp"
+#include "balance/model/payload_stretches.hpp"
 
 #include <array>
 #include <utility>
@@ -14,22 +15,42 @@ constexpr std::array part_members{&Result::torque_inertia, &Result::torque_veloc
                                   &Result::torque_weight,  &Result::torque_spring,   &Result::torque_load};
 static_assert(part_members.size() == effort_part_names.size());
 
-}  // namespace
+/// Samples of a run from one up to another.
+struct Rows {
+  Eigen::Index begin, end;
+};
 
-MotionOutcome add_effort_parts(const Mechanism& mechanism, Result& result) {
-  InverseOptions options;
-  if (const double duration = result.time[result.time.size() - 1] - result.time[0]; duration > 0)
-    options.time_scale = duration;
+/// @param mechanism as it is in these rows
+MotionOutcome add_parts(const Mechanism& mechanism, const InverseOptions& options, Rows rows, Result& result) {
   EquationTerms terms(mechanism, options);
   const StateTable states = independent_states(terms, result);
-  for (const auto member : part_members) (result.*member).resize(result.torque.rows(), result.torque.cols());
-  MotionOutcome outcome = assemble_as(terms, result);
-  for (Eigen::Index k = 0; k < states.q.rows() && outcome.status == MotionStatus::done; ++k) {
+  MotionOutcome outcome = assemble_as(terms, result, rows.begin);
+  for (Eigen::Index k = rows.begin; k < rows.end && outcome.status == MotionStatus::done; ++k) {
     auto split = terms.split(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);
     outcome = std::move(split.outcome);
     if (outcome.status != MotionStatus::done) break;
     for (std::size_t part = 0; part < part_members.size(); ++part)
       (result.*part_members[part]).row(k) = split.value.parts.col(static_cast<Eigen::Index>(part));
+  }
+  return outcome;
+}
+
+}  // namespace
+
+MotionOutcome add_effort_parts(const Mechanism& mechanism, Result& result) {
+  InverseOptions options;
+  const Eigen::Index samples = result.time.size();
+  const double duration = result.time[samples - 1] - result.time[0];
+  if (duration > 0) options.time_scale = duration;
+  for (const auto member : part_members) (result.*member).resize(result.torque.rows(), result.torque.cols());
+  const PayloadStretches stretches(mechanism, duration);
+  MotionOutcome outcome;
+  Rows rows{0, 0};
+  for (int k = 0; k < stretches.count(); ++k) {
+    rows.begin = rows.end;
+    while (rows.end < samples && stretches.from(result.time[rows.end]) == k) ++rows.end;
+    if (rows.begin < rows.end) outcome = add_parts(within(mechanism, stretches, k), options, rows, result);
+    if (outcome.status != MotionStatus::done) break;
   }
   if (outcome.status != MotionStatus::done)
     for (const auto member : part_members) (result.*member).resize(0, 0);

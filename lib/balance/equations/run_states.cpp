@@ -19,11 +19,11 @@ StateTable independent_states(const EquationTerms& terms, const Result& result) 
   return states;
 }
 
-MotionOutcome assemble_as(EquationTerms& terms, const Result& result) {
+MotionOutcome assemble_as(EquationTerms& terms, const Result& result, Eigen::Index row) {
   std::vector<CoordinateValue> near;
   for (Eigen::Index c = 0; c < result.joint_position.cols(); ++c)
-    near.push_back({static_cast<int>(c), result.joint_position(0, c)});
-  return terms.assemble(independent_states(terms, result).q.row(0), near).outcome;
+    near.push_back({static_cast<int>(c), result.joint_position(row, c)});
+  return terms.assemble(independent_states(terms, result).q.row(row), near).outcome;
 }
 
 }  // namespace balance

@@ -14,7 +14,7 @@ struct StateTable {
 /// @throws std::invalid_argument if the run has other coordinates than the mechanism
 StateTable independent_states(const EquationTerms& terms, const Result& result);
 
-/// Takes the assembly mode of a run's first sample.
-MotionOutcome assemble_as(EquationTerms& terms, const Result& result);
+/// Takes the assembly mode of a sample of a run.
+MotionOutcome assemble_as(EquationTerms& terms, const Result& result, Eigen::Index row = 0);
 
 }  // namespace balance

@@ -33,6 +33,8 @@ class DualMoment {
   /// @return false if the actuators do not hold the mechanism
   bool observe(const DualNumber& time, double duration, Detail detail);
 
+  /// For whoever changes what it carries.
+  Tree<D>& tree() { return tree_; }
   const DualCoordinates& coordinates() const { return now_; }
   SampleOf<DualNumber>& sample() { return observer_.last(); }
   /// Smallest singular value of the scaled equations; 1 where nothing has to be solved.

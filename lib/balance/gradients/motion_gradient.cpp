@@ -2,6 +2,7 @@
 
 #include "balance/gradients/moment.hpp"
 #include "balance/gradients/schedule_gradient.hpp"
+#include "balance/kinematics/tree_loads.hpp"
 #include "balance/motion/configuration_text.hpp"
 #include "balance/motion/walk.hpp"
 #include "balance/motion/wording.hpp"
@@ -56,10 +57,18 @@ class DualRun {
     moment_.emplace(duals_, tree_, needed_, plan_.quantities, plan_.redundant, plan_.freedoms,
                     to_vector<OverDuals<S>>(dual_trajectory_.about));
     make_room(out);
+    TreeLoads<S> loads(mechanism_, tree_, plan_.schedule->duration());
+    TreeLoads<OverDuals<S>> dual_loads(duals_, moment_->tree(), plan_.schedule->duration());
+    const auto carry = [&](double time) {
+      loads.give(time, tree_);
+      dual_loads.give(time, moment_->tree());
+    };
+    carry(0);
     Stepper<S> stepper(mechanism_, tree_, plan_);
     stepper.watch(observer.guard());
     MotionOutcome lost;
     const bool done = walk(stepper, *plan_.schedule, trajectory_.samples, [&](const Stop& stop) {
+      if (stop.kind == Stop::Kind::after_jump) carry(stepper.time());
       // where the jump moves away from the sample, both count
       if (stop.followed && stop.kind == Stop::Kind::after_jump && !schedule_->moves(stop.index)) return true;
       if (!observer.observe(stepper, detail()) || !look(stepper, stop)) {

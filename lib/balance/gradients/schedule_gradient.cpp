@@ -194,7 +194,9 @@ void ScheduleGradient::add_neighbours(std::size_t number, const TrajectoryOf<Dua
     other.duration = request.duration;  // its change is told apart
     DriveValue from = table ? request.from : moved(request.from, ends.from, step);
     DriveValue to = table || !ends_there ? request.to : moved(request.to, ends.to, step);
-    near.schedules.emplace_back(make_request(other, quantities, std::move(from), std::move(to)));
+    Schedule::Request there = make_request(other, quantities, std::move(from), std::move(to));
+    there.switches = request.switches;
+    near.schedules.emplace_back(there);
     near.same_jumps = near.same_jumps && near.schedules.back().jumps().size() == schedule_.jumps().size();
   }
   neighbours_.push_back(std::move(near));

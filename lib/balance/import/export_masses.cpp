@@ -7,6 +7,7 @@
 #include "balance/import/prepare.hpp"
 #include "balance/import/spec_page.hpp"
 #include "balance/spec/text_file.hpp"
+#include "balance/study/passing_payloads.hpp"
 
 #include <fmt/format.h>
 
@@ -151,6 +152,7 @@ class Exporter {
 
 ExportedMasses export_masses(const Study& study, const std::string& text, const std::string& file,
                              const ImportOptions& options) {
+  refuse_passing_payloads(study, "the masses of another file");
   return Exporter(study, text, file, options).run();
 }
 

@@ -1,6 +1,7 @@
 #include "balance/inverse/inverse_dynamics.hpp"
 
 #include "balance/inverse/engine.hpp"
+#include "balance/model/payload_stretches.hpp"
 #include "balance/result/recorder.hpp"
 
 #include <cmath>
@@ -62,6 +63,7 @@ void check_time(double time) {
 
 std::unique_ptr<InverseDynamics::Engine> make_engine(const Mechanism& mechanism, const InverseOptions& options) {
   require_valid(mechanism);
+  if (has_passing_payloads(mechanism)) throw std::invalid_argument("single states need payloads that are always there");
   if (!options.about.allFinite()) throw std::invalid_argument("about: expected finite numbers");
   if (!(options.time_scale > 0) || !std::isfinite(options.time_scale))
     throw std::invalid_argument("time_scale: expected a positive number");

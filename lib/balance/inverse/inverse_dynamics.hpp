@@ -87,7 +87,7 @@ struct StateAnswers {
 class InverseDynamics {
  public:
   /// @throws std::invalid_argument if the mechanism has faults (validate), its loops cannot be closed anywhere, or the options ask for
-  ///         coordinates that do not exist or do not determine the motion
+  ///         coordinates that do not exist or do not determine the motion, or a payload is not always there
   explicit InverseDynamics(const Mechanism& mechanism, const InverseOptions& options = {});
   ~InverseDynamics();
   InverseDynamics(InverseDynamics&&) noexcept;

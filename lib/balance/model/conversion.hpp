@@ -44,8 +44,8 @@ MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number)
     to.couplings.push_back(
         {coupling.follower, followed(coupling.leader), number(coupling.ratio), number(coupling.offset)});
   for (const auto& extra : from.attachments)
-    to.attachments.push_back(
-        {extra.name, extra.kind, extra.body, vector(extra.position), number(extra.mass), matrix(extra.inertia)});
+    to.attachments.push_back({extra.name, extra.kind, extra.body, vector(extra.position), number(extra.mass),
+                              matrix(extra.inertia), extra.from, extra.until});
   for (const auto& disc : from.discs)
     to.discs.push_back({disc.name, disc.body, vector(disc.position), vector(disc.axis), followed(disc.follows),
                         number(disc.ratio), number(disc.mass), matrix(disc.inertia)});

@@ -1,6 +1,7 @@
 #include "balance/motion/plan.hpp"
 
 #include "balance/base/rotation.hpp"
+#include "balance/model/payload_stretches.hpp"
 #include "balance/motion/com_drive.hpp"
 #include "balance/motion/course.hpp"
 #include "balance/motion/drive_choice.hpp"
@@ -169,6 +170,7 @@ class Planner {
 
   bool make_schedule() {
     plan_.request = make_request(trajectory_, choice_.quantities, plan_.request.from, plan_.request.to);
+    plan_.request.switches = switch_times(mechanism_);
     plan_.schedule.emplace(plan_.request);
     DriveSample first;
     plan_.schedule->at(0, Side::after, first);

@@ -46,7 +46,7 @@ struct Schedule::Implementation {
   LawValue way(const Leg& leg, const LawValue& progress) const;
   void add(const AddedCourse& course, const LawValue& parameter, Side side, DriveSample& sample) const;
   void add_jump(const Schedule& schedule, double time);
-  void add_jumps(const Schedule& schedule);
+  void add_jumps(const Schedule& schedule, const std::vector<double>& switches);
   /// The first jump later than a time, or the end.
   double next_jump(double time) const;
 };
@@ -107,7 +107,7 @@ void Schedule::Implementation::add_jump(const Schedule& schedule, double time) {
   }
 }
 
-void Schedule::Implementation::add_jumps(const Schedule& schedule) {
+void Schedule::Implementation::add_jumps(const Schedule& schedule, const std::vector<double>& switches) {
   if (whole)
     for (const double time : whole->jumps()) add_jump(schedule, time);
   else
@@ -119,6 +119,9 @@ void Schedule::Implementation::add_jumps(const Schedule& schedule) {
     if (course.over_time)
       for (const Panel& panel : course.series.panels())
         if (panel.begin > 0) add_jump(schedule, panel.begin * duration());
+  const double margin = same_time * duration();
+  for (const double time : switches)
+    if (time > margin && time < duration() - margin) jumps.push_back(time);
   std::sort(jumps.begin(), jumps.end());
   const auto same = [this](double a, double b) { return b - a < same_time * duration(); };
   jumps.erase(std::unique(jumps.begin(), jumps.end(), same), jumps.end());
@@ -147,7 +150,7 @@ Schedule::Schedule(const Request& request) : implementation_(std::make_unique<Im
     self.whole.emplace(request.law, 0, request.duration, same_time * request.duration);
   }
   self.courses = request.courses;
-  self.add_jumps(*this);
+  self.add_jumps(*this, request.switches);
 }
 
 Schedule::~Schedule() = default;

@@ -33,6 +33,8 @@ class Schedule {
     int position_components = 0;
     bool turns = false;                ///< the rotation is prescribed too; it follows the shortest rotation, leg by leg
     std::vector<AddedCourse> courses;  ///< not with tables
+    /// Times at which something besides the motion jumps, such as a mass that moves: jumps() has those strictly inside [s].
+    std::vector<double> switches;
   };
 
   /// @throws std::invalid_argument if sizes differ, numbers are not finite, the law is not valid, an arc's three
@@ -60,7 +62,8 @@ class Schedule {
   double duration() const;
   /// Number k of scalar components.
   int size() const;
-  /// Times strictly inside (0, duration) at which an acceleration (or a velocity: uniform legs) jumps, increasing.
+  /// Times strictly inside (0, duration) at which an acceleration (or a velocity: uniform legs) or what the request calls a switch
+  /// jumps, increasing.
   const std::vector<double>& jumps() const;
   /// Times strictly inside (0, duration) at which one leg ends and the next begins, increasing. Not of a law that was found.
   std::vector<double> leg_ends() const;

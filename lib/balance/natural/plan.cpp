@@ -1,5 +1,6 @@
 #include "balance/natural/plan.hpp"
 
+#include "balance/model/payload_stretches.hpp"
 #include "balance/motion/course.hpp"
 #include "balance/natural/stepper.hpp"
 
@@ -102,6 +103,7 @@ class Planner {
         request_.via.push_back(
             stated_values(plan_.quantities, point, request_.via.empty() ? request_.from : request_.via.back()));
     add_courses(trajectory_, plan_.quantities, request_);
+    request_.switches = switch_times(mechanism_);
     plan_.schedule.emplace(request_);
     return true;
   }

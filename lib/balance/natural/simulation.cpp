@@ -7,11 +7,12 @@
 namespace balance::natural {
 
 struct Simulation::Parts {
-  Mechanism mechanism;
+  Mechanism mechanism, carrying;  ///< as stated; as it is in the present stretch
   Model model;
   Plan plan;
   std::optional<Stepper> stepper;
   std::optional<Observer> observer;
+  Vector3 about = Vector3::Zero();
 };
 
 Simulation::Simulation(const Mechanism& mechanism, const Trajectory& trajectory, const Start& start)
@@ -25,7 +26,8 @@ Simulation::Simulation(const Mechanism& mechanism, const Trajectory& trajectory,
   p.plan = make_plan(p.mechanism, p.model, trajectory);
   outcome_ = p.plan.outcome;
   if (outcome_.status != MotionStatus::done) return;
-  p.observer.emplace(p.mechanism, p.model, p.plan.freedoms, trajectory.about);
+  p.about = trajectory.about;
+  p.observer.emplace(p.mechanism, p.model, p.plan.freedoms, p.about);
   if (!p.observer->mismatch().empty()) {
     outcome_ = {MotionStatus::mismatch, 0, p.observer->mismatch(), {}};
     return;
@@ -59,6 +61,26 @@ bool Simulation::advance(double time) {
 double Simulation::time() const { return parts_->stepper.value().time(); }
 
 void Simulation::accelerate(Side side) { parts_->stepper.value().accelerate(side); }
+
+/// The mass matrix is constant within a stretch.
+void Simulation::carry(const PayloadStretches& stretches, int stretch) {
+  Parts& p = *parts_;
+  if (!has_passing_payloads(p.mechanism)) return;
+  p.carrying = within(p.mechanism, stretches, stretch);
+  p.model.mass.clear();
+  p.model.rotors.clear();
+  p.model.resting_moment = 0;
+  add_masses(p.carrying, p.model);
+  p.observer.emplace(p.carrying, p.model, p.plan.freedoms, p.about);
+}
+
+double Simulation::speed_of(int body, const Vector3& place) const {
+  const Model& model = parts_->model;
+  const Form form = model.bodies[static_cast<std::size_t>(body)].place(planar(place, model.length()));
+  return model.length() * std::abs(form.rate(parts_->stepper.value().state().velocity));
+}
+
+double Simulation::turning_of(int body) const { return std::abs(parts_->stepper.value().spin(body)); }
 
 bool Simulation::observe() {
   Parts& p = *parts_;

@@ -4,6 +4,7 @@
 /// mass matrix and quadratic constraints instead of recursions.
 /// Source: P3 sections 2 and 3, with its mass matrices re-derived; docs/theory.md, Natural coordinates.
 
+#include "balance/model/payload_stretches.hpp"
 #include "balance/motion/schedule.hpp"
 #include "balance/motion/trajectory.hpp"
 #include "balance/natural/observer.hpp"
@@ -36,6 +37,11 @@ class Simulation {
   double time() const;
   /// Accelerations on one side of the present time (begin and advance leave those after it).
   void accelerate(Side side);
+  /// From now on only what is there in a stretch has mass (at first everything has).
+  void carry(const PayloadStretches& stretches, int stretch);
+  /// Speed of a place on a body [m/s] and how fast the body turns [rad/s], at the present moment.
+  double speed_of(int body, const Vector3& place) const;
+  double turning_of(int body) const;
   /// The present moment. On false the actuators do not hold the mechanism, or did not somewhere since the last look.
   bool observe();
   const Sample& last() const;

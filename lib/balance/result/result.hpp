@@ -1,12 +1,14 @@
 #pragma once
 /// Everything that one run along one trajectory found. Row k of every Samples belongs to time[k]. World axes, SI.
-/// At a jump of the acceleration the row holds the value just after it; at the end just before.
+/// At a jump of the acceleration, and where a payload is taken up or set down, the row holds the value just after it; at the end just
+/// before.
 
 #include "balance/base/types.hpp"
 #include "balance/dynamics/term_sizes.hpp"
 #include "balance/motion/found_law.hpp"
 #include "balance/motion/motion.hpp"
 #include "balance/motion/phase_plane.hpp"
+#include "balance/result/payload_change.hpp"
 
 #include <optional>
 #include <string>
@@ -79,6 +81,7 @@ struct Result {
   Samples saturation;        ///< N×A: 1 while the torque is cut by its limit, else 0
 
   std::vector<Metric> metrics;
+  std::vector<PayloadChange> payload_changes;   ///< in the order of time; no file is read for them
   double energy = 0;                            ///< ∫ Σ|power| dt: what the actuators move back and forth [J]
   std::optional<FoundCorridor> found_corridor;  ///< of a way that was searched for; no file is read for it
 

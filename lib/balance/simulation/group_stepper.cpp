@@ -89,6 +89,12 @@ void GroupStepper<S>::accelerate(Side side) {
   note();
 }
 
+template <class S>
+void GroupStepper<S>::reload() {
+  motion_.reset();
+  started_ = false;
+}
+
 /// Nothing before the present moment continues smoothly.
 template <class S>
 void GroupStepper<S>::restart() {

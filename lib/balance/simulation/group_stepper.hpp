@@ -29,6 +29,8 @@ class GroupStepper {
   void accelerate(Side side);
   double time() const { return stepper_.time(); }
 
+  /// The tree's masses are others from the present moment on.
+  void reload();
   /// Finds everything at the present moment.
   /// @return false if the actuators do not hold the mechanism there
   bool observe();

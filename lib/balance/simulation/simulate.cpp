@@ -1,6 +1,7 @@
 #include "balance/simulation/simulate.hpp"
 
 #include "balance/dynamics/term_meter.hpp"
+#include "balance/kinematics/tree_loads.hpp"
 #include "balance/motion/configuration_text.hpp"
 #include "balance/motion/law_curve.hpp"
 #include "balance/motion/wording.hpp"
@@ -9,6 +10,7 @@
 #include "balance/result/recorder.hpp"
 #include "balance/result/round_off.hpp"
 #include "balance/simulation/group_stepper.hpp"
+#include "balance/simulation/payload_watch.hpp"
 #include "balance/timing/time_law.hpp"
 
 #include <algorithm>
@@ -70,6 +72,8 @@ class Run {
     size_arrays(mechanism_, most_rows_between(*plan_.schedule, trajectory_.samples), {}, between.rows);
     recorder_.emplace(result);
     meter_.emplace(mechanism_, tree_, about);
+    loads_.emplace(mechanism_, tree_, plan_.schedule->duration());
+    loads_->give(0, tree_);
     GroupStepper<S> leader(mechanism_, tree_, plan_, {plan_.schedule->duration(), trajectory_.samples}, about, stepper,
                            observer);
     if (!follow(leader, stepper, observer, result, between)) {
@@ -89,6 +93,7 @@ class Run {
     if (const std::string note = sampling_note(result, between); !note.empty()) result.outcome.notes.push_back(note);
     for (std::string& note : stepper.notes()) result.outcome.notes.push_back(std::move(note));
     for (const IdleSpin& spin : tree_.held_spins) result.outcome.notes.push_back(held_spin(mechanism_, spin));
+    add_payload_notes(mechanism_, plan_.schedule->duration(), result);
     return result;
   }
 
@@ -97,15 +102,38 @@ class Run {
   bool follow(GroupStepper<S>& leader, Stepper<S>& stepper, Observer<S>& observer, Result& result,
               BetweenSamples& between) {
     const long between_reports = 1 + (1 << 15) / (8 + tree_.columns);  // a large mechanism's samples take longer
-    const bool done = walk(leader, *plan_.schedule, trajectory_.samples, [&](const Stop& stop) {
+    const auto see = [&](const Stop& stop) {
       if (progress_ && stop.index % between_reports == between_reports - 1)
         progress_(static_cast<double>(stop.index) / static_cast<double>(trajectory_.samples));
       if (stop.kind == Stop::Kind::sample) return record(leader, stepper, observer, result, stop.index);
       if (stop.followed && stop.kind == Stop::Kind::after_jump) return true;
       return record(leader, stepper, observer, between.rows, between.add(stop.next_sample));
+    };
+    const bool done = walk(leader, *plan_.schedule, trajectory_.samples, [&](const Stop& stop) {
+      if (stop.kind == Stop::Kind::after_jump) change_loads(leader, result);
+      return see(stop);
     });
     if (!done && lost_.status == MotionStatus::unsolved) lost_ = stepper.outcome();
     return done;
+  }
+
+  /// On the far side of a jump, whose near side was seen last: payloads that are taken up or set down there.
+  void change_loads(GroupStepper<S>& leader, Result& result) {
+    const int before = loads_->now();
+    const VectorX effort = leader.last().effort;
+    if (!loads_->give(leader.time(), tree_)) return;
+    leader.reload();
+    if (!leader.observe()) return;  // who records the moment finds the same
+    const Instant<S> now = leader.closely();
+    const auto motion = [&](std::size_t a) {
+      const Attachment& payload = mechanism_.attachments[a];
+      const FixedFrame<S>& body = tree_.bodies[static_cast<std::size_t>(payload.body)];
+      const NodeState<S>& node = now.state[static_cast<std::size_t>(body.node)];
+      const typename S::Vector place = body.p_N + body.R_N * to_vector<S>(payload.position);
+      return PayloadMotion{point_velocity<S>(node, place).norm(), angular_to_3d(node.angular_velocity).norm()};
+    };
+    add_payload_changes(mechanism_, loads_->stretches(),
+                        {leader.time(), before, loads_->now(), effort, leader.last().effort}, motion, result);
   }
 
   bool record(GroupStepper<S>& leader, Stepper<S>& stepper, Observer<S>& observer, Result& result, long row) {
@@ -127,6 +155,7 @@ class Run {
   Plan<S> plan_;
   std::optional<Recorder> recorder_;
   std::optional<TermMeter<S>> meter_;
+  std::optional<TreeLoads<S>> loads_;
   Selection selection_{trajectory_.samples};
   MotionOutcome lost_;  ///< why the run ended early
 };

@@ -8,11 +8,13 @@
 #include "balance/result/metrics.hpp"
 #include "balance/result/overflow.hpp"
 #include "balance/result/recorder.hpp"
+#include "balance/simulation/payload_watch.hpp"
 #include "balance/simulation/simulate.hpp"
 #include "balance/timing/time_law.hpp"
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace balance {
 
@@ -85,7 +87,26 @@ class NaturalRun {
       recorder.write(simulation_.last(), row, rows);
       return true;
     };
+    const PayloadStretches stretches(mechanism_, schedule.duration());
+    int stretch = 0;
+    simulation_.carry(stretches, stretch);
+    const auto change_loads = [&] {
+      const int before = std::exchange(stretch, stretches.from(simulation_.time()));
+      if (stretch == before) return;
+      const VectorX effort = simulation_.last().effort;
+      simulation_.carry(stretches, stretch);
+      if (!simulation_.observe()) return;  // who records the moment finds the same
+      add_payload_changes(
+          mechanism_, stretches, {simulation_.time(), before, stretch, effort, simulation_.last().effort},
+          [&](std::size_t a) {
+            return PayloadMotion{
+                simulation_.speed_of(mechanism_.attachments[a].body, mechanism_.attachments[a].position),
+                simulation_.turning_of(mechanism_.attachments[a].body)};
+          },
+          result);
+    };
     const bool done = walk(simulation_, schedule, trajectory_.samples, [&](const Stop& stop) {
+      if (stop.kind == Stop::Kind::after_jump) change_loads();
       constexpr long between_reports = 1 << 8;
       if (progress_ && stop.index % between_reports == between_reports - 1)
         progress_(static_cast<double>(stop.index) / static_cast<double>(trajectory_.samples));
@@ -108,6 +129,7 @@ class NaturalRun {
     trace_law(schedule, result.phase_plane);
     result.outcome = {MotionStatus::done, schedule.duration(), "", simulation_.notes()};
     if (const std::string note = sampling_note(result, between); !note.empty()) result.outcome.notes.push_back(note);
+    add_payload_notes(mechanism_, schedule.duration(), result);
     return result;
   }
 

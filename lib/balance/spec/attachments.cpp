@@ -2,11 +2,13 @@
 
 #include "balance/base/nearest.hpp"
 #include "balance/spec/inertia.hpp"
+#include "balance/spec/passing_payloads.hpp"
 #include "balance/spec/sections.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 namespace balance::read {
 
@@ -33,7 +35,11 @@ std::vector<Field> carried_fields(Carried& carried, Draft& draft) {
 
 void read_attachment(const Cursor& at, Draft& draft, AttachmentOf<Expression>& attachment) {
   Carried carried;
-  read_fields(at, "a mass {body, at, mass}", carried_fields(carried, draft));
+  PresenceText presence;
+  std::vector<Field> fields = carried_fields(carried, draft);
+  for (Field& field : presence_fields(at, attachment.kind, presence)) fields.push_back(std::move(field));
+  read_fields(at, "a mass {body, at, mass}", fields);
+  read_presence(presence, draft, attachment);
   attachment.body = carried.body.value_or(ground);
   if (carried.at) draft.problems.guard([&] { attachment.position = read_place(*carried.at, draft, carried.body); });
   if (carried.mass)

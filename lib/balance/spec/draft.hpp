@@ -17,6 +17,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace balance::read {
@@ -69,6 +70,9 @@ struct Draft {
   std::vector<FoundLoad> load_numbers;  ///< of the mechanism, that bear one of these names
   std::set<std::string> adapted;        ///< paths of free numbers under `design: adapt`
   std::shared_ptr<Recording> recording = std::make_shared<Recording>();
+
+  std::vector<std::pair<Cursor, double>>
+      taken_up;  ///< payloads that come or go: where it is said, and when they come [s]
 
   std::vector<CouplingOf<Expression>> wheels;  ///< of rolling joints: the slide follows the angle
 

@@ -124,4 +124,10 @@ void match_pose(const Cursor& at, PoseTargetOf<Expression>& pose, const PoseTarg
   pose.joints = ordered;
 }
 
+bool told_otherwise(const PoseTargetOf<Expression>& pose, DriveKind drive) {
+  const bool by_joints = !pose.joints.empty(), by_place = pose.tool || pose.com;
+  return drive == DriveKind::joints ? !by_joints && by_place
+                                    : drive == DriveKind::tool && !pose.tool && (by_joints || pose.com);
+}
+
 }  // namespace balance::read

@@ -17,6 +17,9 @@ struct DriveNeeds {
 /// Fails at `at` unless the pose has what the drive needs.
 void check_pose(const Cursor& at, const PoseTargetOf<Expression>& pose, const DriveNeeds& needs, const Draft& draft);
 
+/// A pose may be told in other quantities than the drive's: it is found, and the drive's are measured there.
+bool told_otherwise(const PoseTargetOf<Expression>& pose, DriveKind drive);
+
 /// Fails at `at` unless `pose` gives the same quantities as `model`; puts its joints into the model's order.
 void match_pose(const Cursor& at, PoseTargetOf<Expression>& pose, const PoseTargetOf<Expression>& model,
                 DriveKind drive, const Draft& draft);

@@ -4,6 +4,7 @@
 #include "balance/spec/choose.hpp"
 #include "balance/spec/include.hpp"
 #include "balance/spec/load_cases.hpp"
+#include "balance/spec/passing_payloads.hpp"
 #include "balance/spec/rewrites.hpp"
 #include "balance/spec/sections.hpp"
 #include "balance/spec/tolerances.hpp"
@@ -126,6 +127,7 @@ void read_all(const Node& root, const Parameters::Overrides& overrides, Draft& d
   draft.study.mechanism = converted<double>(draft.mechanism(), value_of);
   draft.mechanism_is_right = draft.problems.none();
   read_trajectories(sections["motion"], sections["trajectories"], draft);
+  check_presence(draft);
   if (const Cursor* box = sections["workspace"])
     if (!draft.problems.guard([&] { read_workspace(*box, draft); })) draft.problems.spoil(workspace_name);
   for (const auto& trajectory : draft.trajectories())

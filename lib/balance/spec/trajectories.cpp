@@ -1,6 +1,7 @@
 #include "balance/base/nearest.hpp"
 #include "balance/spec/law.hpp"
 #include "balance/spec/limits.hpp"
+#include "balance/spec/passing_payloads.hpp"
 #include "balance/spec/path.hpp"
 #include "balance/spec/pose.hpp"
 #include "balance/spec/remaining.hpp"
@@ -77,13 +78,6 @@ struct TrajectoryText {
 /// Where to complain about a pose that a trajectory has from itself, from `motion` or not at all.
 Cursor place_of(const std::optional<Cursor>& own, const std::optional<Cursor>& shared, const Cursor& otherwise) {
   return own ? *own : shared ? *shared : otherwise;
-}
-
-/// A pose may be told in other quantities than the drive's: it is found, and the drive's are measured there.
-bool told_otherwise(const PoseTargetOf<Expression>& pose, DriveKind drive) {
-  const bool by_joints = !pose.joints.empty(), by_place = pose.tool || pose.com;
-  return drive == DriveKind::joints ? !by_joints && by_place
-                                    : drive == DriveKind::tool && !pose.tool && (by_joints || pose.com);
 }
 
 /// A trajectory being read: what it says, what `motion` says for all, and where it goes.
@@ -207,6 +201,10 @@ void put_together(const Assembly& a) {
   problems.guard([&] { read_searched_law(a.at, a.text.searched, corridor, a.draft, a.trajectory); });
   if (chosen && a.text.path && (posed || (is_circle(*a.text.path) && a.trajectory.drive != DriveKind::joints)))
     problems.guard([&] { read_path(*a.text.path, a.draft, a.trajectory); });
+  const Cursor from = place_of(a.own.from_at, a.shared.from_at, a.at), to = place_of(a.own.to_at, a.shared.to_at, a.at);
+  problems.guard([&] {
+    check_passing({a.at, a.text.drive, a.text.law, a.text.searched.limits, from, to}, a.draft, a.trajectory);
+  });
 }
 
 void read_trajectory(const Member& member, const Timing& shared, Draft& draft) {
@@ -251,6 +249,9 @@ void add_built_in(const Cursor& motion, const Timing& timing, const char* name, 
         {.expected = "the same of 'tool', 'joints' or 'com' in 'from' and 'to'", .found = "different ones"});
   const DriveKind moved = by_tool ? DriveKind::tool : by_joints ? DriveKind::joints : DriveKind::com;
   trajectory.drive = law == LawKind::bang_bang && by_tool ? DriveKind::com : moved;
+  if (moved == DriveKind::com) expect_lasting_payloads(*timing.from_at, "a pose by 'joints' or 'tool'", draft);
+  // the centre of mass would jump: nobody asked for this trajectory by name
+  if (trajectory.drive == DriveKind::com && !draft.study.passing_payloads.empty()) return;
   match_pose(*timing.to_at, to, from, moved, draft);
   if (!timing.duration) motion.missing({"duration"});
   trajectory.from = from;

@@ -1,6 +1,7 @@
 #include "balance/spec/workspace.hpp"
 
 #include "balance/motion/walk.hpp"
+#include "balance/spec/passing_payloads.hpp"
 #include "balance/spec/pose.hpp"
 
 #include <fmt/format.h>
@@ -193,6 +194,7 @@ void read_workspace(const Cursor& at, Draft& draft) {
   for (const auto& trajectory : draft.trajectories())
     if (trajectory.name == workspace_name)
       at.fail({.expected = "another name of the trajectory 'workspace'", .found = "a workspace beside it"});
+  expect_lasting_payloads(at, "no workspace, whose poses have no time", draft);
   const Box box = read_box(at, draft);
   draft.trajectories().push_back(stopping_at(stops_of(box), box.tool ? DriveKind::tool : DriveKind::joints));
 }

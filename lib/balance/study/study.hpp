@@ -1,6 +1,7 @@
 #pragma once
 /// Everything that one spec asks for, complete and validated.
 
+#include "balance/base/error.hpp"
 #include "balance/model/mechanism.hpp"
 #include "balance/motion/trajectory.hpp"
 #include "balance/result/figure.hpp"
@@ -93,6 +94,12 @@ struct CoordinateUnits {
   double angle = 1;
 };
 
+/// A payload that is taken up or set down on the way (AttachmentOf::from, until), and where the spec says so.
+struct PassingPayload {
+  std::string name;
+  SpecPlace place;
+};
+
 struct Study {
   Mechanism mechanism;
   std::vector<Trajectory>
@@ -102,9 +109,10 @@ struct Study {
   std::vector<Rewrite> rewrites;         ///< in the text's order, disjoint
   DesignRequest design;
   Tolerances tolerances;  ///< parameters first, else in the order of reading; empty: nothing is said of them
-  CoordinateUnits units;  ///< of the spec
-  std::string spec_file;  ///< as named by the user
-  std::string spec_text;  ///< as read
+  std::vector<PassingPayload> passing_payloads;
+  CoordinateUnits units;              ///< of the spec
+  std::string spec_file;              ///< as named by the user
+  std::string spec_text;              ///< as read
   std::vector<std::string> warnings;  ///< legal but suspicious
 };
 

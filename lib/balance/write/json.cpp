@@ -3,6 +3,7 @@
 #include "balance/motion/names.hpp"
 #include "balance/write/found_law.hpp"
 #include "balance/write/json_parts.hpp"
+#include "balance/write/payload_changes.hpp"
 
 namespace balance {
 
@@ -20,6 +21,7 @@ std::string result_json(const Result& result, const FileDescription& description
   json["duration"] = result.time.size() == 0 ? 0 : result.time[result.time.size() - 1] - result.time[0];
   if (result.found_corridor) json["found_corridor"] = found_corridor_json(*result.found_corridor);
   if (result.found_law) json["found_law"] = found_law_json(*result.found_law);
+  if (!result.payload_changes.empty()) json["payload_changes"] = payload_changes_json(result);
   json["about"] = vector_json(result.about, result.axes);
   json["metrics"] = Json::array();
   for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));

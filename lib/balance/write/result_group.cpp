@@ -5,6 +5,7 @@
 #include "balance/result/round_off.hpp"
 #include "balance/write/found_law.hpp"
 #include "balance/write/law_group.hpp"
+#include "balance/write/payload_changes.hpp"
 #include "balance/write/sha256.hpp"
 
 #include <optional>
@@ -171,6 +172,7 @@ void add_result(Hdf5File& file, Hdf5File::Group group, const Result& r, const Wr
   add_samples(file, group, r, dimensions, options);
   add_metrics(file, group, r);
   add_law(file, group, r);
+  add_payload_changes(file, group, r);
 }
 
 void add_deviations(Hdf5File& file, Hdf5File::Group group, const Result& deviation, const WriteOptions& options) {

@@ -1,6 +1,7 @@
 #include "balance/write/text.hpp"
 
 #include "balance/write/found_law.hpp"
+#include "balance/write/payload_changes.hpp"
 #include "balance/write/table.hpp"
 
 #include <fmt/format.h>
@@ -18,6 +19,7 @@ std::string summary_text(const Result& result, const FileDescription& descriptio
                   description.trajectory, description.law, description.drive, controller, duration, result.time.size());
   if (result.found_corridor) text += found_corridor_text(*result.found_corridor) + "\n";
   if (result.found_law) text += found_law_text(*result.found_law) + "\n";
+  if (!result.payload_changes.empty()) text += payload_changes_text(result) + "\n";
   Table table;
   table.heading = {"quantity", "unit", "peak", "at time [s]", "rms", "mean"};
   table.align = {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right};

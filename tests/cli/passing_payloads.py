@@ -1,0 +1,288 @@
+"""Payloads that are taken up and set down on the way: `payloads: {extra: {…, from: 0.3, until: 0.7}}`."""
+
+import json
+import os
+import unittest
+
+import h5py
+import numpy
+
+from _program import CONFIGS, Case, run
+
+G = 9.81
+# The arm of P0, section 3.2, balanced for the 0.5 kg that it always carries: the conditions by hand, as in load_cases.py.
+ARM = """\
+name: arm
+space: planar
+gravity: [0, -9.81]
+ground: {{points: {{O: [0, 0]}}}}
+bodies:
+  link1: {{mass: 2, com: [0.25, 0], inertia: 0.042, points: {{P1: [0, 0], P2: [0.5, 0]}}}}
+  link2: {{mass: 1.5, com: [0.2, 0], inertia: 0.02, points: {{P2: [0, 0], P3: [0.4, 0]}}}}
+payloads:
+  cargo: {{body: link2, at: P3, mass: 0.5}}
+{extra}
+counterweights:
+  cw1: {{body: link1, at: [{cw1}, 0], mass: 12}}
+  cw2: {{body: link2, at: [{cw2}, 0], mass: 4{more}}}
+joints:
+  R1: {{type: revolute, connects: [ground.O, link1.P1]}}
+  R2: {{type: revolute, connects: [link1.P2, link2.P2]}}
+actuators: [R1, R2]
+tool: link2.P3
+assembly: {{R1: -0.3, R2: 1.2}}
+trajectories:
+  # at rest, with both links level, at 0.3 and 0.7 s
+  stops: {{law: cycloidal, drive: joints, duration: 1, samples: 501, from: {{joints: {{R1: -0.3, R2: 1.2}}}},
+    to: {{joints: {{R1: 0.9, R2: 1.1}}}},
+    path: {{waypoints: [{{joints: {{R1: 0, R2: 0}}}}, {{joints: {{R1: 0, R2: 0.5}}}}], times: [0.3, 0.7]}}}}
+  swing: {{law: bang-bang, drive: joints, duration: 1, samples: 501, from: {{joints: {{R1: -0.3, R2: 1.2}}}},
+    to: {{joints: {{R1: 0.9, R2: 1.1}}}}}}
+{tail}
+"""
+COMES = "  extra: {body: link2, at: P3, mass: 0.5, from: 0.3, until: 0.7}"
+STAYS = "  extra: {body: link2, at: P3, mass: 0.5}"
+
+
+def arm(extra, tail="", cw1=-3.5 / 12, cw2=-0.125, more=""):
+    return ARM.format(extra=extra, tail=tail, cw1=cw1, cw2=cw2, more=more)
+
+
+class PassingPayloads(Case):
+    def simulate(self, extra, *arguments, trajectory="stops", **more):
+        spec, out = self.write("arm.yaml", arm(extra, **more)), self.path("out.h5")
+        done = run("simulate", spec, "-t", trajectory, "-o", out, "--force", "--json", *arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with h5py.File(out) as file:
+            samples = {name: numpy.array(file[name]) for name in file if isinstance(file[name], h5py.Dataset)}
+            changes = {name: numpy.array(data) for name, data in file.get("payload_changes", {}).items()}
+        return json.loads(done.stdout), samples, changes
+
+    quantities = ("torque", "power", "shaking_force", "shaking_moment", "ground_force", "ground_moment", "joint_force",
+                  "com_position", "com_velocity", "com_acceleration", "kinetic_energy", "potential_energy")
+
+    def pieces(self, trajectory, *arguments, quantities=quantities):
+        """The run, and those of the arm without and with the payload, at the same states."""
+        told, mixed, changes = self.simulate(COMES, *arguments, trajectory=trajectory)
+        without, with_it = (self.simulate(extra, *arguments, trajectory=trajectory)[1] for extra in ("", STAYS))
+        time = mixed["time"]
+        there = (time >= 0.3 - 1e-9) & (time < 0.7 - 1e-9)
+        for name in quantities:
+            scale = 1 + numpy.abs(with_it[name]).max()
+            for rows, alone in ((~there, without), (there, with_it)):
+                # the same states up to what Newton's method leaves
+                self.assertLess(numpy.abs(mixed[name] - alone[name])[rows].max(), 1e-11 * scale, name)
+        return told, mixed, changes, without, with_it, there
+
+    def test_every_stretch_is_that_of_the_arm_with_what_it_carries_then(self):
+        for trajectory in ("stops", "swing"):
+            with self.subTest(trajectory):
+                told, mixed, _, without, with_it, there = self.pieces(trajectory)
+                # what Newton–Euler says of the whole: the frame feels weight less the rate of momentum
+                mass = 20 + 0.5 * there
+                weight = numpy.outer(mass, [0, -G])
+                self.assertLess(numpy.abs(mixed["ground_force"] - weight + mixed["shaking_force"]).max(), 1e-9)
+                # figures: the trapezoidal rule within every stretch, peaks from both sides
+                peak = {m["quantity"]: m for m in told["metrics"]}
+                k = {t: int(round(500 * t)) for t in (0.3, 0.7)}
+                for a, name in enumerate(("torque[R1]", "torque[R2]")):
+                    sides = [(without, 0, k[0.3]), (with_it, k[0.3], k[0.7]), (without, k[0.7], 500)]
+                    squares = peaks = 0
+                    if trajectory == "swing":  # a jump of the acceleration besides: samples have one side of it only
+                        sides = []
+                    for source, begin, end in sides:
+                        values = source["torque"][begin:end + 1, a]
+                        squares += numpy.trapezoid(values**2, dx=1 / 500) if hasattr(numpy, "trapezoid") else numpy.trapz(
+                            values**2, dx=1 / 500)
+                        peaks = max(peaks, numpy.abs(values).max())
+                    if sides:
+                        self.assertAlmostEqual(peak[name]["rms"], squares**0.5, delta=1e-9)
+                        self.assertAlmostEqual(peak[name]["peak"], peaks, delta=1e-9)
+
+    def test_natural_coordinates_agree(self):
+        no_reactions = tuple(q for q in self.quantities if q != "joint_force")
+        for trajectory in ("stops", "swing"):
+            with self.subTest(trajectory):
+                told, mixed, changes, *_ = self.pieces(trajectory, "--formulation", "natural", quantities=no_reactions)
+                tree, other, same = self.simulate(COMES, trajectory=trajectory)
+                for name in no_reactions:
+                    self.assertLess(numpy.abs(mixed[name] - other[name]).max(), 1e-9 * (1 + numpy.abs(other[name]).max()), name)
+                for name in ("speed", "torque_before", "torque_after"):
+                    self.assertLess(numpy.abs(changes[name] - same[name]).max(), 1e-9, name)
+                self.assertEqual(told["notes"], tree["notes"])
+        done = run("check", self.write("arm.yaml", arm(COMES)), "--verify")
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_loops_and_space(self):
+        """The shipped mechanisms that carry a cargo, with it, without it, and with it for a while."""
+        for name in ("5r", "delta"):
+            with open(os.path.join(CONFIGS, name + ".yaml"), encoding="utf-8") as file:
+                text = file.read().replace("  bang-bang: {law: bang-bang, drive: com}\n", "")
+            begin = text.index("  cargo: {")
+            end = text.index("}\n", begin)
+            runs = {}
+            for kind, changed in (("with", text), ("without", text.replace("payloads:\n" + text[begin:end + 2], "")),
+                                  ("mixed", text[:end] + ", from: 0.0617, until: 0.2" + text[end:])):
+                spec, out = self.write(kind + ".yaml", changed), self.path(kind + ".h5")
+                done = run("simulate", spec, "-t", "cycloid", "-o", out, "--force", "--json")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                with h5py.File(out) as file:
+                    runs[kind] = {data: numpy.array(file[data]) for data in (*self.quantities, "time")}
+            told, time = json.loads(done.stdout), runs["mixed"]["time"]
+            there = (time >= 0.0617) & (time < 0.2 - 1e-9)
+            self.assertGreater(there.sum(), 10)
+            for data in self.quantities:
+                scale = 1 + numpy.abs(runs["with"][data]).max()
+                for rows, kind in ((there, "with"), (~there, "without")):
+                    apart = numpy.abs(runs["mixed"][data] - runs[kind][data])[rows].max()
+                    self.assertLess(apart, 1e-9 * scale, (name, data, kind))  # loops: Newton's residual over the mobility
+            self.assertEqual(len([note for note in told["notes"] if "impact" in note]), 2, told["notes"])
+
+    def test_the_jump_at_a_dwell_is_the_weight(self):
+        """0.5 kg too much on the balanced arm with both links level: 0.5 · 9.81 · 0.9 and 0.5 · 9.81 · 0.4."""
+        told, _, changes = self.simulate(COMES)
+        taken, down = told["payload_changes"]
+        self.assertEqual([(c["payload"], c["change"], c["time"]) for c in (taken, down)],
+                         [("extra", "taken up", 0.3), ("extra", "set down", 0.7)])
+        for torque, after in zip(taken["torque"], (4.4145, 1.962)):
+            self.assertAlmostEqual(torque["before"], 0, delta=1e-9)
+            self.assertAlmostEqual(torque["after"], after, delta=1e-9)
+        arm2 = 0.4 * numpy.cos(0.5)
+        for torque, before in zip(down["torque"], (0.5 * G * (0.5 + arm2), 0.5 * G * arm2)):
+            self.assertAlmostEqual(torque["before"], before, delta=1e-9)
+            self.assertAlmostEqual(torque["after"], 0, delta=1e-9)
+        self.assertLess(max(taken["speed"], down["speed"]), 1e-9)
+        self.assertFalse([note for note in told["notes"] if "impact" in note])
+        self.assertEqual([label.decode() for label in changes["change"]], ["extra taken up", "extra set down"])
+        numpy.testing.assert_allclose(changes["torque_after"], [[4.4145, 1.962], [0, 0]], atol=1e-9)
+        text = run("simulate", self.path("arm.yaml"), "-t", "stops").stdout
+        self.assertIn("extra taken up at 0.3 s: R1 from 0 to 4.4145 N m, R2 from 0 to 1.962 N m\n", text)
+
+    def test_an_impact_is_told(self):
+        told, mixed, changes = self.simulate(COMES, trajectory="swing")
+        tool = numpy.gradient(mixed["tool_position"], 1 / 500, axis=0)
+        for i, k in enumerate((150, 350)):
+            speed = numpy.linalg.norm(tool[k])
+            self.assertAlmostEqual(changes["speed"][i], speed, delta=1e-3 * speed)  # differences of samples
+        notes = [note for note in told["notes"] if "the impact is not in the figures" in note]
+        self.assertEqual(len(notes), 2)
+        self.assertRegex(notes[0], r"^payload 'extra' is taken up at 0\.3 s while it moves at [\d.]+ m/s: ")
+
+    def test_a_payload_on_an_axis_meets_the_turn_alone(self):
+        """At 0.3 s of a bang-bang turn by 1.2 rad in 1 s: 4 · 1.2 · 0.3 rad/s. A point mass there meets nothing."""
+        for inertia, turning in ((", inertia: 0.01", 1.44), ("", 0)):
+            told, _, changes = self.simulate(f"  extra: {{body: link1, at: P1, mass: 0.5{inertia}, from: 0.3}}", trajectory="swing")
+            self.assertAlmostEqual(changes["turning"][0], turning, delta=1e-9)
+            said = [note for note in told["notes"] if "while it turns at 1.44 rad/s" in note]
+            self.assertEqual(len(said), 1 if turning else 0)
+
+    def test_power_is_the_rate_of_energy_in_every_stretch(self):
+        _, mixed, changes = self.simulate(COMES, "--samples", "5001")
+        energy = (mixed["kinetic_energy"] + mixed["potential_energy"]).ravel()
+        power = mixed["power"].sum(axis=1)
+        for begin, end in ((0, 1498), (1500, 3498), (3500, 5000)):
+            piece = power[begin:end + 1]
+            done = (piece[0] + piece[-1] + 4 * piece[1:-1:2].sum() + 2 * piece[2:-1:2].sum()) / 15000  # Simpson's rule
+            self.assertAlmostEqual(energy[end] - energy[begin], done, delta=1e-8)
+        # at the dwells the payload brings and takes its weight's height, and nothing else: 0 and 0.4 sin 0.5 above the base
+        for k, height in ((1500, 0), (3500, -0.4 * numpy.sin(0.5))):
+            self.assertAlmostEqual(energy[k] - energy[k - 1], 0.5 * G * height, delta=1e-6)
+
+    def test_parts_add_up_on_both_sides(self):
+        spec, out = self.write("arm.yaml", arm(COMES)), self.path("split.h5")
+        self.assertEqual(run("simulate", spec, "-t", "swing", "-o", out, "--split").returncode, 0)
+        with h5py.File(out) as file:
+            parts = sum(numpy.array(file[f"torque_{part}"]) for part in ("inertia", "velocity", "friction", "weight", "spring", "load"))
+            self.assertLess(numpy.abs(parts - file["torque"]).max(), 1e-10)
+
+    def test_only_one_end_may_be_said(self):
+        for extra, changes in (("from: 0.3", ["taken up"]), ("until: 0.7", ["set down"]), ("from: 0, until: 1", []),
+                               ("from: -1, until: 0.7", ["set down"])):
+            told, *_ = self.simulate(STAYS.replace("}", f", {extra}}}"))
+            self.assertEqual([c["change"] for c in told.get("payload_changes", [])], changes)
+        told, *_ = self.simulate(COMES.replace("0.3, until: 0.7", "1.5"), tail="  long: {law: cycloidal, drive: joints, "
+                                 "duration: 2, from: {joints: {R1: 0, R2: 1}}, to: {joints: {R1: 1, R2: 1}}}")
+        self.assertIn("payload 'extra' is never there: it is taken up at 1.5 s, and the motion ends at 1 s", told["notes"])
+
+    def test_designs_see_it_while_it_is_there(self):
+        """The convex program's least rms is that of a simulation, and no neighbour has a smaller one."""
+        minimize = "design: {minimize: {rms: 'torque[R2]', along: stops}}"
+        spec, found = self.write("design.yaml", arm(COMES, tail=minimize).replace("mass: 4}", "mass: {free: [0, 30]}}")), self.path("found.yaml")
+        done = run("design", spec, "-o", found, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        told = json.loads(done.stdout)
+        self.assertEqual(told["optimality"], "proved-best")
+        number = told["free_numbers"][0]
+        self.assertIsNone(number["at_bound"])
+
+        def rms(mass):
+            run_told = json.loads(run("simulate", self.write("tried.yaml", arm(COMES).replace("mass: 4}", f"mass: {mass!r}}}")), "-t", "stops",
+                                      "--json").stdout)
+            return next(m["rms"] for m in run_told["metrics"] if m["quantity"] == "torque[R2]")
+
+        least = rms(number["value"])
+        self.assertAlmostEqual(told["objective"]["value"], least, delta=1e-8 * least)
+        for step in (-0.01, 0.01):
+            self.assertGreater(rms(number["value"] + step), least)
+
+    def test_slopes_of_figures_are_those_of_differences(self):
+        # not balanced by anything: magnitudes have no slope where they vanish
+        spec = self.write("off.yaml", arm(COMES, tail="tolerances: {cw2.mass: 0.001}").replace("mass: 4}", "mass: 3.5}"))
+        told = json.loads(run("tolerance", spec, "-t", "stops", "--json", "--of", "torque[R2]").stdout)
+
+        def figures(mass):
+            tried = self.write("tried.yaml", arm(COMES).replace("mass: 4}", f"mass: {mass!r}}}"))
+            metrics = json.loads(run("simulate", tried, "-t", "stops", "--json").stdout)["metrics"]
+            return next(m for m in metrics if m["quantity"] == "torque[R2]")
+
+        step = 1e-4
+        more, less = figures(3.5 + step), figures(3.5 - step)
+        quantity = next(q for q in told["first_order"]["quantities"] if q["quantity"] == "torque[R2]")
+        for figure in ("rms", "peak", "mean", "range"):
+            slope = abs(more[figure] - less[figure]) / (2 * step)
+            self.assertAlmostEqual(quantity[figure]["deviation"], 1e-3 * slope, delta=1e-7 * slope + 1e-10, msg=figure)
+
+    def test_equations_of_a_pose_are_those_at_a_time(self):
+        spec = self.write("arm.yaml", arm(COMES))
+        weights = {}
+        for time in (0, 0.3, 0.7):
+            done = run("equations", spec, "--at", "R1=0,R2=0", "--time", str(time), "--only", "torques", "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            told = json.loads(done.stdout)
+            weights[time] = done.stdout
+            self.assertIn(f"at {time:g} s payload 'extra' is {'' if time == 0.3 else 'not '}there", told["notes"])
+        self.assertIn("4.4145", weights[0.3])
+        self.assertNotIn("4.4145", weights[0] + weights[0.7])
+
+    def test_what_cannot_be_meant_is_refused_with_its_place(self):
+        free = arm(COMES, tail="design: {goal: static}", cw2="{free: [-0.5, 0]}")
+        spec = self.write("free.yaml", free)
+        place = "free.yaml:10:49: payloads.extra.from: expected payloads that are always there, for "
+        for command, what in ((("conditions", spec, "--goal", "static"), "conditions"),
+                              (("design", spec), "the goals of a design"),
+                              (("control", spec, "-t", "stops"), "a controlled run"),
+                              (("equations", spec, "--at", "stops", "-o", self.path("e.h5")), "equations of motion along"),
+                              (("equations", spec), "equations of motion")):
+            self.assert_failure(run(*command), 3, place + what)
+        because = ", because payload 'extra' is taken up or set down on the way"
+        joints = "from: {joints: {R1: 0, R2: 1}}, to: {joints: {R1: 1, R2: 1}}"
+        for tail, message in (
+                (f"  t: {{law: cubic, drive: com, duration: 1, {joints}}}",
+                 "trajectories.t.drive: expected 'joints' or 'tool': the centre of mass would jump" + because),
+                (f"  t: {{law: fastest, drive: joints, {joints}, limits: {{torque: 40}}}}",
+                 "trajectories.t.law: expected a law that is not searched for" + because),
+                (f"  t: {{law: cubic, drive: joints, duration: 1, {joints}, limits: {{torque: 40}}}}",
+                 "trajectories.t.limits: expected no 'limits'" + because),
+                (f"  t: {{law: cubic, drive: joints, duration: {{free: [1, 2]}}, {joints}}}",
+                 "trajectories.t: expected a 'duration' that no free number, load case or tolerance changes" + because),
+                ("  t: {law: cubic, drive: joints, duration: 1, from: {com: [0.1, 0]}, to: {joints: {R1: 1, R2: 1}}}",
+                 "trajectories.t.from: expected a pose by 'joints' or 'tool'" + because),
+                ("workspace: {joints: {R1: [0, 1], R2: 1}}",
+                 "workspace: expected no workspace, whose poses have no time" + because)):
+            self.assert_failure(run("check", self.write("bad.yaml", arm(COMES, tail=tail))), 3, message)
+        done = run("conditions", spec, "--goal", "static", "--without", "extra")
+        self.assertIn(done.returncode, (0, 1), done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
