@@ -31,7 +31,8 @@ std::string name_of(const ObjectiveTerm& term) {
     case ObjectiveTerm::Run::figure: break;
   }
   const std::string figure = name_of(term.figure) + "(" + term.quantity + ") along " + term.trajectory;
-  return term.plus ? fmt::format("mean plus {:g} deviations of {}", *term.plus, figure) : figure;
+  return term.plus ? fmt::format("mean plus {:g} deviation{} of {}", *term.plus, *term.plus == 1 ? "" : "s", figure)
+                   : figure;
 }
 
 }  // namespace balance

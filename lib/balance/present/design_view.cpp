@@ -15,7 +15,8 @@ namespace {
 std::string term_text(const ObjectiveTerm& term) {
   if (term.size != ObjectiveTerm::Size::none || term.run == ObjectiveTerm::Run::duration) return name_of(term);
   const std::string figure = fmt::format("{} of {} along {}", name_of(term.figure), term.quantity, term.trajectory);
-  return term.plus ? fmt::format("mean plus {:g} deviations of the {}", *term.plus, figure) : figure;
+  return term.plus ? fmt::format("mean plus {:g} deviation{} of the {}", *term.plus, *term.plus == 1 ? "" : "s", figure)
+                   : figure;
 }
 
 bool is_shown(const std::string& quantity) {
