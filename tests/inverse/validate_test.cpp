@@ -44,7 +44,7 @@ Mechanism arm(SpaceKind space) {
   return m;
 }
 
-struct Mistake {
+struct Spoiling {
   const char* what;
   std::function<void(Mechanism&)> make;
   FaultKind kind;
@@ -53,11 +53,11 @@ struct Mistake {
   SpaceKind space = SpaceKind::planar;
 };
 
-const std::vector<Mistake>& mistakes() {
+const std::vector<Spoiling>& mistakes() {
   using K = FaultKind;
   using E = ElementKind;
   constexpr SpaceKind spatial = SpaceKind::spatial;
-  static const std::vector<Mistake> all = {
+  static const std::vector<Spoiling> all = {
       {"bad space", [](Mechanism& m) { m.space = static_cast<SpaceKind>(7); }, K::unknown_value, E::mechanism, 0},
       {"no bodies", [](Mechanism& m) { m.bodies.clear(); }, K::no_ground, E::mechanism, 0},
       {"ground alone", [](Mechanism& m) { m.bodies.resize(1); }, K::no_moving_body, E::mechanism, 0},
@@ -178,7 +178,7 @@ TEST_CASE("a sound mechanism has no faults") {
 }
 
 TEST_CASE("every mistake is found where it is, and the door refuses it") {
-  for (const Mistake& mistake : mistakes()) {
+  for (const Spoiling& mistake : mistakes()) {
     CAPTURE(mistake.what);
     Mechanism m = arm(mistake.space);
     mistake.make(m);
