@@ -94,7 +94,8 @@ std::optional<std::string> excuse(const Value& value, const std::string& way) {
   if (way == "negative" && never_negative.count(name) == 0) return "numbers of either sign";
   if (way == "huge") return "large numbers";
   if (way == "list" && value.node->kind == Node::Kind::list && value.node->items.size() == 5) return "lists as long";
-  if (way == "list" && value.path.size() == 3 && section == "design" && value.path[1] == "for") return "values of one's own";
+  if (way == "list" && value.path.size() == 3 && section == "design" && value.path[1] == "for")
+    return "values of one's own";
   if (way == "missing" && entry) return "lists of other lengths";
   if (way == "missing" && !(needed.count(name) > 0 && value.path.size() != 2))
     return "keys with a default, names that nobody uses";
