@@ -2,8 +2,8 @@
 #include "console.hpp"
 #include "design_front.hpp"
 #include "design_options.hpp"
-#include "progress_line.hpp"
 #include "signals.hpp"
+#include "watched_search.hpp"
 
 #include "balance/answers/designed_spec.hpp"
 #include "balance/present/design_hdf5.hpp"
@@ -36,21 +36,6 @@ std::vector<std::string> write_files(const DesignCommandOptions& options, const 
   return files;
 }
 
-/// On a terminal it tells how far it is; Ctrl-C ends it with what it has.
-/// @param interrupted set to the seconds after which it was, if it was
-DesignReport search(const DesignCommandOptions& options, const DesignSpace& space, DesignStudyOptions wanted,
-                    std::optional<double>& interrupted) {
-  ProgressLine line(options.quiet || options.spec.json);
-  const AwaitInterrupt interrupt;
-  const Stopwatch watch;
-  wanted.watch = [&](const SearchProgress& progress) {
-    line.draw_part("searching, Ctrl-C ends it with the best so far", progress.seconds / progress.allowed);
-    if (interrupt.came() && !interrupted) interrupted = watch.seconds();
-    return !interrupt.came();
-  };
-  return design_or_throw(space, wanted);
-}
-
 ExitCode run(const DesignCommandOptions& options) {
   const DesignSpace space = read_space(options.spec);
   check_front_options(options, space.start);
@@ -60,7 +45,9 @@ ExitCode run(const DesignCommandOptions& options) {
     for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
   if (asks_for_front(options, space.start)) return run_front(options, space);
   std::optional<double> interrupted;
-  DesignReport report = search(options, space, wanted, interrupted);
+  DesignReport report =
+      watched_search(options, wanted, "searching, Ctrl-C ends it with the best so far", interrupted,
+                     [&](const DesignStudyOptions& watched) { return design_or_throw(space, watched); });
   const DesignStatus status = report.outcome.status;
   const bool done = status == DesignStatus::balanced || status == DesignStatus::not_asked;
   const std::string spec = designed_spec(space, report);

@@ -3,8 +3,8 @@
 #include "answers.hpp"
 #include "console.hpp"
 #include "failure.hpp"
-#include "progress_line.hpp"
 #include "signals.hpp"
+#include "watched_search.hpp"
 
 #include "balance/answers/designed_spec.hpp"
 #include "balance/base/error.hpp"
@@ -21,21 +21,6 @@ namespace balance::app {
 namespace {
 
 constexpr const char* middle = "middle";
-
-/// On a terminal it tells how far it is; Ctrl-C ends it with the points that it has.
-/// @param interrupted set to the seconds after which it was, if it was
-Front search_front(const DesignCommandOptions& options, const DesignSpace& space, DesignStudyOptions wanted,
-                   std::optional<double>& interrupted) {
-  ProgressLine line(options.quiet || options.spec.json);
-  const AwaitInterrupt interrupt;
-  const Stopwatch watch;
-  wanted.watch = [&](const SearchProgress& progress) {
-    line.draw_part("searching the front, Ctrl-C ends it with the points so far", progress.seconds / progress.allowed);
-    if (interrupt.came() && !interrupted) interrupted = watch.seconds();
-    return !interrupt.came();
-  };
-  return front_or_throw(space, wanted);
-}
 
 /// Index of the point that the option names; −1: none.
 int choose_point(const std::string& name, const Front& front) {
@@ -123,7 +108,9 @@ Front front_or_throw(const DesignSpace& space, const DesignStudyOptions& options
 ExitCode run_front(const DesignCommandOptions& options, const DesignSpace& space) {
   const DesignStudyOptions wanted = study_options(options, space.start);
   std::optional<double> interrupted;
-  Front front = search_front(options, space, wanted, interrupted);
+  Front front =
+      watched_search(options, wanted, "searching the front, Ctrl-C ends it with the points so far", interrupted,
+                     [&](const DesignStudyOptions& watched) { return front_or_throw(space, watched); });
   FrontView view = make_front_view(wanted, space, std::move(front));
   view.interrupted = interrupted;
   const int k = choose_point(options.point, view.front);

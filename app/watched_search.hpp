@@ -1,0 +1,32 @@
+#pragma once
+/// A design's search under the user's eyes.
+
+#include "design_options.hpp"
+#include "progress_line.hpp"
+#include "signals.hpp"
+
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace balance::app {
+
+/// On a terminal it tells how far the search is; Ctrl-C ends it with what it has.
+/// @param what is done, for the terminal
+/// @param find does it, with the options that it is given
+/// @param interrupted after how long Ctrl-C came [s]
+template <class Find>
+auto watched_search(const DesignCommandOptions& options, DesignStudyOptions wanted, const std::string& what,
+                    std::optional<double>& interrupted, Find&& find) {
+  ProgressLine line(options.quiet || options.spec.json);
+  const AwaitInterrupt interrupt;
+  const Stopwatch watch;
+  wanted.watch = [&](const SearchProgress& progress) {
+    line.draw_part(what, progress.seconds / progress.allowed);
+    if (interrupt.came() && !interrupted) interrupted = watch.seconds();
+    return !interrupt.came();
+  };
+  return std::forward<Find>(find)(wanted);
+}
+
+}  // namespace balance::app
