@@ -28,8 +28,9 @@ constexpr double apart = 0.15;
 constexpr double same_end = 1e-5;
 /// Part of the time that looking around may take.
 constexpr double for_looking = 0.3;
-/// Times that limits are tightened.
+/// Times that limits are tightened, by so many times what they are missed by; not those that are missed by more than that part.
 constexpr int most_tightenings = 3;
+constexpr double more_than_needed = 1.5, out_of_reach = 0.1;
 /// Numbers that the model is not made for: its classification takes their square.
 constexpr int most_numbers = 60;
 
@@ -157,10 +158,13 @@ class TwoLevels {
     if (solution.found) ends_.push_back(solution);
   }
 
+  std::vector<InnerSolution>::const_iterator best_end() const {
+    return std::min_element(ends_.begin(), ends_.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
+  }
+
   /// Of the local searches so far those that end as well as the best does.
   int count_alike() const {
-    const auto worse = [](const InnerSolution& a, const InnerSolution& b) { return a.value < b.value; };
-    const auto best = std::min_element(ends_.begin(), ends_.end(), worse);
+    const auto best = best_end();
     return static_cast<int>(std::count_if(ends_.begin(), ends_.end(), [&](const InnerSolution& end) {
       return std::abs(end.value - best->value) <= same_end * std::abs(best->value);
     }));
@@ -213,8 +217,7 @@ class TwoLevels {
     }
     context_.budget.alike = count_alike();
     for (const InnerSolution& point : points) keep(point);
-    const auto best =
-        std::min_element(ends_.begin(), ends_.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
+    const auto best = best_end();
     if (best != ends_.end() && !context_.budget.spent()) keep(polished_end(outer_of(best->u)));
   }
 
@@ -245,15 +248,16 @@ class TwoLevels {
 
   /// From the best end on, with as much to spare as it is beyond the limits.
   void tighten() {
+    if (ends_.empty()) return;
+    InnerSolution end = *best_end();
     for (int round = 0; round < most_tightenings && !context_.budget.spent(); ++round) {
-      const auto best =
-          std::min_element(ends_.begin(), ends_.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
-      const double over = best == ends_.end() ? 0 : beyond(round == 0 ? *best : ends_.back());
-      if (!(over > kept && over < 0.1)) return;
-      spare_ += 1.5 * over;
-      const InnerSolution end = down_from(outer_of(round == 0 ? best->u : ends_.back().u));
+      const double over = beyond(end);
+      if (!(over > kept && over < out_of_reach)) return;
+      spare_ += more_than_needed * over;
+      end = down_from(outer_of(end.u));
+      if (end.found) end = polished_end(outer_of(end.u));
       if (!end.found) return;
-      keep(polished_end(outer_of(end.u)));
+      keep(end);
     }
   }
 
