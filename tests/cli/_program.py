@@ -1,6 +1,7 @@
 """Runs the program as a user would. The environment names it: BALANCE, and the mechanisms' folder: CONFIGS."""
 
 import os
+import re
 import subprocess
 import tempfile
 import unittest
@@ -17,6 +18,16 @@ def run(*arguments, **options):
     options.setdefault("stdout", subprocess.PIPE)
     options.setdefault("stderr", subprocess.PIPE)
     return subprocess.run([PROGRAM, *arguments], text=True, check=False, timeout=120 * SLOWNESS, **options)
+
+
+def config(name, *changes):
+    """A mechanism of the project with some of its text replaced: pairs of a pattern, which must be there, and a replacement."""
+    with open(os.path.join(CONFIGS, name), encoding="utf-8") as file:
+        text = file.read()
+    for pattern, replacement in changes:
+        text, count = re.subn(pattern, lambda _, r=replacement: r, text, flags=re.DOTALL)
+        assert count, pattern
+    return text
 
 
 class Case(unittest.TestCase):

@@ -2,22 +2,11 @@
 
 import json
 import os
-import re
 import unittest
 
-from _program import CONFIGS, Case, run
+from _program import CONFIGS, Case, config, run
 
 OPTIMALITY = {"proved-best", "local-best", "stopped", "not-asked"}
-
-
-def config(name, *changes):
-    """A mechanism of the project with some of its text replaced."""
-    with open(os.path.join(CONFIGS, name), encoding="utf-8") as file:
-        text = file.read()
-    for pattern, replacement in changes:
-        text, count = re.subn(pattern, lambda _, r=replacement: r, text, flags=re.DOTALL)
-        assert count, pattern
-    return text
 
 
 def links(text):

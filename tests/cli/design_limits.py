@@ -2,20 +2,10 @@
 limits cannot be kept says by how little they can be missed."""
 
 import json
-import os
 import re
 import unittest
 
-from _program import CONFIGS, Case, run
-
-
-def config(name, *changes):
-    with open(os.path.join(CONFIGS, name), encoding="utf-8") as file:
-        text = file.read()
-    for pattern, replacement in changes:
-        text, count = re.subn(pattern, lambda _, r=replacement: r, text, flags=re.DOTALL)
-        assert count, pattern
-    return text
+from _program import Case, config, run
 
 
 def arm(design):
