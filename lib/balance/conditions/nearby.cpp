@@ -15,12 +15,17 @@ constexpr int fewest_stations = 4, most_stations = 400;
 /// Of a condition's largest coefficient: how exactly the known ones must come out again, and how exactly others must hold at
 /// all configurations. Coefficients are compared to seven digits.
 constexpr double reproduced = 1e-9, holds = 1e-8;
+/// Known ones that miss by so much more than round-off are not all: there are more, of another rank.
+constexpr double others_hold = 1e-5;
+
+/// What the stations tell of a changed mechanism.
+enum class Told { conditions, others, nothing };
 
 }  // namespace
 
 struct NearbyConditions::Implementation {
   virtual ~Implementation() = default;
-  virtual bool solve_for_pivots(const Mechanism& mechanism, MatrixX& matrix) const = 0;
+  virtual Told solve_for_pivots(const Mechanism& mechanism, MatrixX& matrix) const = 0;
   Conditions known;
 };
 
@@ -49,21 +54,21 @@ class NearbyRows : public NearbyConditions::Implementation {
       }
       MatrixX again;
       useful_ = true;
-      useful_ = NearbyRows::solve_for_pivots(mechanism, again) && same(again, conditions.matrix);
+      useful_ = NearbyRows::solve_for_pivots(mechanism, again) == Told::conditions && same(again, conditions.matrix);
       if (useful_) return;
     }
   }
 
-  bool solve_for_pivots(const Mechanism& mechanism, MatrixX& matrix) const override {
-    if (!useful_) return false;
+  Told solve_for_pivots(const Mechanism& mechanism, MatrixX& matrix) const override {
+    if (!useful_) return Told::nothing;
     Tree<S> tree = compile<S>(mechanism, mechanism.actuators);
     if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows || tree.balls != tree_.balls)
-      return false;
+      return Told::nothing;
     for (const int ball : tree_.balls)
       tree.nodes[static_cast<std::size_t>(ball)].R_PF = tree_.nodes[static_cast<std::size_t>(ball)].R_PF;
     const NaturalUnits units(mechanism, known.parameters);
     MatrixX rows;
-    return stack(mechanism, tree, units, rows) && solve(rows, units, matrix);
+    return stack(mechanism, tree, units, rows) ? solve(rows, units, matrix) : Told::nothing;
   }
 
  private:
@@ -92,21 +97,22 @@ class NearbyRows : public NearbyConditions::Implementation {
   }
 
   /// rows = X R with R the identity at the pivots, so that X is what the rows are there.
-  bool solve(const MatrixX& rows, const NaturalUnits& units, MatrixX& matrix) const {
+  Told solve(const MatrixX& rows, const NaturalUnits& units, MatrixX& matrix) const {
     const MatrixX own = without_extra(rows, static_cast<int>(units.parameter.size()));
     const auto rank = static_cast<Eigen::Index>(known.pivots.size());
-    if (own.rows() <= rank) return false;
+    if (own.rows() <= rank) return Told::nothing;
     const MatrixX X = own(Eigen::all, known.pivots);
     const Eigen::ColPivHouseholderQR<MatrixX> qr(X);
     const auto diagonal = qr.matrixQR().diagonal().cwiseAbs();
-    if (!(diagonal.minCoeff() > reproduced * diagonal.maxCoeff())) return false;
+    if (!(diagonal.minCoeff() > reproduced * diagonal.maxCoeff())) return Told::nothing;
     MatrixX R = qr.solve(own);
-    if (!((own - X * R).cwiseAbs().maxCoeff() < holds * own.cwiseAbs().maxCoeff())) return false;
+    const double missed = (own - X * R).cwiseAbs().maxCoeff() / own.cwiseAbs().maxCoeff();
+    if (!(missed < holds)) return missed > others_hold ? Told::others : Told::nothing;
     for (Eigen::Index r = 0; r < rank; ++r) clean(R, r);
     VectorX pivot_units(rank);
     for (Eigen::Index r = 0; r < rank; ++r) pivot_units[r] = units.parameter[known.pivots[static_cast<std::size_t>(r)]];
     matrix = pivot_units.asDiagonal() * R * units.parameter.cwiseInverse().asDiagonal();
-    return true;
+    return Told::conditions;
   }
 
   void clean(MatrixX& R, Eigen::Index row) const {
@@ -144,10 +150,11 @@ NearbyConditions::~NearbyConditions() = default;
 NearbyConditions::NearbyConditions(NearbyConditions&&) noexcept = default;
 NearbyConditions& NearbyConditions::operator=(NearbyConditions&&) noexcept = default;
 
-Conditions NearbyConditions::derive(const Mechanism& mechanism) const {
+std::optional<Conditions> NearbyConditions::derive(const Mechanism& mechanism) const {
   Conditions found = implementation_->known;
-  found.status = implementation_->solve_for_pivots(mechanism, found.matrix) ? ConditionsStatus::done
-                                                                            : ConditionsStatus::rank_unclear;
+  const Told told = implementation_->solve_for_pivots(mechanism, found.matrix);
+  if (told == Told::nothing) return std::nullopt;
+  found.status = told == Told::conditions ? ConditionsStatus::done : ConditionsStatus::rank_unclear;
   return found;
 }
 
@@ -158,8 +165,8 @@ std::function<Conditions(const Mechanism&)> nearby_or(const std::function<Condit
   // shared because a std::function must be copyable; there is one owner in fact
   const auto nearby = std::make_shared<NearbyConditions>(prepare(mechanism), conditions, options);
   return [=](const Mechanism& other) {
-    Conditions found = nearby->derive(prepare(other));
-    return found.status == ConditionsStatus::done ? found : derive(other);
+    std::optional<Conditions> found = nearby->derive(prepare(other));
+    return found ? *std::move(found) : derive(other);
   };
 }
 

@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 namespace balance {
 
@@ -18,9 +19,9 @@ class NearbyConditions {
   NearbyConditions(NearbyConditions&&) noexcept;
   NearbyConditions& operator=(NearbyConditions&&) noexcept;
 
-  /// Status, parameters, pivots and matrix alone. Not done where the mechanism does not close there, or has other conditions:
-  /// then only derive_conditions knows.
-  Conditions derive(const Mechanism& mechanism) const;
+  /// Status, parameters, pivots and matrix alone: done, or rank_unclear where there are more conditions than the known ones.
+  /// @return nothing where the mechanism does not close there: then only derive_conditions knows
+  std::optional<Conditions> derive(const Mechanism& mechanism) const;
 
   struct Implementation;
 
@@ -28,7 +29,7 @@ class NearbyConditions {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// derive, by way of the nearby conditions where these tell.
+/// derive, by way of the nearby conditions where these tell; not done where the rank is another one.
 /// @param prepare done to every mechanism before its conditions are derived
 std::function<Conditions(const Mechanism&)> nearby_or(const std::function<Conditions(const Mechanism&)>& derive,
                                                       const std::function<Mechanism(const Mechanism&)>& prepare,
