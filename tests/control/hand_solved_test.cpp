@@ -53,6 +53,23 @@ actuators: [S]
   }
 }
 
+TEST_CASE("a link on a torsion spring swings harmonically about its rest, however often it turns") {
+  const Mechanism link = spec(R"(
+space: planar
+bodies: {link: {mass: 2, com: [0.3, 0], inertia: 0.05, points: {A: [0, 0]}}}
+ground: {points: {O: [0, 0]}}
+joints: {J: {type: revolute, connects: [ground.O, link.A]}}
+springs: {t: {joint: J, stiffness: 4, rest: 0.2}}
+actuators: [J]
+)");
+  const double w = std::sqrt(4 / (0.05 + 2 * 0.3 * 0.3)), away = 9;  // nearly three turns to and fro
+  Plant plant = started(link, values({0.2 + away}), values({0}));
+  for (const double t : {0.1, 0.7, 2.3}) {
+    move(plant, t, values({0}));
+    CHECK(plant.position()[0] == doctest::Approx(0.2 + away * std::cos(w * t)).epsilon(1e-9));
+  }
+}
+
 TEST_CASE("Coulomb friction brings a block to rest where work says, and holds it against less than itself") {
   const Mechanism block = spec(R"(
 space: planar

@@ -70,6 +70,8 @@ Mechanism burdened(Mechanism mechanism, std::mt19937& random) {
   const int last = static_cast<int>(mechanism.bodies.size()) - 1;
   mechanism.springs.push_back({"s", 0, last, anywhere(), anywhere(), 50 * mass, 0.1 * length});
   mechanism.springs.push_back({"z", 1, last == 1 ? 0 : last, anywhere(), anywhere(), 30 * mass, 0});
+  const int turned = mechanism.actuators.back();
+  mechanism.springs.push_back({.name = "t", .stiffness = 5 * mass, .preload = 2 * mass, .coordinate = turned});
   const Vector3 moment = mechanism.space == SpaceKind::planar ? Vector3(0, 0, 1) : Vector3(0.3, -0.5, 1);
   mechanism.loads.push_back({"b", last, anywhere(), Frame::body, {}, {10 * mass * anywhere() / length}, {moment}});
   mechanism.loads.push_back(

@@ -74,6 +74,11 @@ std::vector<Number> some_numbers(const Mechanism& mechanism, std::size_t most, s
     const Spring& spring = mechanism.springs[i];
     list.add(
         spring.name + ".stiffness", spring.stiffness, [i](auto& m) -> auto& { return m.springs[i].stiffness; });
+    if (spring.in_joint()) {
+      list.add(
+          spring.name + ".preload", 1, [i](auto& m) -> auto& { return m.springs[i].preload; });
+      continue;
+    }
     list.add(
         spring.name + ".free", spring.free_length, [i](auto& m) -> auto& { return m.springs[i].free_length; });
     list.add_place(

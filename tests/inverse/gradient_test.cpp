@@ -67,6 +67,8 @@ std::vector<MechanismNumber> some_numbers(const Mechanism& m) {
   if (!m.springs.empty()) {
     all.push_back({.kind = Kind::spring_stiffness});
     all.push_back({.kind = Kind::spring_point_second, .row = 1});
+    const int in_joint = static_cast<int>(m.springs.size()) - 1;
+    for (const Kind kind : {Kind::spring_stiffness, Kind::spring_preload}) all.push_back({kind, in_joint});
   }
   if (!m.friction.empty()) all.push_back({.kind = Kind::friction_viscous});
   if (!m.loads.empty()) all.push_back({.kind = Kind::load_force});
@@ -92,6 +94,9 @@ void check(const std::string& machine) {
   Mechanism mechanism = doors::config(machine).mechanism;
   for (Spring& spring : mechanism.springs)
     if (spring.stiffness == 0) spring.stiffness = 300;  // one that is still to be designed
+  if (!mechanism.springs.empty())
+    mechanism.springs.push_back(
+        {.name = "torsion", .stiffness = 3, .preload = 0.5, .coordinate = mechanism.actuators[0]});
   InverseDynamics door(mechanism);
   const State state = some_state(door);
   std::vector<Wanted> wanted;

@@ -130,6 +130,10 @@ const std::vector<Spoiling>& mistakes() {
       {"light disc", [](Mechanism& m) { m.discs[0].mass = -1; }, K::mass_negative, E::disc, 0},
       {"disc's inertia", [](Mechanism& m) { m.discs[0].inertia(2, 2) = -1; }, K::inertia_not_positive, E::disc, 0},
       {"load on nothing", [](Mechanism& m) { m.loads[0].body = 3; }, K::index_out_of_range, E::load, 0},
+      {"set down before", [](Mechanism& m) { m.attachments[0].from = 1, m.attachments[0].until = 0.5; },
+       K::empty_stretch, E::attachment, 0},
+      {"taken up never", [](Mechanism& m) { m.attachments[0].from = std::numeric_limits<double>::quiet_NaN(); },
+       K::empty_stretch, E::attachment, 0},
       {"no force", [](Mechanism& m) { m.loads[0].force.clear(); }, K::load_table, E::load, 0},
       {"uneven",
        [](Mechanism& m) {
@@ -149,6 +153,15 @@ const std::vector<Spoiling>& mistakes() {
       {"soft spring", [](Mechanism& m) { m.springs[0].stiffness = -1; }, K::negative_number, E::spring, 0},
       {"short spring", [](Mechanism& m) { m.springs[0].free_length = -1; }, K::negative_number, E::spring, 0},
       {"spring within", [](Mechanism& m) { m.springs[0].first = 2; }, K::same_body, E::spring, 0},
+      {"soft spring in a joint", [](Mechanism& m) { m.springs[0] = {.name = "s", .stiffness = -1, .coordinate = 0}; },
+       K::negative_number, E::spring, 0},
+      {"spring in a joint without preload",
+       [](Mechanism& m) {
+         m.springs[0] = {.name = "s", .preload = std::numeric_limits<double>::quiet_NaN(), .coordinate = 0};
+       },
+       K::not_finite, E::spring, 0},
+      {"spring in no joint", [](Mechanism& m) { m.springs[0] = {.name = "s", .coordinate = 99}; },
+       K::index_out_of_range, E::spring, 0},
       {"spring on nothing", [](Mechanism& m) { m.springs[0].first = 9; }, K::index_out_of_range, E::spring, 0},
       {"push", [](Mechanism& m) { m.friction[0].viscous = -1; }, K::negative_number, E::friction, 0},
       {"slippery", [](Mechanism& m) { m.friction[0].at_rest = 0.1; }, K::friction_at_rest, E::friction, 0},

@@ -124,6 +124,7 @@ std::vector<Total> loads(const Run& run, long k) {
 std::vector<Total> springs(const Run& run, long k) {
   std::vector<Total> out(run.mechanism.bodies.size());
   for (const balance::Spring& spring : run.mechanism.springs) {
+    if (spring.in_joint()) continue;  // part of what the joint transmits
     const Pose &a = run.poses[k][spring.first], &b = run.poses[k][spring.second];
     const Vector3 P = a.p + a.R * spring.point_first, Q = b.p + b.R * spring.point_second;
     const double length = (Q - P).norm();

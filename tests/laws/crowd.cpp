@@ -226,6 +226,8 @@ class Maker {
     const Vector3 end = 0.5 * anywhere(), far = 0.5 * anywhere() + Vector3(2, 0, 0);
     if (chance(0.5)) m_.springs.push_back({"s1", one, other, end, far, 30, 0.2});
     if (chance(0.5)) m_.springs.push_back({"s2", other, one, far, end, 20, 0});
+    if (!m_.springs.empty())  // without a die, so that every seed makes the mechanism that it always made
+      m_.springs.push_back({.name = "s3", .stiffness = 4, .preload = 1.5, .coordinate = (one + other) % coordinates()});
     if (chance(0.7)) m_.friction.push_back({pick(coordinates()), 0.3, chance(0.5) ? 0.5 : 0});
   }
 

@@ -119,7 +119,9 @@ std::set<int> geared(const Mechanism& mechanism) {
 
 }  // namespace
 
-TEST_CASE("along its free motion a joint passes on what its motor supplies less friction, and else nothing") {
+TEST_CASE(
+    "along its free motion a joint passes on what its motor supplies less springs in it and friction, and else "
+    "nothing") {
   for_each_run(101, [](const Run& run) {
     const Mechanism& m = run.mechanism;
     const std::set<int> skipped = geared(m);
@@ -136,6 +138,8 @@ TEST_CASE("along its free motion a joint passes on what its motor supplies less 
                         run.moment(run.result.joint_moment, k, coordinate.joint).dot(unit.turn);
         for (std::size_t a = 0; a < m.actuators.size(); ++a)
           if (m.actuators[a] == c) passed -= run.result.torque(k, static_cast<long>(a));
+        for (const balance::Spring& spring : m.springs)
+          if (spring.coordinate == c) passed += spring.stiffness * q[c] - spring.preload;
         for (const balance::Friction& friction : m.friction) {
           const double rate = run.result.joint_velocity(k, friction.coordinate);
           if (friction.coordinate != c) continue;

@@ -153,7 +153,11 @@ Experiment mirrored(Experiment e) {
     for (auto& force : load.force) flip(force);
     for (auto& moment : load.moment) moment = -moment;
   }
-  for (auto& spring : m.springs) flip(spring.point_first), flip(spring.point_second);
+  for (auto& spring : m.springs) {
+    flip(spring.point_first), flip(spring.point_second);
+    if (spring.in_joint() && m.coordinates[spring.coordinate].kind == balance::CoordinateKind::angle)
+      spring.preload = -spring.preload;
+  }
   for (auto& coupling : m.couplings) {
     const auto angle = [&](int c) { return m.coordinates[c].kind == balance::CoordinateKind::angle ? -1 : 1; };
     coupling.ratio *= angle(coupling.follower);

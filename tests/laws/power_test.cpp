@@ -84,6 +84,12 @@ TEST_CASE("kinetic energy is that of moving points, potential energy that of wei
           motion += 0.5 * points.mass[i] * points.velocity(k, static_cast<long>(i), run.step()).squaredNorm();
       }
       for (const balance::Spring& spring : run.mechanism.springs) {
+        if (spring.in_joint()) {
+          const double q = run.result.joint_position(k, spring.coordinate);
+          height += (0.5 * spring.stiffness * q - spring.preload) * q;
+          size += 0.5 * spring.stiffness * q * q + std::abs(spring.preload * q);
+          continue;
+        }
         const Pose &a = run.poses[k][spring.first], &b = run.poses[k][spring.second];
         const double stretch =
             (b.p + b.R * spring.point_second - a.p - a.R * spring.point_first).norm() - spring.free_length;

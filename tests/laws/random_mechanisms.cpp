@@ -164,7 +164,9 @@ class Maker {
     const int one = pick(bodies), other = (one + 1 + pick(bodies - 1)) % bodies;
     m_.springs.push_back({"s1", one, other, 0.5 * anywhere(), 0.5 * anywhere() + Vector3(2, 0, 0), 30, 0.2});
     m_.springs.push_back({"s2", other, one, 0.5 * anywhere(), 0.5 * anywhere(), 20, 0});
-    m_.friction.push_back({pick(static_cast<int>(m_.coordinates.size())), 0.3, 0.5});
+    const int coordinates = static_cast<int>(m_.coordinates.size());
+    m_.springs.push_back({.name = "s3", .stiffness = 4, .preload = 1.5, .coordinate = (one + other) % coordinates});
+    m_.friction.push_back({pick(coordinates), 0.3, 0.5});
   }
 
   std::optional<Experiment> drive() {

@@ -97,7 +97,7 @@ std::vector<Total> momentum_rates(const Run& run, const Cloud& cloud, long k);
 std::vector<Total> weights(const Run& run, const Cloud& cloud, long k);
 /// What loads do to each body.
 std::vector<Total> loads(const Run& run, long k);
-/// What springs do to each body.
+/// What springs between points do to each body.
 std::vector<Total> springs(const Run& run, long k);
 /// What joints do to each body, by the result's reactions.
 std::vector<Total> reactions(const Run& run, long k);

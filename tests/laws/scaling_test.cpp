@@ -96,7 +96,9 @@ TEST_CASE("motions and forces scale over twelve decades of lengths and eighteen 
         if (other.result.outcome.status != balance::MotionStatus::done) continue;
         INFO(one.name << ", lengths times " << by.length << ", masses times " << by.mass);
         const Result &a = one.result, &b = other.result;
-        const double L = one.length(), T = trajectory.duration;
+        const auto* stops = std::get_if<balance::WaypointPath>(&trajectory.path);
+        const double legs = stops == nullptr ? 1 : 1 + static_cast<double>(stops->points.size());
+        const double L = one.length(), T = trajectory.duration / legs;
         const double force = a.joint_force.cwiseAbs().maxCoeff() + balance::total_mass(one.mechanism) * L / (T * T);
         // positions are solved to 1e-12; what follows from them loses the condition of the equations
         const double allowed = 1e-9 / std::min(1.0, 10 * a.mobility.minCoeff());

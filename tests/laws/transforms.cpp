@@ -81,7 +81,9 @@ void scale_forces(MechanismOf<T>& m, const Units& by) {
   }
   for (auto& spring : m.springs) {
     spring.point_first *= L, spring.point_second *= L, spring.free_length *= L;
-    spring.stiffness *= by.force() / L;
+    const bool turns = spring.in_joint() && m.coordinates[spring.coordinate].kind == CoordinateKind::angle;
+    spring.stiffness *= turns ? by.moment() : by.force() / L;
+    spring.preload *= turns ? by.moment() : by.force();
   }
   for (auto& friction : m.friction) {
     const bool length = m.coordinates[friction.coordinate].kind == CoordinateKind::length;

@@ -84,6 +84,12 @@ class Books {
     see("kinetic energy", std::abs(energy_ - r.kinetic_energy(k_, 0)) / (r.kinetic_energy.maxCoeff() + 1e-300));
     double stored = potential_, size = potential_size_;
     for (const Spring& spring : m.springs) {
+      if (spring.in_joint()) {
+        const double q = r.joint_position(k_, spring.coordinate);
+        stored += (0.5 * spring.stiffness * q - spring.preload) * q;
+        size += 0.5 * spring.stiffness * q * q + std::abs(spring.preload * q);
+        continue;
+      }
       const Moving &a = now_.bodies[spring.first], &b = now_.bodies[spring.second];
       const double length = (b.p + b.R * spring.point_second - a.p - a.R * spring.point_first).norm();
       stored += 0.5 * spring.stiffness * std::pow(length - spring.free_length, 2);
@@ -99,6 +105,10 @@ class Books {
     }
     for (std::size_t a = 0; a < m.actuators.size(); ++a)
       supply(r.torque(k_, static_cast<long>(a)) * r.joint_velocity(k_, m.actuators[a]));
+    for (const Spring& spring : m.springs)
+      if (spring.in_joint())
+        supply((spring.preload - spring.stiffness * r.joint_position(k_, spring.coordinate)) *
+               r.joint_velocity(k_, spring.coordinate));
     for (const Friction& friction : m.friction) {
       const double rate = r.joint_velocity(k_, friction.coordinate);
       supply(-friction.viscous * rate * rate - friction.coulomb * std::abs(rate));
@@ -109,7 +119,7 @@ class Books {
         std::abs(power - energy_rate_) / (most + whole + 1e-9 * force_ * length_ / run_.trajectory.duration));
   }
 
-  /// Along a joint's own motion only its motor and its friction act.
+  /// Along a joint's own motion only its motor, its springs and its friction act.
   void free_motions() const {
     const Mechanism& m = run_.mechanism;
     std::set<int> geared;
@@ -126,6 +136,8 @@ class Books {
       double passed = along(m.joints[j], j, c - m.coordinates[c].index, c, q);
       for (std::size_t a = 0; a < m.actuators.size(); ++a)
         if (m.actuators[a] == c) passed -= run_.result.torque(k_, static_cast<long>(a));
+      for (const Spring& spring : m.springs)
+        if (spring.coordinate == c) passed += spring.stiffness * q[c] - spring.preload;
       for (const Friction& friction : m.friction) {
         if (friction.coordinate != c) continue;
         const double rate = run_.result.joint_velocity(k_, c);

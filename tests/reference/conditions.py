@@ -82,10 +82,12 @@ class Bearers:
 
 
 def every_name(mechanism):
-    """All parameters, springs by their stiffness alone."""
+    """All parameters, springs between points by their stiffness alone."""
     bearers = Bearers(mechanism)
     symbols = PLANAR if mechanism.planar else SYMBOLS
-    return [f"{owner}.{s}" for owner in bearers.bodies for s in symbols] + [f"{owner}.k" for owner in bearers.springs]
+    return [f"{owner}.{s}" for owner in bearers.bodies for s in symbols] + [
+        f"{owner}.{s}" for owner, k in bearers.springs.items()
+        for s in (("k", "preload") if "joint" in mechanism.springs[k] else ("k",))]
 
 
 def values(mechanism, names):
@@ -113,6 +115,9 @@ def values(mechanism, names):
     for owner, k in bearers.springs.items():
         spring = mechanism.springs[k]
         found[f"{owner}.k"] = stiffness = spring["stiffness"]
+        if "joint" in spring:
+            found[f"{owner}.preload"] = spring["preload"]
+            continue
         for i, x in enumerate(AXES):
             found[f"{owner}.ka{x}"] = stiffness * spring["p"][i]
             found[f"{owner}.kb{x}"] = stiffness * spring["q"][i]
@@ -136,11 +141,17 @@ class Columns:
             owner, symbol = name.rsplit(".", 1)
             if owner in bearers.springs:
                 self.springs.append((column, bearers.springs[owner], symbol))
-                self.power.append((symbol.count("a") + symbol.count("b"), 1))
+                self.power.append((self.spring_power(mechanism.springs[bearers.springs[owner]], symbol), 1))
             else:
                 slot = PLANAR[symbol] if mechanism.planar else SYMBOLS.index(symbol)
                 self.inertial.append((column, bearers.bodies[owner], slot))
                 self.power.append((POWER.get(symbol, 2), 0))
+
+    def spring_power(self, spring, symbol):
+        """Of the length in the parameter's unit, besides N/m."""
+        if "joint" in spring:
+            return 2 if self.mechanism.angular[spring["joint"]] else {"k": 0, "preload": 1}[symbol]
+        return symbol.count("a") + symbol.count("b")
 
     def spread(self, per_body):
         """From (bodies, rows, 10) to rows × parameters."""
@@ -240,7 +251,7 @@ def weights(mechanism, length):
 
 def size_of(mechanism):
     """Of the mechanism's joints and springs [m]."""
-    elements = mechanism.joints + mechanism.springs
+    elements = mechanism.joints + [spring for spring in mechanism.springs if "joint" not in spring]
     return max(max(np.linalg.norm(e["p"]), np.linalg.norm(e["q"])) for e in elements)
 
 
@@ -319,6 +330,11 @@ class Goals:
             p = sample.p + 1j * size * v[:, :3]
             R = np.array([r + 1j * size * skew(w) @ r for w, r in zip(v[:, 3:], sample.R)])
             for column, spring, symbol in self.columns.springs:
+                if "joint" in self.mechanism.springs[spring]:
+                    c = self.mechanism.springs[spring]["joint"]
+                    rate = self.mechanism.rates(sample.p, sample.R)[c].real @ C[:, k]
+                    out[k, column] += rate * (sample.near[c] if symbol == "k" else -1)
+                    continue
                 out[k, column] += self.spring_energy(self.mechanism.springs[spring], symbol, p, R).imag / size
         return out
 

@@ -64,6 +64,8 @@ class Balance:
             turn = self.R[load["body"]] if load["in_body"] else np.eye(3)
             self._push(load["body"], self.R[load["body"]] @ load["at"], turn @ force, turn @ moment, True)
         for spring in self.mechanism.springs:
+            if "joint" in spring:
+                continue                           # like friction, a part of what the joint transmits
             i, j = spring["first"], spring["second"]
             arm_i, arm_j = self.R[i] @ spring["p"], self.R[j] @ spring["q"]
             line = self.p[j] + arm_j - self.p[i] - arm_i
@@ -85,6 +87,10 @@ class Balance:
         friction = np.zeros(len(G))
         for c, viscous, coulomb in mechanism.friction:
             friction[c] -= viscous * self.rates[c] + coulomb * np.sign(self.rates[c])
+        for spring in mechanism.springs:
+            if "joint" in spring:
+                c = spring["joint"]
+                friction[c] += spring["preload"] - spring["stiffness"] * self.state["q"][c]
         known = self.inertial.ravel() - self.external.ravel() - friction @ G
         A = np.vstack([joint_rows, gears, motors])[:, mechanism.columns].T
         # forces and moments are scaled alike: the columns of A are made unit vectors first

@@ -208,9 +208,15 @@ class Spec:
 
     def springs(self):
         for raw in (self.raw.get("springs") or {}).values():
+            given = raw["stiffness"]  # a free one is not there to begin with
+            stiffness = 0 if isinstance(given, dict) and "start" not in given and given["free"][0] == 0 else self.number(given)
+            if "joint" in raw:
+                preload = self.number(raw["preload"]) if "preload" in raw else stiffness * self.number(raw.get("rest", 0))
+                yield dict(joint=self.coordinate_names().index(raw["joint"]), stiffness=stiffness, preload=preload)
+                continue
             (first, p), (second, q) = (place.split(".", 1) for place in raw["between"])
             yield dict(first=self.body_names.index(first), second=self.body_names.index(second), p=self.point(first, p),
-                       q=self.point(second, q), stiffness=self.number(raw["stiffness"]),
+                       q=self.point(second, q), stiffness=stiffness,
                        free_length=self.number(raw.get("free_length", 0)))
 
     def pose(self, raw):

@@ -190,7 +190,9 @@ class Consistent(unittest.TestCase):
             friction = sum(-viscous * here.rates[c]**2 - coulomb * abs(here.rates[c])
                            for c, viscous, coulomb in drive.mechanism.friction)
             motors = here.torque @ here.rates[drive.mechanism.actuators]
-            fed = motors + here.external.ravel() @ here.state["velocity"] + friction
+            springs = sum((s["preload"] - s["stiffness"] * here.state["q"][s["joint"]]) * here.rates[s["joint"]]
+                          for s in drive.mechanism.springs if "joint" in s)
+            fed = motors + here.external.ravel() @ here.state["velocity"] + friction + springs
             self.assertAlmostEqual(fed, rate, delta=2e-3 * max(abs(rate), abs(motors)), msg=name)
 
 

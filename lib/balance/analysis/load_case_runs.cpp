@@ -19,7 +19,11 @@ double rounded_away(const Mechanism& mechanism) {
   constexpr double round_off = 1e-13;
   const double length = characteristic_length(mechanism);
   double force = total_mass(mechanism) * mechanism.gravity.norm();
-  for (const Spring& spring : mechanism.springs) force += spring.stiffness * length;
+  for (const Spring& spring : mechanism.springs) {
+    const bool turns = spring.in_joint() &&
+                       mechanism.coordinates[static_cast<std::size_t>(spring.coordinate)].kind == CoordinateKind::angle;
+    force += turns ? spring.stiffness / length : spring.stiffness * length;
+  }
   return round_off * force * length;
 }
 

@@ -24,7 +24,7 @@ bool same_sum(const Followed& a, const Followed& b) {
                     [](const CoordinateTerm& p, const CoordinateTerm& q) { return p.ratio == q.ratio; });
 }
 
-/// Everything but masses, centres of mass, inertias and stiffnesses.
+/// Everything but masses, centres of mass, inertias, stiffnesses and preloads.
 bool same_geometry(const Mechanism& a, const Mechanism& b) {
   if (!same_joints(a, b) || a.gravity != b.gravity) return false;
   for (std::size_t d = 0; d < a.discs.size(); ++d) {
@@ -38,6 +38,7 @@ bool same_geometry(const Mechanism& a, const Mechanism& b) {
       return false;
   for (std::size_t s = 0; s < a.springs.size(); ++s) {
     const Spring &p = a.springs[s], &q = b.springs[s];
+    if (p.in_joint()) continue;
     if (p.point_first != q.point_first || p.point_second != q.point_second || p.free_length != q.free_length)
       return false;
   }

@@ -11,7 +11,7 @@ namespace balance {
 
 namespace {
 
-/// Masses, moments of inertia and stiffness of an element: what makes it something.
+/// Masses, moments of inertia, stiffness and preload of an element: what makes it something.
 VectorX quantities(const Mechanism& mechanism, const std::string& section, const std::string& name) {
   const auto of_rotor = [](const auto& one) {
     VectorX all(10);
@@ -20,7 +20,7 @@ VectorX quantities(const Mechanism& mechanism, const std::string& section, const
   };
   if (section == "springs")
     for (const auto& spring : mechanism.springs)
-      if (spring.name == name) return VectorX::Constant(1, spring.stiffness);
+      if (spring.name == name) return Vector2(spring.stiffness, spring.preload);
   if (section == "discs")
     for (const auto& disc : mechanism.discs)
       if (disc.name == name) return of_rotor(disc);
@@ -81,15 +81,15 @@ std::vector<Choice> list_choices(const DesignSpace& space) {
       if (numbers)
         choice.elements.push_back({element.name, *numbers});
       else if (!asked.all)
-        throw std::invalid_argument(
-            fmt::format("design.choose.{}: {} cannot be left out: no free number that may be zero is its mass, inertia "
-                        "or stiffness",
-                        asked.section, element.name));
+        throw std::invalid_argument(fmt::format(
+            "design.choose.{}: {} cannot be left out: no free number that may be zero is its mass, inertia, "
+            "stiffness or preload",
+            asked.section, element.name));
     }
     if (choice.elements.empty())
       throw std::invalid_argument(
           fmt::format("design.choose.{}: none of them can be left out: no free number that may be zero is a mass, "
-                      "inertia or stiffness",
+                      "inertia, stiffness or preload",
                       asked.section));
     choices.push_back(std::move(choice));
   }

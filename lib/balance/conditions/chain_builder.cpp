@@ -184,9 +184,14 @@ void ChainBuilder::add_loads_and_friction() {
 
 void ChainBuilder::add_spring(int s) {
   Spring spring = whole_.springs[static_cast<std::size_t>(s)];
-  if (!has(spring.first) || !has(spring.second) || (!is_own(spring.first) && !is_own(spring.second))) return;
-  spring.first = body_[static_cast<std::size_t>(spring.first)];
-  spring.second = body_[static_cast<std::size_t>(spring.second)];
+  if (spring.in_joint()) {
+    spring.coordinate = here(spring.coordinate);
+    if (!spring.in_joint()) return;
+  } else {
+    if (!has(spring.first) || !has(spring.second) || (!is_own(spring.first) && !is_own(spring.second))) return;
+    spring.first = body_[static_cast<std::size_t>(spring.first)];
+    spring.second = body_[static_cast<std::size_t>(spring.second)];
+  }
   chain_.mechanism.springs.push_back(spring);
   const auto index = static_cast<std::size_t>(s);
   chain_.loose_springs.push_back(index < loose_.size() && loose_[index]);

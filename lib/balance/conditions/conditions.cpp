@@ -123,7 +123,8 @@ class Derivation {
     if (efforts && mechanism_.gravity.norm() == 0)
       out_.notes.push_back("there is no gravity in this spec: weight asks for nothing");
     for (const Parameter& p : out_.parameters)
-      if (efforts && p.kind == ParameterKind::stiffness_moment) {
+      if (efforts && p.kind == ParameterKind::stiffness_moment &&
+          !mechanism_.springs[static_cast<std::size_t>(p.index)].in_joint()) {
         out_.notes.push_back(p.owner +
                              ".kaxby stands for the stiffness times x of the spring's first end times y of its second");
         break;

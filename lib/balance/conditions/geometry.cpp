@@ -98,6 +98,7 @@ std::vector<GeometricNumber> list_geometry(const Mechanism& m) {
   }
   for (std::size_t s = 0; s < m.springs.size(); ++s) {
     const Spring& spring = m.springs[s];
+    if (spring.in_joint()) continue;
     const int index = static_cast<int>(s);
     list.add_point(spring.first, spring.point_first, {Kind::spring_first, index, 0, 0}, spring.name + ".first");
     list.add_point(spring.second, spring.point_second, {Kind::spring_second, index, 0, 0}, spring.name + ".second");

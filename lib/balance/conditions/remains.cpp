@@ -224,7 +224,7 @@ std::vector<LargestEffort> resting(const Mechanism& mechanism, const Conditions&
 }
 
 std::string unit_text(const Parameter& term, const Mechanism& mechanism) {
-  if (term.bearer == Bearer::spring) return "N/m";
+  if (term.bearer == Bearer::spring) return term.length_power == 2 ? "N m/rad" : "N/m";
   if (term.bearer == Bearer::load) return term.kind == ParameterKind::couple ? "N m" : "N";
   const int coordinate = mechanism.friction[static_cast<std::size_t>(term.index)].coordinate;
   const bool turns = mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::angle;

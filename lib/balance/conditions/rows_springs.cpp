@@ -4,7 +4,8 @@
 
 namespace balance {
 
-/// Generalised forces that hold the springs, per unit of each of their parameters: ∂U/∂y with U linear in k, k a, k b, k a bᵀ.
+/// Generalised forces that hold the springs, per unit of each of their parameters: ∂U/∂y with U linear in k, k a, k b, k a bᵀ; in
+/// joint coordinates in k and the preload.
 template <class S>
 MatrixX GoalRows<S>::spring_torques() {
   MatrixX torque = MatrixX::Zero(tree_.columns, parameters_ - inertial_ - known_.size());
@@ -16,6 +17,13 @@ MatrixX GoalRows<S>::spring_torques() {
     Eigen::Index at = 0;
     for (std::size_t s = 0; s < mechanism_.springs.size(); ++s) {
       const Spring& spring = mechanism_.springs[s];
+      if (spring.in_joint()) {  // k q − preload
+        const LinearQuantity& source = tree_.sources[static_cast<std::size_t>(spring.coordinate)];
+        const double ratio = source.rate(unit.data());
+        torque(c, at++) = ratio * source.value(y_.data());
+        torque(c, at++) = -ratio;
+        continue;
+      }
       const FixedFrame<S>&A = tree_.bodies[static_cast<std::size_t>(spring.first)],
             &B = tree_.bodies[static_cast<std::size_t>(spring.second)];
       const NodeState<S>&a = state_[static_cast<std::size_t>(A.node)], &b = state_[static_cast<std::size_t>(B.node)];

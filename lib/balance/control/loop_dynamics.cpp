@@ -49,7 +49,14 @@ LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& 
   const std::size_t most = static_cast<std::size_t>(n) + static_cast<std::size_t>(full_.closure_rows);
   x_.assign(most, 0), rates_.assign(most, 0);
   weigh_columns();
-  mass_.assign(n * n, 0), tau_.assign(n, 0), ddy0_.assign(n, 0);
+  mass_.assign(n * n, 0), tau_.assign(n, 0), ddy0_.assign(n, 0), joint_springs_.assign(n, 0);
+}
+
+/// The poses alone do not tell how often a joint has turned.
+template <class S>
+void LoopDynamics<S>::keep_springs(const double* y) {
+  std::fill(joint_springs_.begin(), joint_springs_.end(), 0);
+  external_.add_joint_springs(y, joint_springs_.data());
 }
 
 template <class S>
@@ -57,6 +64,7 @@ bool LoopDynamics<S>::close(double* y, double* dy) {
   iterations_ = 0;
   if (open_tree()) {
     poses(tree_, y, state_);
+    keep_springs(y);
     return true;
   }
   const int d = freedoms_, n = columns(), rows = tree_.closure_rows;
@@ -94,6 +102,7 @@ bool LoopDynamics<S>::close(double* y, double* dy) {
     if (last_one) {
       for (int c = 0; c < n; ++c) dy[c] = rates_[c];
       for (int k = 0; k < d; ++k) dy[columns_[k]] = sample_.rate[k];
+      keep_springs(y);
       return true;
     }
     last = worst;
@@ -142,6 +151,7 @@ void LoopDynamics<S>::prepare(double time, const double* dy) {
   Wrench<S> total, loads;
   if (!external_.none()) external_.subtract(state_, time, wrenches_, total, loads);
   inverse_dynamics(tree_, state_, wrenches_, tau_.data());
+  for (int c = 0; c < columns(); ++c) tau_[c] += joint_springs_[c];
   if (!rubbing_.empty()) add_friction(dy);
   composite_.fill(tree_, state_, mass_.data());
 }

@@ -101,6 +101,7 @@ class LoopDynamics {
     int column;
     double ratio;
   };
+  void keep_springs(const double* y);
   void dependent_poses(const double* y);
   void bend(double* y);
   void unit_rows(int k, std::vector<double>& rows) const;
@@ -125,6 +126,7 @@ class LoopDynamics {
   Drive<S> drive_;  ///< holds the independent columns
   std::optional<Equations<S>> equations_;
   ExternalForces<S> external_;
+  std::vector<double> joint_springs_;  ///< what they ask of the columns at the state last closed
   TreeMass<S> composite_;
   typename S::Vector gravity_;
   double extent_;  ///< of the ground, in characteristic lengths

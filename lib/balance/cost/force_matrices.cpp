@@ -81,7 +81,7 @@ bool ForceMatrices<S>::torque(Stepper<S>& stepper, const CostQuantity& quantity,
   if (!actuation_.project(stepper.equations(), projection_)) return false;
   tau_.resize(tree_.columns, columns());
   tau_.leftCols(inertial_) = regress(stepper, -gravity_).torque;
-  springs_.at(stepper.state(), tau_.middleCols(inertial_, springs_.count()));
+  springs_.at(stepper.state(), stepper.y(), tau_.middleCols(inertial_, springs_.count()));
   constant_torque(stepper, tau_.rightCols(1).col(0));
   const Eigen::Index first = quantity.actuator.value_or(0), count = quantity.actuator ? 1 : projection_.rows();
   rows.noalias() = projection_.middleRows(first, count) * tau_;

@@ -15,13 +15,18 @@ Vector3 end_point(int i, double length) { return i == 0 ? Vector3(Vector3::Zero(
 
 template <class S>
 SpringColumns<S>::SpringColumns(const Mechanism& mechanism, const Tree<S>& tree, const LooseSprings& loose)
-    : tree_(tree), wrenches_(tree.nodes.size()) {
+    : tree_(tree), mechanism_(mechanism), wrenches_(tree.nodes.size()) {
   constexpr Eigen::Index d = S::dimension;
   for (std::size_t s = 0; s < mechanism.springs.size(); ++s) {
-    loose_.push_back(s < loose.size() && loose[s]);
     Spring spring = mechanism.springs[s];
+    const bool free_ends = s < loose.size() && loose[s];
+    forms_.push_back(spring.in_joint() ? Form::in_joint : free_ends ? Form::loose : Form::fixed);
     spring.stiffness = 1;
-    if (!loose_.back()) {
+    if (forms_.back() == Form::in_joint) {
+      count_ += 2;
+      continue;
+    }
+    if (forms_.back() == Form::fixed) {
       add(spring);
       ++count_;
       continue;
@@ -55,12 +60,20 @@ VectorX SpringColumns<S>::torque_of(const UnitSpring& spring, const State<S>& st
 }
 
 template <class S>
-void SpringColumns<S>::at(const State<S>& state, Eigen::Ref<MatrixX> torque) {
+void SpringColumns<S>::at(const State<S>& state, const double* y, Eigen::Ref<MatrixX> torque) {
   constexpr Eigen::Index d = S::dimension;
   std::size_t unit = 0;
   Eigen::Index column = 0;
-  for (const bool loose : loose_) {
-    if (!loose) {
+  for (std::size_t s = 0; s < forms_.size(); ++s) {
+    if (forms_[s] == Form::in_joint) {  // k q − preload
+      const LinearQuantity& source = tree_.sources[mechanism_.springs[s].coordinate];
+      torque.middleCols(column, 2).setZero();
+      source.load(source.value(y), torque.col(column).data());
+      source.load(-1, torque.col(column + 1).data());
+      column += 2;
+      continue;
+    }
+    if (forms_[s] == Form::fixed) {
       torque.col(column++) = torque_of(units_[unit++], state);
       continue;
     }

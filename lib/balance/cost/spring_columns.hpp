@@ -17,21 +17,25 @@ class SpringColumns {
   /// Parameters of all springs.
   Eigen::Index count() const { return count_; }
 
-  /// @param state poses in the world
+  /// @param state poses in the world @param y tree coordinates
   /// @param torque tree coordinates × count [N m or N per unit]
-  void at(const State<S>& state, Eigen::Ref<MatrixX> torque);
+  void at(const State<S>& state, const double* y, Eigen::Ref<MatrixX> torque);
 
  private:
   /// A spring of stiffness 1, at rest or between unit points.
   using UnitSpring = ExternalForces<S>;
+
+  /// How a spring's parameters are counted.
+  enum class Form { fixed, loose, in_joint };
 
   void add(const Spring& spring);
   VectorX torque_of(const UnitSpring& spring, const State<S>& state);
   void loose_at(std::size_t first, const State<S>& state, Eigen::Ref<MatrixX> torque);
 
   const Tree<S>& tree_;
+  const Mechanism& mechanism_;
   std::vector<UnitSpring> units_;
-  std::vector<bool> loose_;  ///< per spring
+  std::vector<Form> forms_;  ///< per spring
   Eigen::Index count_ = 0;
   std::vector<Wrench<S>> wrenches_;
 };

@@ -88,6 +88,7 @@ VectorX geometry(const Mechanism& mechanism, const LooseSprings& loose) {
   }
   for (std::size_t s = 0; s < mechanism.springs.size(); ++s) {
     const Spring& spring = mechanism.springs[s];
+    if (spring.in_joint()) continue;
     all.add(spring.free_length);
     if (s < loose.size() && loose[s]) continue;
     all.add(spring.point_first);
@@ -102,8 +103,11 @@ VectorX parameter_units(const Mechanism& mechanism, const LooseSprings& loose) {
   const double length = characteristic_length(mechanism), mass = total_mass(mechanism);
   const VectorX values = term_values(mechanism, loose);
   const auto all = list_terms(mechanism, loose);
-  double stiffness = 0;
-  for (const Spring& spring : mechanism.springs) stiffness = std::max(stiffness, std::abs(spring.stiffness));
+  double stiffness = 0;  // of springs between points, and of torsion springs at an arm of the mechanism's length
+  for (std::size_t p = 0; p < all.size(); ++p)
+    if (all[p].bearer == Bearer::spring && all[p].kind == ParameterKind::stiffness)
+      stiffness =
+          std::max(stiffness, std::abs(values[static_cast<Eigen::Index>(p)]) / std::pow(length, all[p].length_power));
   VectorX unit(values.size());
   for (std::size_t p = 0; p < all.size(); ++p) {
     if (is_known(all[p])) {

@@ -41,8 +41,11 @@ ExternalForces<S>::ExternalForces(const MechanismOf<Scalar>& mechanism, const Tr
   for (const LoadOf<Scalar>& load : mechanism.loads)
     if (load.body != ground) loads_.push_back({&load, placed(tree, load.body, load.point)});
   for (const SpringOf<Scalar>& spring : mechanism.springs)
-    springs_.push_back({placed(tree, spring.first, spring.point_first),
-                        placed(tree, spring.second, spring.point_second), spring.stiffness, spring.free_length});
+    if (spring.in_joint())
+      joint_springs_.push_back({&tree.sources[spring.coordinate], spring.stiffness, spring.preload});
+    else
+      springs_.push_back({placed(tree, spring.first, spring.point_first),
+                          placed(tree, spring.second, spring.point_second), spring.stiffness, spring.free_length});
 }
 
 template <class S>
@@ -86,8 +89,18 @@ void ExternalForces<S>::subtract(const State<S>& state, const Scalar& time, std:
 }
 
 template <class S>
-typename S::Scalar ExternalForces<S>::energy(const State<S>& state) const {
+void ExternalForces<S>::add_joint_springs(const Scalar* y, Scalar* tau) const {
+  for (const JointSpring& spring : joint_springs_)
+    spring.coordinate->load(spring.stiffness * spring.coordinate->value(y) - spring.preload, tau);
+}
+
+template <class S>
+typename S::Scalar ExternalForces<S>::energy(const State<S>& state, const Scalar* y) const {
   Scalar sum = 0;
+  for (const JointSpring& spring : joint_springs_) {
+    const Scalar q = spring.coordinate->value(y);
+    sum += (0.5 * spring.stiffness * q - spring.preload) * q;
+  }
   for (const PlacedSpring& spring : springs_) {
     const Scalar stretch = (position(state, spring.second) - position(state, spring.first)).norm() - spring.free_length;
     sum += 0.5 * spring.stiffness * stretch * stretch;
@@ -121,8 +134,27 @@ void ExternalForces<S>::add_sizes(const State<S>& state, const Scalar& time, std
 }
 
 template <class S>
-double ExternalForces<S>::energy_size(const State<S>& state) const {
+double ExternalForces<S>::JointSpring::coordinate_size(const Scalar* y) const {
+  const double size = std::abs(value_of(coordinate->value(y)));
+  return coordinate->is_length ? size : std::max(1.0, size);
+}
+
+template <class S>
+void ExternalForces<S>::add_joint_sizes(const Scalar* y, std::vector<double>& tau) const {
+  for (const JointSpring& spring : joint_springs_)
+    for (const auto& [column, ratio] : spring.coordinate->terms)
+      tau[static_cast<std::size_t>(column)] +=
+          std::abs(value_of(ratio)) *
+          (value_of(spring.stiffness) * spring.coordinate_size(y) + std::abs(value_of(spring.preload)));
+}
+
+template <class S>
+double ExternalForces<S>::energy_size(const State<S>& state, const Scalar* y) const {
   double sum = 0;
+  for (const JointSpring& spring : joint_springs_) {
+    const double q = spring.coordinate_size(y);
+    sum += (0.5 * value_of(spring.stiffness) * q + std::abs(value_of(spring.preload))) * q;
+  }
   for (const PlacedSpring& spring : springs_) {
     const double length = length_size(state, spring);
     sum += 0.5 * value_of(spring.stiffness) * length * length;

@@ -18,23 +18,30 @@ class ExternalForces {
 
   ExternalForces(const MechanismOf<Scalar>& mechanism, const Tree<S>& tree);
 
-  bool none() const { return loads_.empty() && springs_.empty(); }
+  bool none() const { return loads_.empty() && springs_.empty() && joint_springs_.empty(); }
 
-  /// Subtracts every external wrench from its node's entry and sums them up.
+  /// Subtracts every external wrench from its node's entry and sums them up. Springs in joint coordinates are no wrenches here but,
+  /// like motors and friction, part of what a joint transmits.
   /// @param state poses in the world
   /// @param total what loads and springs together do to the moving bodies: world axes, about the world's origin
   /// @param loads the loads' part of it
   void subtract(const State<S>& state, const Scalar& time, std::vector<Wrench<S>>& wrenches, Wrench<S>& total,
                 Wrench<S>& loads) const;
 
-  /// Energy stored in the springs [J].
-  Scalar energy(const State<S>& state) const;
+  /// Adds what springs in joint coordinates ask of the tree's coordinates: stiffness · q − preload.
+  /// @param y tree coordinates @param tau per tree coordinate [N m or N]
+  void add_joint_springs(const Scalar* y, Scalar* tau) const;
+
+  /// Energy stored in the springs, in those in joints from coordinate zero on [J].
+  Scalar energy(const State<S>& state, const Scalar* y) const;
 
   /// Adds to every node's entry how large the terms of its external wrenches are: a spring's tension is a difference of lengths,
   /// which are differences of places.
   void add_sizes(const State<S>& state, const Scalar& time, std::vector<ForceSize>& sizes) const;
+  /// The same of add_joint_springs(), per tree coordinate.
+  void add_joint_sizes(const Scalar* y, std::vector<double>& tau) const;
   /// The same of the springs' energy [J].
-  double energy_size(const State<S>& state) const;
+  double energy_size(const State<S>& state, const Scalar* y) const;
 
  private:
   struct PlacedLoad {
@@ -45,6 +52,13 @@ class ExternalForces {
     FixedFrame<S> first, second;
     Scalar stiffness, free_length;
   };
+  struct JointSpring {
+    const LinearQuantityOf<Scalar>* coordinate;
+    Scalar stiffness, preload;
+
+    /// How large the coordinate is; a turn of one radian at least, which rounds like one.
+    double coordinate_size(const Scalar* y) const;
+  };
 
   static double length_size(const State<S>& state, const PlacedSpring& spring);
   void apply(const State<S>& state, const FixedFrame<S>& at, const typename S::Vector& force,
@@ -52,6 +66,7 @@ class ExternalForces {
 
   std::vector<PlacedLoad> loads_;
   std::vector<PlacedSpring> springs_;
+  std::vector<JointSpring> joint_springs_;
 };
 
 extern template class ExternalForces<Planar>;

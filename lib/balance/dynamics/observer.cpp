@@ -87,6 +87,7 @@ bool Observer<S>::find_efforts(const Instant<S>& now, const Equations<S>& equati
 template <class S>
 bool Observer<S>::balance_efforts(const Instant<S>& now, const Equations<S>& equations, double duration) {
   balance_forces(now);
+  external_.add_joint_springs(now.y, tau_.data());
   if (!mechanism_.friction.empty()) add_friction(mechanism_, tree_, now.dy, duration, tau_.data());
   const bool held = actuation_.solve(equations, tau_.data());
   std::copy(actuation_.efforts().begin(), actuation_.efforts().end(), seen_.effort.data());
@@ -118,7 +119,7 @@ void Observer<S>::read_rest(const Instant<S>& now, Detail detail, const std::vec
   if (mechanism_.tool) read_tool(now);
   if (detail == Detail::everything) {
     seen_.com_velocity = to_3d(com_velocity(tree_, *state_));
-    read_energies(tree_, *state_, gravity_, external_.energy(*state_), seen_);
+    read_energies(tree_, *state_, gravity_, external_.energy(*state_, now.y), seen_);
     read_reactions(now, multipliers);
     seen_.add_derived(to_3d(about_));
   }

@@ -65,12 +65,19 @@ class ParameterList {
       for (const Symbol& symbol : spatial_symbols) add(symbol);
   }
 
-  /// k; of a loose spring also k a, k b and k a bᵀ, with a and b its ends in the bodies' axes.
+  /// k; of a loose spring also k a, k b and k a bᵀ, with a and b its ends in the bodies' axes; of one in a joint k and its preload.
   void add_spring(int index, const std::string& owner, bool loose) {
     int slot = 0;
     const auto add = [&](const std::string& symbol, ParameterKind kind, int power) {
       all_.push_back({"", owner, symbol, Bearer::spring, index, slot++, kind, power});
     };
+    if (const Spring& spring = mechanism_.springs[static_cast<std::size_t>(index)]; spring.in_joint()) {
+      const auto coordinate = static_cast<std::size_t>(spring.coordinate);
+      const bool turns = mechanism_.coordinates[coordinate].kind == CoordinateKind::angle;
+      add("k", ParameterKind::stiffness, turns ? 2 : 0);
+      add("preload", ParameterKind::stiffness_moment, turns ? 2 : 1);
+      return;
+    }
     add("k", ParameterKind::stiffness, 0);
     if (!loose) return;
     const int d = mechanism_.space == SpaceKind::planar ? 2 : 3;
@@ -122,7 +129,8 @@ void add_spring_values(const Spring& spring, int d, bool loose, std::vector<doub
   const double k = spring.stiffness;
   const Vector3 &a = spring.point_first, &b = spring.point_second;
   values.push_back(k);
-  if (!loose) return;
+  if (spring.in_joint()) values.push_back(spring.preload);
+  if (spring.in_joint() || !loose) return;
   for (const Vector3& end : {a, b})
     for (int i = 0; i < d; ++i) values.push_back(k * end[i]);
   for (int i = 0; i < d; ++i)

@@ -18,8 +18,8 @@ enum class ParameterKind {
   first_moment,        ///< mass times a coordinate of the CoM [kg m]
   moment_of_inertia,   ///< about an axis through the frame's origin [kg m^2], positive
   product_of_inertia,  ///< −∫xy dm [kg m^2]
-  stiffness,           ///< [N/m], not negative
-  stiffness_moment,    ///< stiffness times coordinates of its end points [N] or [N m]
+  stiffness,           ///< [N/m], in an angle [N m/rad], not negative
+  stiffness_moment,    ///< stiffness times coordinates of its end points, or a preload [N] or [N m]
   force,               ///< component of a load [N], of any sign
   couple,              ///< component of a load's moment [N m], of any sign
   viscous,             ///< friction per rate [N m s] or [N s/m], not negative
@@ -30,7 +30,7 @@ enum class ParameterKind {
 struct Parameter {
   std::string name;    ///< "link1.mx", "cw2.J", "s1.k"
   std::string owner;   ///< "link1": the bearer's name, made unique by its section if two bearers share it
-  std::string symbol;  ///< planar m, mx, my, J; spatial m, mx, my, mz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz; k, k*ax, …
+  std::string symbol;  ///< planar m, mx, my, J; spatial m, mx, …, Ixx, …; of springs k, kax, kaxby, …, preload
   Bearer bearer = Bearer::body;
   int index = 0;  ///< into Mechanism::bodies (from 1), attachments, discs, springs, loads or friction
   int slot = 0;   ///< position among the bearer's parameters
@@ -39,7 +39,8 @@ struct Parameter {
 };
 
 /// Which springs are described by all products of stiffness and end points, so that conditions do not depend on where their
-/// ends are: possible for springs of zero free length. Others have one parameter, the stiffness. Empty: none.
+/// ends are: possible for springs of zero free length. Others have one parameter, the stiffness; those in joint coordinates
+/// always two, stiffness and preload. Empty: none.
 using LooseSprings = std::vector<bool>;
 
 /// All parameters of a mechanism: bodies, attachments, discs, springs, in the mechanism's order. Bodies and attachments: about

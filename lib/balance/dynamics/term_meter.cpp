@@ -59,12 +59,12 @@ void TermMeter<S>::see(const Instant<S>& now, const Sample& seen, const std::vec
   for (ForceSize& size : external_sizes_) size = {};
   if (!external_.none()) external_.add_sizes(now.state, now.time, external_sizes_);
   collect(now);
-  add_friction(seen);
+  add_in_joints(now, seen);
   read_sums(now);
   if (!tree_.closures.empty()) {
     add_closures(now, multipliers);
     collect(now);
-    add_friction(seen);
+    add_in_joints(now, seen);
   }
   read_transmitted(now, seen);
   const double growth = mobility < 1 ? 1 / std::max(mobility, 1e-12) : 1;
@@ -155,8 +155,10 @@ void TermMeter<S>::collect(const Instant<S>& now) {
   }
 }
 
+/// Friction and springs in joint coordinates.
 template <class S>
-void TermMeter<S>::add_friction(const Sample& seen) {
+void TermMeter<S>::add_in_joints(const Instant<S>& now, const Sample& seen) {
+  external_.add_joint_sizes(now.y, tau_);
   for (const Friction& friction : mechanism_.friction) {
     const double rate = std::abs(seen.velocity[friction.coordinate]);
     for (const auto& [column, ratio] : tree_.sources[static_cast<std::size_t>(friction.coordinate)].terms)
@@ -182,7 +184,7 @@ void TermMeter<S>::read_sums(const Instant<S>& now) {
   now_.moment_com[0] = now_.moment[0] + (now_.com_position[0] + about_) * now_.force[0];
   now_.com_acceleration[0] = nodes_[0].force / tree_.mass;
   now_.kinetic_energy[0] = energy;
-  now_.potential_energy[0] = gravity_ * place + external_.energy_size(now.state);
+  now_.potential_energy[0] = gravity_ * place + external_.energy_size(now.state, now.y);
 }
 
 /// The closures' wrenches join the external ones. A multiplier is measured by itself and by all the forces that it is solved

@@ -48,7 +48,7 @@ class TermMeter {
   void read_motion(const Instant<S>& now, const Sample& seen);
   void read_sums(const Instant<S>& now);
   void collect(const Instant<S>& now);
-  void add_friction(const Sample& seen);
+  void add_in_joints(const Instant<S>& now, const Sample& seen);
   void add_closures(const Instant<S>& now, const std::vector<double>& multipliers);
   void read_transmitted(const Instant<S>& now, const Sample& seen);
   double unit(int coordinate) const;

@@ -105,6 +105,7 @@ VectorX TermsEngine<S>::external_forces(const ExternalForces<S>& forces, double 
   Wrench<S> total, loads;
   forces.subtract(branch_.state(), time, wrenches_, total, loads);
   wrench_torques(branch_.tree(), branch_.state(), wrenches_, tau.data());
+  forces.add_joint_springs(branch_.y(), tau.data());
   return tau;
 }
 

@@ -32,6 +32,7 @@ std::size_t listed(const Mechanism& mechanism, Kind kind) {
     case coupling_offset: return mechanism.couplings.size();
     case spring_stiffness:
     case spring_free_length:
+    case spring_preload:
     case spring_point_first:
     case spring_point_second: return mechanism.springs.size();
     case friction_viscous:

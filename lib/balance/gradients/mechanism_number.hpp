@@ -29,6 +29,7 @@ struct MechanismNumber {
     coupling_offset,      ///< [rad or m]
     spring_stiffness,     ///< [N/m]
     spring_free_length,   ///< [m]
+    spring_preload,       ///< of one in a joint [N m] or [N]
     spring_point_first,   ///< component `row` [m]
     spring_point_second,  ///< component `row` [m]
     friction_viscous,     ///< [N m s/rad] or [N s/m]
@@ -71,6 +72,7 @@ T& number_in(MechanismOf<T>& mechanism, const MechanismNumber& number) {
     case coupling_offset: return at(mechanism.couplings).offset;
     case spring_stiffness: return at(mechanism.springs).stiffness;
     case spring_free_length: return at(mechanism.springs).free_length;
+    case spring_preload: return at(mechanism.springs).preload;
     case spring_point_first: return at(mechanism.springs).point_first[number.row];
     case spring_point_second: return at(mechanism.springs).point_second[number.row];
     case friction_viscous: return at(mechanism.friction).viscous;

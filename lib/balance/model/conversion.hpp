@@ -54,7 +54,8 @@ MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number)
                         vectors(load.moment)});
   for (const auto& spring : from.springs)
     to.springs.push_back({spring.name, spring.first, spring.second, vector(spring.point_first),
-                          vector(spring.point_second), number(spring.stiffness), number(spring.free_length)});
+                          vector(spring.point_second), number(spring.stiffness), number(spring.free_length),
+                          number(spring.preload), spring.coordinate});
   for (const auto& friction : from.friction) {
     to.friction.push_back({friction.coordinate, number(friction.viscous), number(friction.coulomb), {}});
     if (friction.at_rest) to.friction.back().at_rest = number(*friction.at_rest);

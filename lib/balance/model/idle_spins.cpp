@@ -16,7 +16,9 @@ bool is_touched(const Mechanism& mechanism, int body) {
   return std::any_of(mechanism.discs.begin(), mechanism.discs.end(), on) ||
          std::any_of(mechanism.loads.begin(), mechanism.loads.end(), on) ||
          std::any_of(mechanism.springs.begin(), mechanism.springs.end(),
-                     [body](const Spring& spring) { return spring.first == body || spring.second == body; }) ||
+                     [body](const Spring& spring) {
+                       return !spring.in_joint() && (spring.first == body || spring.second == body);
+                     }) ||
          (mechanism.tool && mechanism.tool->body == body);
 }
 

@@ -158,7 +158,8 @@ struct LoadOf {
   std::vector<Vector3Of<T>> moment;           ///< same length as force [N m]
 };
 
-/// A linear spring between a point of each of two bodies: tension stiffness · (length − free_length).
+/// A linear spring between a point of each of two bodies: tension stiffness · (length − free_length). Or in a joint coordinate q,
+/// a torsion spring where that is an angle: it drives q with preload − stiffness · q, and bodies and points mean nothing.
 template <class T>
 struct SpringOf {
   std::string name;
@@ -166,8 +167,12 @@ struct SpringOf {
   int second = 0;
   Vector3Of<T> point_first = Vector3Of<T>::Zero();
   Vector3Of<T> point_second = Vector3Of<T>::Zero();
-  T stiffness = 0;    ///< [N/m]
-  T free_length = 0;  ///< [m]; zero is a zero-free-length spring
+  T stiffness = 0;      ///< [N/m], in an angle [N m/rad]
+  T free_length = 0;    ///< [m]; zero is a zero-free-length spring
+  T preload = 0;        ///< in a joint: what it drives the coordinate with at zero [N m or N]
+  int coordinate = -1;  ///< −1: between its points
+
+  bool in_joint() const { return coordinate >= 0; }
 };
 
 /// Friction in a joint coordinate: it resists with viscous · q̇ + coulomb · sign(q̇); at rest it holds against as much as

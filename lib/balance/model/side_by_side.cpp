@@ -27,7 +27,10 @@ class Row {
       shift(disc.follows);
     });
     append(whole_.loads, next.loads, [this](Load& load) { load.body = body(load.body); });
-    append(whole_.springs, next.springs, [this](Spring& spring) { join(spring.first, spring.second); });
+    append(whole_.springs, next.springs, [this](Spring& spring) {
+      join(spring.first, spring.second);
+      if (spring.in_joint()) spring.coordinate += coordinates_;
+    });
     append(whole_.friction, next.friction, [this](Friction& one) { one.coordinate += coordinates_; });
     append(whole_.actuators, next.actuators, [this](int& actuator) { actuator += coordinates_; });
     append(whole_.assembly, next.assembly, [this](CoordinateValue& value) { value.coordinate += coordinates_; });

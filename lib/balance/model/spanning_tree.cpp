@@ -76,6 +76,8 @@ std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<in
   for (const Coupling& coupling : mechanism.couplings) mark(coupling.follower), mark_all(coupling.leader);
   for (const Disc& disc : mechanism.discs) mark_all(disc.follows);
   for (const Friction& friction : mechanism.friction) mark(friction.coordinate);
+  for (const Spring& spring : mechanism.springs)
+    if (spring.in_joint()) mark(spring.coordinate);
   return keep;
 }
 

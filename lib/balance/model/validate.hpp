@@ -33,6 +33,7 @@ enum class FaultKind {
   ratio_zero,           ///< of a coupling or a disc
   duplicate_name,  ///< two bodies, two joints, two points of a body, …; only elements other than bodies and joints may be nameless
   duplicate_reference,  ///< a coordinate is actuated twice or has friction twice
+  empty_stretch,        ///< an attachment that is set down before it is taken up, or at a time that is no number
   load_table,           ///< times do not increase, or forces and moments are not as many as times
   negative_number,      ///< stiffness, free length, friction
   friction_at_rest,     ///< less than the friction of sliding

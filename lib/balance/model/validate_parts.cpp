@@ -143,6 +143,9 @@ void check_attachments(const Mechanism& mechanism, std::vector<Fault>& all) {
     if (faults.finite(extra.mass, "the mass") && extra.mass < 0)
       faults.add(FaultKind::mass_negative, "the mass must not be negative, is " + text_of(extra.mass));
     check_inertia(extra.inertia, planar, InertiaOf::attachment, faults);
+    if (!(extra.from < extra.until))
+      faults.add(FaultKind::empty_stretch, "it is taken up at " + text_of(extra.from) + " s and set down at " +
+                                               text_of(extra.until) + " s, which must be later");
   }
 }
 
@@ -214,13 +217,18 @@ void check_springs(const Mechanism& mechanism, std::vector<Fault>& all) {
     ElementFaults faults(ElementKind::spring, k, spring.name, all);
     if (!spring.name.empty() && !names.insert(spring.name).second)
       faults.add(FaultKind::duplicate_name, "another spring has the same name");
+    faults.not_negative(spring.stiffness, "the stiffness");
+    if (spring.in_joint()) {
+      faults.in_range(spring.coordinate, mechanism.coordinates.size(), "its coordinate");
+      faults.finite(spring.preload, "the preload");
+      continue;
+    }
     const bool first = faults.in_range(spring.first, mechanism.bodies.size(), "its first body");
     const bool second = faults.in_range(spring.second, mechanism.bodies.size(), "its second body");
     if (first && second && spring.first == spring.second)
       faults.add(FaultKind::same_body, "it must act between two bodies, not within one");
     faults.place(spring.point_first, planar, "its point on the first body");
     faults.place(spring.point_second, planar, "its point on the second body");
-    faults.not_negative(spring.stiffness, "the stiffness");
     faults.not_negative(spring.free_length, "the free length");
   }
 }

@@ -43,9 +43,14 @@ AppliedForces::AppliedForces(const Mechanism& mechanism, const Model& model)
   for (const Load& load : mechanism.loads)
     loads_.push_back(
         {&load, place(load.body, load.point), model.bodies[static_cast<std::size_t>(load.body)].direction});
+  const double L = model.length();
   for (const Spring& spring : mechanism.springs)
-    springs_.push_back({place(spring.second, spring.point_second) - place(spring.first, spring.point_first),
-                        spring.stiffness, spring.free_length / model.length()});
+    if (spring.in_joint())
+      joint_springs_.push_back({model.coordinates[static_cast<std::size_t>(spring.coordinate)].form,
+                                spring.stiffness / (L * L), spring.preload / (L * L)});
+    else
+      springs_.push_back({place(spring.second, spring.point_second) - place(spring.first, spring.point_first),
+                          spring.stiffness, spring.free_length / L});
 }
 
 Wrench AppliedForces::add(const Coordinates& position, double time, std::vector<Complex>& forces) const {
@@ -76,8 +81,19 @@ Wrench AppliedForces::add(const Coordinates& position, double time, std::vector<
   return total;
 }
 
+void AppliedForces::add_joint_springs(const Coordinates& position, double* scalars) const {
+  for (const JointSpring& spring : joint_springs_) {
+    const double drive = spring.preload - spring.stiffness * spring.coordinate.at(position.scalars);
+    for (const ScalarTerm& term : spring.coordinate.terms) scalars[term.scalar] += term.coefficient * drive;
+  }
+}
+
 double AppliedForces::energy(const Coordinates& position) const {
   double sum = 0;
+  for (const JointSpring& spring : joint_springs_) {
+    const double q = spring.coordinate.at(position.scalars);
+    sum += (0.5 * spring.stiffness * q - spring.preload) * q;
+  }
   for (const PlacedSpring& spring : springs_) {
     const double stretch = std::abs(spring.way.at(position)) - spring.free_length;
     sum += 0.5 * spring.stiffness * stretch * stretch;

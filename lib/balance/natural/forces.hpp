@@ -15,9 +15,11 @@ class AppliedForces {
  public:
   AppliedForces(const Mechanism& mechanism, const Model& model);
 
-  /// Adds to one complex force per point: power Σ Re(conj(force) ż).
+  /// Adds to one complex force per point: power Σ Re(conj(force) ż). Springs in joint coordinates are in add_joint_springs().
   /// @return what the loads do in all
   Wrench add(const Coordinates& position, double time, std::vector<Complex>& forces) const;
+  /// Adds what springs in joint coordinates do to the scalars [kg length²/s²].
+  void add_joint_springs(const Coordinates& position, double* scalars) const;
   /// Of weight and springs [kg length²/s²], zero where the weight's centre is at the world's origin.
   double energy(const Coordinates& position) const;
   /// Weight in all, at the centre of mass.
@@ -33,10 +35,16 @@ class AppliedForces {
     double stiffness, free_length;
   };
 
+  struct JointSpring {
+    ScalarForm coordinate;      ///< [rad or m]
+    double stiffness, preload;  ///< of an energy in kg length²/s²
+  };
+
   const Model& model_;
   Complex gravity_;
   std::vector<PlacedLoad> loads_;
   std::vector<PlacedSpring> springs_;
+  std::vector<JointSpring> joint_springs_;
 };
 
 /// M applied to rates or accelerations of the points: a momentum or a force per point, P3 eq. 22–23 before the sum.

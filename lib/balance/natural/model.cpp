@@ -85,6 +85,8 @@ class Builder {
     for (const int c : mechanism_.actuators) count(c);
     for (const Coupling& coupling : mechanism_.couplings) count(coupling.follower), count_all(coupling.leader);
     for (const Friction& friction : mechanism_.friction) count(friction.coordinate);
+    for (const Spring& spring : mechanism_.springs)
+      if (spring.in_joint()) count(spring.coordinate);
     for (const Disc& disc : mechanism_.discs) count_all(disc.follows), body_angle(disc.body);
     if (mechanism_.tool) {
       const int body = mechanism_.tool->body;

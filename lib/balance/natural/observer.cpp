@@ -114,6 +114,9 @@ VectorX Observer::needed_forces(const Stepper& stepper) {
     needed[2 * k] = force.real();
     needed[2 * k + 1] = force.imag();
   }
+  VectorX scalars = VectorX::Zero(model_.scalars);
+  applied_.add_joint_springs(state.position, scalars.data());
+  needed.tail(model_.scalars) -= scalars;
   for (const Rotor& rotor : model_.rotors)
     for (const ScalarTerm& term : rotor.turn.terms)
       needed[2 * moving + term.scalar] +=

@@ -85,7 +85,9 @@ Json springs_json(const Mechanism& mechanism) {
                     {"point_first", place(spring.point_first)},
                     {"point_second", place(spring.point_second)},
                     {"stiffness", spring.stiffness},
-                    {"free_length", spring.free_length}});
+                    {"free_length", spring.free_length},
+                    {"preload", spring.preload},
+                    {"coordinate", spring.coordinate}});
   return list;
 }
 

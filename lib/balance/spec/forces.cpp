@@ -154,30 +154,74 @@ void read_load(const Cursor& at, Draft& draft, LoadOf<Expression>& load) {
   read_push(text, draft, load);
 }
 
+void read_ends(const Cursor& at, Draft& draft, SpringOf<Expression>& spring) {
+  const auto ends = at.items("two points [body.point, body.point]", 2);
+  PointReference first, second;
+  const bool first_read = draft.problems.guard([&] { first = read_reference(ends[0], draft); });
+  const bool second_read = draft.problems.guard([&] { second = read_reference(ends[1], draft); });
+  if (!first_read || !second_read) return;
+  if (first.body == second.body)
+    at.fail({.expected = "points of two bodies",
+             .found = fmt::format("two points of {}",
+                                  in_quotes(draft.mechanism().bodies[static_cast<std::size_t>(first.body)].name))});
+  spring.first = first.body;
+  spring.second = second.body;
+  spring.point_first = first.position;
+  spring.point_second = second.position;
+}
+
+/// What a spring is given by; units of its numbers hang on where it is.
+struct SpringText {
+  std::optional<Cursor> between, joint, stiffness, free_length, rest, preload;
+};
+
+/// Between points or in a joint, each with its own words.
+void check_place(const Cursor& at, const SpringText& text) {
+  const auto one_of_both = [&](const std::string& wanted, bool both) {
+    const std::string found = both ? "both" : "neither";
+    at.fail_unless_doubtful(
+        at.path() + ".between",
+        {.message = fmt::format("expected {}; found {}", wanted, found), .expected = wanted, .found = found});
+  };
+  if (text.between.has_value() == text.joint.has_value())
+    one_of_both("one of: 'between' (two points), 'joint' (a coordinate)", text.between.has_value());
+  if (text.rest && text.preload) one_of_both("one of: 'rest' (a coordinate), 'preload' (at zero)", true);
+  const std::string length = "'free_length', which is a spring's between points";
+  const std::string rest = "'rest' or 'preload', which are a spring's in a joint";
+  if (text.joint && text.free_length) text.free_length->fail({.expected = rest, .found = "'free_length'"});
+  for (const auto& [own, name] : {std::pair(&text.rest, "'rest'"), std::pair(&text.preload, "'preload'")})
+    if (text.between && *own) (*own)->fail({.expected = length, .found = name});
+}
+
 void read_spring(const Cursor& at, Draft& draft, SpringOf<Expression>& spring) {
-  read_fields(
-      at, "a spring {between, stiffness}",
-      {{"between", Need::required,
-        [&](const Cursor& c) {
-          const auto ends = c.items("two points [body.point, body.point]", 2);
-          PointReference first, second;
-          const bool first_read = draft.problems.guard([&] { first = read_reference(ends[0], draft); });
-          const bool second_read = draft.problems.guard([&] { second = read_reference(ends[1], draft); });
-          if (!first_read || !second_read) return;
-          if (first.body == second.body)
-            c.fail(
-                {.expected = "points of two bodies",
-                 .found = fmt::format("two points of {}",
-                                      in_quotes(draft.mechanism().bodies[static_cast<std::size_t>(first.body)].name))});
-          spring.first = first.body;
-          spring.second = second.body;
-          spring.point_first = first.position;
-          spring.point_second = second.position;
-        }},
-       {"stiffness", Need::required,
-        [&](const Cursor& c) { spring.stiffness = read_number(c, draft, dimension::stiffness, Sign::not_negative); }},
-       {"free_length", Need::optional,
-        [&](const Cursor& c) { spring.free_length = read_number(c, draft, dimension::length, Sign::not_negative); }}});
+  SpringText text;
+  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+  read_fields(at, "a spring {between or joint, stiffness}",
+              {{"between", Need::optional, keep(text.between)},
+               {"joint", Need::optional, keep(text.joint)},
+               {"stiffness", Need::required, keep(text.stiffness)},
+               {"free_length", Need::optional, keep(text.free_length)},
+               {"rest", Need::optional, keep(text.rest)},
+               {"preload", Need::optional, keep(text.preload)}});
+  if (!at.is_map() || !draft.problems.guard([&] { check_place(at, text); })) return;
+  Dimension way = dimension::length, force = dimension::force;
+  const auto read_joint = [&] {
+    spring.coordinate = read_coordinate(*text.joint, draft);
+    const CoordinateKind kind = draft.mechanism().coordinates[static_cast<std::size_t>(spring.coordinate)].kind;
+    way = dimension_of(kind);
+    if (kind == CoordinateKind::angle) force = dimension::moment;
+  };
+  if (text.between) draft.problems.guard([&] { read_ends(*text.between, draft, spring); });
+  if (text.joint && !draft.problems.guard(read_joint)) return;
+  Expression rest;
+  const auto read = [&](const std::optional<Cursor>& c, Expression& number, const Dimension& in, Sign sign) {
+    if (c) draft.problems.guard([&] { number = read_number(*c, draft, in, sign); });
+  };
+  read(text.stiffness, spring.stiffness, force / way, Sign::not_negative);
+  read(text.free_length, spring.free_length, way, Sign::not_negative);
+  read(text.preload, spring.preload, force, Sign::any);
+  read(text.rest, rest, way, Sign::any);
+  if (text.rest) spring.preload = spring.stiffness * rest;
 }
 
 void read_one_friction(const Member& member, Draft& draft) {
@@ -216,7 +260,7 @@ void read_loads(const Cursor& section, Draft& draft) {
 }
 
 void read_springs(const Cursor& section, Draft& draft) {
-  for (const Member& member : named_members(section, "a mapping of springs {between, stiffness}")) {
+  for (const Member& member : named_members(section, "a mapping of springs {between or joint, stiffness}")) {
     SpringOf<Expression> spring;
     spring.name = member.name;
     draft.problems.guard([&] { read_spring(member.value, draft, spring); });

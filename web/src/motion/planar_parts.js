@@ -77,6 +77,7 @@ export function drawDiscs(stage) {
 export function drawSprings(stage) {
   const {view, pen, palette} = stage;
   for (const spring of view.geometry.springs) {
+    if (spring.coordinate >= 0) continue; // in a joint
     const a = stage.at(spring.first, spring.point_first);
     const b = stage.at(spring.second, spring.point_second);
     const length = Math.hypot(b[0] - a[0], b[1] - a[1]);

@@ -126,7 +126,7 @@ function telescopes(view, width, palette) {
   };
   return [
     ...sliding.map((j) => make(j, 0.5 * width, material(palette["link-edge"]))),
-    ...springs.map((s) => make(s, 0.3 * width, material(palette.faint))),
+    ...springs.filter((s) => s.coordinate < 0).map((s) => make(s, 0.3 * width, material(palette.faint))),
   ];
 }
 

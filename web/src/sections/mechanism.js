@@ -58,13 +58,16 @@ export function mechanismSection(data) {
       others(geometry, before, changed, vector, on)));
 }
 
-/** Springs, couplings, loads and friction; tables without lines are left out. */
+/** Springs between points and in joints, couplings, loads and friction; tables without lines are left out. */
 function others(geometry, before, changed, vector, on) {
   const name = (coordinate) => geometry.coordinates[coordinate].name;
   const turns = (coordinate) => geometry.coordinates[coordinate].unit === "rad";
-  const springs = geometry.springs.map((s, i) => row(s.name, `${on(s.first)} – ${on(s.second)}`,
+  const springs = geometry.springs.flatMap((s, i) => (s.coordinate >= 0 ? [] : [row(s.name, `${on(s.first)} – ${on(s.second)}`,
     changed(before.springs[i], s, (x) => withUnit(x.stiffness, "N/m")), changed(before.springs[i], s, (x) => withUnit(x.free_length, "m")),
-    changed(before.springs[i], s, (x) => vector(x.point_first)), changed(before.springs[i], s, (x) => vector(x.point_second))));
+    changed(before.springs[i], s, (x) => vector(x.point_first)), changed(before.springs[i], s, (x) => vector(x.point_second)))]));
+  const inJoints = geometry.springs.flatMap((s, i) => (s.coordinate < 0 ? [] : [row(s.name, name(s.coordinate),
+    changed(before.springs[i], s, (x) => withUnit(x.stiffness, turns(s.coordinate) ? "N m/rad" : "N/m")),
+    changed(before.springs[i], s, (x) => withUnit(x.preload, turns(s.coordinate) ? "N m" : "N")))]));
   const couplings = geometry.couplings.flatMap((c) => c.leaders.map((led) => row(name(c.follower), name(led.coordinate),
     format(c.ratio * led.ratio, 6), withUnit(c.offset, geometry.coordinates[c.follower].unit))));
   const loads = geometry.loads.map((l) => row(l.name, on(l.body), vector(l.point), largest(l.force, largestForce(l), "N"),
@@ -73,6 +76,7 @@ function others(geometry, before, changed, vector, on) {
     withUnit(f.coulomb, turns(f.coordinate) ? "N m" : "N")));
   return [
     springs.length ? table("Springs", ["Spring", "Between", "Stiffness", "Free length", "From [m]", "To [m]"], springs) : null,
+    inJoints.length ? table("Springs in joints", ["Spring", "In", "Stiffness", "At zero"], inJoints) : null,
     couplings.length ? table("Gears and belts", ["Follower", "Leader", "Ratio", "Offset"], couplings) : null,
     loads.length ? table("Loads", ["Load", "On", "At [m]", "Force", "Moment", "In the axes of", "When"], loads) : null,
     friction.length ? table("Friction", ["In", "Viscous", "Dry"], friction) : null,
