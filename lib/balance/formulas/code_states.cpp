@@ -61,7 +61,7 @@ CodeStates code_states(const Mechanism& mechanism, Ring& ring, const SymbolicTre
   states.meaning =
       open ? "The test's torques are those of the program balance."
            : "Loops are not closed: these are the torques of the spanning tree, the test's those of its recursion.";
-  if (!open && !tree.springs.empty())
+  if (!open && tree.has_springs())
     throw FormulaError("springs in a mechanism with loops have no program yet: it could not be tested");
   const std::size_t n = tree.columns.size();
   std::unique_ptr<InverseDynamics> engine;

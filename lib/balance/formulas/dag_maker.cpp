@@ -38,6 +38,7 @@ std::string item(const char* list, int index) { return std::string(list) + "[" +
 std::vector<Dag> torque_program(Arena& arena, Ring& ring, const SymbolicTree& tree) {
   DagMaker make(arena, ring);
   VariableRates<Dag> rates;
+  std::vector<Dag> value;
   for (const Variable& variable : tree.variables) {
     Dag x(variable.offset), v(0), a(0);
     for (const auto& [column, ratio] : variable.follows) {
@@ -50,11 +51,13 @@ std::vector<Dag> torque_program(Arena& arena, Ring& ring, const SymbolicTree& tr
       make.move_angle(variable.index, x);
     else
       make.move_symbol(variable.index, x);
+    value.push_back(x);
     rates.rate.push_back(v);
     rates.acceleration.push_back(a);
   }
   std::vector<Dag> torques = inverse_dynamics<Dag>(tree, make, rates);
-  if (tree.springs.empty()) return torques;
+  if (!tree.has_springs()) return torques;
+  for (const JointSpring& spring : tree.joint_springs) make.move_symbol(spring.symbol, value[spring.variable]);
   SymbolicTree weightless = tree;
   weightless.gravity = {};
   const Equations springs = derive(ring, weightless, {.inertia = false, .velocity = false, .closures = false});

@@ -56,11 +56,19 @@ void add_spring(const LinearSpring& spring, PolynomialMaker& make, Equations& e)
   for (std::size_t i = 0; i < e.z.size(); ++i) e.z[i] += factor * derivative(e.tree, square, static_cast<int>(i));
 }
 
+/// Generalised force of a spring in a joint: k q − preload.
+void add_joint_spring(const JointSpring& spring, PolynomialMaker& make, Equations& e) {
+  const Polynomial force = spring.stiffness * Polynomial::of_symbol(make.ring, spring.symbol) - spring.preload;
+  for (const auto& [column, ratio] : e.tree.variables[static_cast<std::size_t>(spring.variable)].follows)
+    e.z[static_cast<std::size_t>(column)] += ratio * force;
+}
+
 void add_weight_and_springs(PolynomialMaker& make, Equations& e) {
   Polynomial potential;
   for (std::size_t k = 0; k < 3; ++k) potential -= e.tree.gravity[k] * e.moment[k];
   for (std::size_t i = 0; i < e.M.size(); ++i) e.z.push_back(derivative(e.tree, potential, static_cast<int>(i)));
   for (const LinearSpring& spring : e.tree.springs) add_spring(spring, make, e);
+  for (const JointSpring& spring : e.tree.joint_springs) add_joint_spring(spring, make, e);
 }
 
 }  // namespace

@@ -204,6 +204,16 @@ Polynomial MechanismNumbers::free_length(std::size_t s) {
                      SymbolKind::length);
 }
 
+/// As its spec has it: by itself, or by where the spring rests.
+Polynomial MechanismNumbers::preload(std::size_t s) {
+  const Spring& spring = mechanism_.springs[s];
+  const std::string path = "springs." + spring.name;
+  if (!texts_.numbers.contains(path + ".rest"))
+    return numbers_.at(path + ".preload", spring.preload, "p_" + spring.name, SymbolKind::stiffness);
+  const double rest = spring.stiffness == 0 ? 0 : spring.preload / spring.stiffness;
+  return stiffness(s) * numbers_.at(path + ".rest", rest, "q0_" + spring.name, SymbolKind::place);
+}
+
 std::string MechanismNumbers::coordinate_name(int index) const {
   const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(index)];
   const std::string& name = coordinate.name;

@@ -30,6 +30,7 @@ class MechanismNumbers {
   Polynomial coupling_term(std::size_t coupling, const CoordinateTerm& term);
   Polynomial stiffness(std::size_t spring);
   Polynomial free_length(std::size_t spring);
+  Polynomial preload(std::size_t spring);
   /// theta1 of the angle J1, d3 of the slide J3, else the coordinate's own name.
   std::string coordinate_name(int coordinate) const;
   /// Symbols of first moments, masses, inertias, in the order of list_parameters.

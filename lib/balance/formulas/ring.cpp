@@ -61,6 +61,15 @@ int Ring::add_angle(const std::string& name, int run, double value) {
   return static_cast<int>(angles_.size()) - 1;
 }
 
+int Ring::symbol_of_angle(int angle) {
+  const std::string& name = angles_[static_cast<std::size_t>(angle)].name;
+  const auto known =
+      std::find_if(symbols_.begin(), symbols_.end(), [&](const Symbol& symbol) { return symbol.name == name; });
+  if (known != symbols_.end()) return static_cast<int>(known - symbols_.begin());
+  symbols_.push_back({name, SymbolKind::slide, 0});
+  return static_cast<int>(symbols_.size()) - 1;
+}
+
 WaveId Ring::find(Wave wave, Rational& factor) {
   Wave tidy;
   for (Circular& function : wave) {

@@ -85,6 +85,8 @@ class Ring {
   /// @return the symbol's number; a name that is there already gets one that is not, by a `_` behind it
   int add_symbol(const std::string& name, SymbolKind kind, double value);
   int add_angle(const std::string& name, int run, double value = 0);
+  /// An angle where it stands by itself, as a coordinate of a torsion spring: a symbol with the angle's own name.
+  int symbol_of_angle(int angle);
   /// Forgets the symbols from there on, in which no polynomial must be left.
   void keep_symbols(int count) { symbols_.resize(static_cast<std::size_t>(count)); }
   bool is_taken(const std::string& name) const;

@@ -46,7 +46,7 @@ SheetSection velocity(const Equations& e) {
 }
 
 SheetSection gravity(const Equations& e) {
-  const bool springs = !e.tree.springs.empty();
+  const bool springs = e.tree.has_springs();
   SheetSection section{Section::gravity,
                        springs ? "Weight and springs: the torque of i has D_i" : "Weight: the torque of i has D_i",
                        {},

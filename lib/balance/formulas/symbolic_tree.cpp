@@ -53,7 +53,8 @@ class TreeBuilder {
     for (const int joint : edges_.cut) cut(joint);
     add_masses();
     for (std::size_t d = 0; d < mechanism_.discs.size(); ++d) add_disc(static_cast<int>(d));
-    for (std::size_t s = 0; s < mechanism_.springs.size(); ++s) add_spring(s);
+    for (std::size_t s = 0; s < mechanism_.springs.size(); ++s)
+      mechanism_.springs[s].in_joint() ? add_joint_spring(s) : add_spring(s);
     tree_.gravity = numbers_.gravity();
     tree_.inertial = numbers_.inertial();
     if (natural_) tree_.basic = basic_tree(ring_, mechanism_, numbers_);
@@ -230,6 +231,15 @@ class TreeBuilder {
     if (!found.free_length.is_zero())
       found.length = ring_.add_symbol("L_" + plain_name(spring.name), SymbolKind::named, 1);
     tree_.springs.push_back(found);
+  }
+
+  void add_joint_spring(std::size_t s) {
+    const Spring& spring = mechanism_.springs[s];
+    const int variable = variable_[static_cast<std::size_t>(spring.coordinate)];
+    if (variable < 0) throw FormulaError("spring " + spring.name + " is in a joint that closes a loop");
+    const Variable& moving = tree_.variables[static_cast<std::size_t>(variable)];
+    const int symbol = moving.is_angle ? ring_.symbol_of_angle(moving.index) : moving.index;
+    tree_.joint_springs.push_back({variable, symbol, numbers_.stiffness(s), numbers_.preload(s)});
   }
 
   Ring& ring_;

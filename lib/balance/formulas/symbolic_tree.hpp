@@ -61,6 +61,13 @@ struct LinearSpring {
   int length = -1;  ///< symbol of its length; −1 where the free length is zero: then nothing needs it
 };
 
+/// A spring in a joint: it drives the variable with preload − stiffness · symbol.
+struct JointSpring {
+  int variable = 0;
+  int symbol = 0;  ///< of the ring, for the coordinate
+  Polynomial stiffness, preload;
+};
+
 /// The angle of a joint that closes a loop: Σ multiple · angles of the tree.
 struct Relation {
   int angle = 0;
@@ -76,11 +83,14 @@ struct SymbolicTree {
   std::vector<int> coordinate_variable;  ///< per coordinate of the mechanism; −1: of a joint that closes a loop
   std::vector<LoopClosure> closures;
   std::vector<LinearSpring> springs;
+  std::vector<JointSpring> joint_springs;
   Vector gravity;
   std::vector<int> inertial;          ///< symbols of inertial parameters, where the tree has them for each element
   std::vector<std::string> left_out;  ///< what z does not contain: "friction", "loads"
   std::vector<Relation> relations;
   std::optional<BasicTree> basic;  ///< where natural coordinates are wanted
+
+  bool has_springs() const { return !springs.empty() || !joint_springs.empty(); }
 };
 
 enum class Inertial {
