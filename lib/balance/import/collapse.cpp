@@ -38,7 +38,7 @@ class Collapser {
 
   bool is_free(int j) {
     const RobotJoint& one = joint(j);
-    return needed_.count(j) == 0 && !one.driven && one.viscous == 0 && one.coulomb == 0;
+    return needed_.count(j) == 0 && !one.driven && one.viscous == 0 && one.coulomb == 0 && one.stiffness == 0;
   }
 
   /// The two joints of a massless body that nothing else is on; both can be spared.

@@ -249,9 +249,12 @@ class MjcfReader {
     if (one.viscous != 0 || one.coulomb != 0)
       note(Level::note, full, "friction", fmt::format("joint {}", in_quotes(one.joint.name)),
            fmt::format("damping {:g} and friction {:g} are in 'friction'", one.viscous, one.coulomb));
-    if (read_.number(full, "stiffness", 0) != 0)
+    one.stiffness = read_.number(full, "stiffness", 0);
+    if (one.stiffness < 0) read_.fault(full, "stiffness", "expected a stiffness ≥ 0");
+    one.rest = read_.number(full, "springref", 0) * unit - ref;
+    if (one.stiffness != 0)
       note(Level::note, full, "spring", fmt::format("joint {}", in_quotes(one.joint.name)),
-           "its spring is left out: a spec's springs are between points");
+           fmt::format("its stiffness of {:g} is in 'springs'", one.stiffness));
     if (one.armature != 0)
       note(Level::note, full, "armature", fmt::format("joint {}", in_quotes(one.joint.name)),
            fmt::format("its armature of {:g} is offered as a disc in a comment", one.armature));

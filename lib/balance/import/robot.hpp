@@ -57,6 +57,7 @@ struct RobotJoint {
   std::optional<Vector3> rpy;  ///< what joint.rotation was written as
   Limits limits;
   double viscous = 0, coulomb = 0;  ///< friction of its only coordinate
+  double stiffness = 0, rest = 0;   ///< of a spring in it
   double armature = 0;              ///< inertia of a geared rotor, seen at the joint
   std::string note;                 ///< a comment for the spec
 };

@@ -73,7 +73,9 @@ class RestWriter {
   }
 
   void springs() {
-    if (page_.robot.springs.empty()) return;
+    const auto sprung = [](const RobotJoint& one) { return one.kept && one.stiffness != 0; };
+    const auto& joints = page_.robot.joints;
+    if (page_.robot.springs.empty() && std::none_of(joints.begin(), joints.end(), sprung)) return;
     page_.line(0, "");
     page_.line(0, "springs:");
     Names given({});
@@ -83,6 +85,11 @@ class RestWriter {
                                 page_.names.spring_ends[s].first, page_.names.spring_ends[s].second,
                                 number(one.stiffness), number(one.free_length)));
     }
+    for (std::size_t j = 0; j < joints.size(); ++j)
+      if (sprung(joints[j]))
+        page_.line(
+            2, fmt::format("{}: {{joint: {}, stiffness: {}, rest: {}}}", given.give(page_.names.joints[j] + "_spring"),
+                           page_.names.joints[j], number(joints[j].stiffness), number(joints[j].rest)));
   }
 
   /// What only a rotor on the joint could be, to be taken in by whoever wants it.

@@ -22,7 +22,7 @@ void hold(RobotJoint& one, double offset) {
     joint.rotation = rotation_about(joint.axis, offset) * joint.rotation;
   joint.type = JointType::fixed;
   one.rpy.reset();
-  one.viscous = one.coulomb = 0;
+  one.viscous = one.coulomb = one.stiffness = 0;
 }
 
 void read_mimic(const XmlElement& element, const XmlElement& mimic, const ElementReader& read, Robot& robot) {
