@@ -27,6 +27,19 @@ class Metric(NamedTuple):
     round_off: float
 
 
+class PayloadChange(NamedTuple):
+    """A payload `taken up` or `set down` on the way, at `time` [s]; its place moves with `speed` [m/s] and its body turns with
+    `turning` [rad/s] then, an impact that no figure knows. Efforts of the actuators on both sides [N m or N]."""
+
+    payload: str
+    change: str
+    time: float
+    speed: float
+    turning: float
+    torque_before: numpy.ndarray
+    torque_after: numpy.ndarray
+
+
 class Quantity(NamedTuple):
     """What a sampled quantity is: its name, its unit (`mixed`: see `units`, one per column), its dimensions behind `time`."""
 
@@ -129,6 +142,11 @@ class Run(Mapping[str, numpy.ndarray]):
     def metrics(self) -> Dict[str, Metric]:
         """Peak, rms, mean and range of every quantity, by its name: `run.metrics["torque[A1]"].peak`."""
         return {one[0]: Metric(*one) for one in self._native.metrics}
+
+    @property
+    def payload_changes(self) -> List[PayloadChange]:
+        """What is taken up and set down on the way; of a run that was read from a file nothing."""
+        return [PayloadChange(*one) for one in self._native.payload_changes]
 
     @property
     def energy(self) -> float:

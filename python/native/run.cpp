@@ -102,6 +102,14 @@ py::list metrics_of(const Run& run) {
   return all;
 }
 
+py::list payload_changes_of(const Run& run) {
+  py::list all;
+  for (const PayloadChange& one : run.result.payload_changes)
+    all.append(py::make_tuple(one.payload, verb_of(one), one.time, one.speed, one.turning, copied(one.effort_before),
+                              copied(one.effort_after)));
+  return all;
+}
+
 py::dict description_of(const Run& run) {
   const FileDescription& d = run.description;
   py::dict all;
@@ -144,6 +152,7 @@ void bind_run(py::module_& m) {
       .def_property_readonly("quantities", &quantities_of)
       .def_property_readonly("labels", &labels_of_all)
       .def_property_readonly("metrics", &metrics_of)
+      .def_property_readonly("payload_changes", &payload_changes_of)
       .def_property_readonly("description", &description_of)
       .def("values", &values_of, py::arg("name"))
       .def(

@@ -37,6 +37,28 @@ class Views(Case):
         gc.collect()
         numpy.testing.assert_array_equal(torque, kept)
 
+    def test_a_payload_that_is_taken_up_is_told_with_the_torques_on_both_sides(self):
+        """A level link at rest: m g l more of it afterwards."""
+        link = bm.load("""\
+space: planar
+gravity: [0, -9.81]
+ground: {points: {O: [0, 0]}}
+bodies: {link: {mass: 2, com: [0.25, 0], inertia: 0.04, points: {A: [0, 0], E: [0.5, 0]}}}
+payloads: {cargo: {body: link, at: E, mass: 0.5, from: 0.4}}
+joints: {J: {type: revolute, connects: [ground.O, link.A]}}
+actuators: [J]
+trajectories:
+  lift: {law: cycloidal, drive: joints, duration: 1, from: {joints: {J: -1}}, to: {joints: {J: 1}},
+    path: {waypoints: [{joints: {J: 0}}], times: [0.4]}}
+""")
+        change, = link.simulate("lift").payload_changes
+        self.assertEqual((change.payload, change.change), ("cargo", "taken up"))
+        self.assertAlmostEqual(change.time, 0.4)
+        self.assertLess(change.speed, 1e-12)
+        numpy.testing.assert_allclose(change.torque_before, [2 * 9.81 * 0.25], rtol=1e-12)
+        numpy.testing.assert_allclose(change.torque_after, [2 * 9.81 * 0.25 + 0.5 * 9.81 * 0.5], rtol=1e-12)
+        self.assertEqual(bm.load(config("3rrr.yaml")).simulate("cycloid", samples=11).payload_changes, [])
+
     def test_what_a_run_does_not_have_is_told(self):
         run = bm.load(config("3rrr.yaml")).simulate("cycloid", samples=11)
         with self.assertRaises(KeyError):
