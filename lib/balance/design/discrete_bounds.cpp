@@ -30,6 +30,9 @@ DiscreteBounds::Place::Place(const DesignProblem& whole, const Branch& branch)
   std::vector<LinearFigure> figures;
   if (whole.objective && whole.whole_figures_at)
     if (auto found = whole.whole_figures_at(context.box.numbers(context.box.start()))) figures = std::move(*found);
+  std::vector<BoundedFigures> limits;
+  if (whole.bounded_at)
+    if (auto found = whole.bounded_at(context.box.numbers(context.box.start()))) limits = std::move(*found);
   const FixedRows rows(context, conditions);
   const auto occurring = find_occurring(context, conditions, context.box.start());
   const VectorX at_start = rows.exact(context.box.start());
@@ -44,7 +47,7 @@ DiscreteBounds::Place::Place(const DesignProblem& whole, const Branch& branch)
   }
   const auto terms =
       static_cast<Eigen::Index>(list_terms(context.survey.at_base, context.options.loose_springs).size());
-  relaxation.emplace(context, rows.matrix()(changeable, Eigen::all).leftCols(terms), figures);
+  relaxation.emplace(context, rows.matrix()(changeable, Eigen::all).leftCols(terms), figures, limits);
 }
 
 const DiscreteBounds::Place* DiscreteBounds::place(const Branch& branch) {

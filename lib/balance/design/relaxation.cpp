@@ -7,19 +7,21 @@ namespace balance::designing {
 
 namespace {
 
-/// Weights of the rows against a figure of size one: exact unless a multiplier is beyond them, a bound in any case, and the smaller
+/// Weights of rows and limits against a figure of size one: exact unless a multiplier is beyond them, a bound in any case, and the smaller
 /// they are the more digits are kept.
-constexpr double weights_of_rows[] = {30, 1e3, 3e4};
+constexpr double weights[] = {30, 1e3, 3e4};
 /// Round-off of a program's rows.
 constexpr double of_a_row = 1e-12;
 
 std::vector<bool> find_what_matters(const Context& context, const MatrixX& rows,
-                                    const std::vector<LinearFigure>& figures) {
+                                    const std::vector<LinearFigure>& figures,
+                                    const std::vector<BoundedFigures>& limits) {
   std::vector<bool> matters(list_terms(context.survey.at_base, context.options.loose_springs).size(), false);
   const double largest = rows.rows() > 0 ? rows.colwise().norm().maxCoeff() : 0;
   for (std::size_t k = 0; k < matters.size() && rows.rows() > 0; ++k)
     matters[k] = rows.col(static_cast<Eigen::Index>(k)).norm() > 1e-12 * largest;
   mark_what_matters(figures, matters);
+  for (const BoundedFigures& limit : limits) mark_what_matters(limit.figures, matters);
   return matters;
 }
 
@@ -84,8 +86,11 @@ class Reduction {
 
 }  // namespace
 
-Relaxation::Relaxation(const Context& context, const MatrixX& rows, const std::vector<LinearFigure>& figures)
-    : context_(context), model_(context, context.box.start(), find_what_matters(context, rows, figures)) {
+Relaxation::Relaxation(const Context& context, const MatrixX& rows, const std::vector<LinearFigure>& figures,
+                       const std::vector<BoundedFigures>& limits)
+    : context_(context),
+      model_(context, context.box.start(), find_what_matters(context, rows, figures, limits)),
+      has_figure_(!figures.empty()) {
   std::optional<InertialTerms> terms = model_.at(context.box.start());
   known_ = terms.has_value();
   if (!known_) return;
@@ -103,6 +108,24 @@ Relaxation::Relaxation(const Context& context, const MatrixX& rows, const std::v
   size_ = std::max(std::abs(low_size), 1e-3 * std::abs(high_size));
   if (!(size_ > 0)) size_ = 1;
   for (InnerFigure& one : data_.figures) one.size = size_;
+  data_.bounds.resize(static_cast<Eigen::Index>(limits.size()));
+  for (std::size_t l = 0; l < limits.size(); ++l) {
+    const double bound = limits[l].bound, size = bound != 0 ? std::abs(bound) : size_;
+    data_.bounds[static_cast<Eigen::Index>(l)] = bound / size;
+    for (const LinearFigure& figure : limits[l].figures)
+      data_.figures.push_back({of_unknowns(figure, data_.terms), size, static_cast<int>(l)});
+  }
+}
+
+/// How far the unknowns are from what is demanded, of rows and limits.
+double Relaxation::missed(const VectorX& unknowns, bool rows) const {
+  VectorX with_one(unknowns.size() + 1), beyond = -data_.bounds;
+  with_one << unknowns, 1;
+  for (const auto& [figure, size, limit] : data_.figures)
+    if (limit >= 0) beyond[limit] += figure.weight / size * figure(with_one);
+  double worst = beyond.size() > 0 ? std::max(0.0, beyond.maxCoeff()) : 0;
+  if (rows) worst = std::max(worst, (data_.rows * unknowns - data_.right).norm());
+  return worst;
 }
 
 bool Relaxation::complete() const {
@@ -145,15 +168,16 @@ InnerData Relaxation::narrowed(const Narrowed& part, Held& held) const {
   return data;
 }
 
-Relaxation::Answer Relaxation::solve(const Narrowed& part, bool figures, double weight_of_rows) const {
+Relaxation::Answer Relaxation::solve(const Narrowed& part, bool figures, bool rows, double weight) const {
   Held held;
   const InnerData data = narrowed(part, held);
-  InnerProgram builder(data, figures, weight_of_rows > 0);
+  InnerProgram builder(data, figures, rows);
   builder.add_limits();
   std::vector<FigurePiece> pieces;
   if (figures)
     for (std::size_t k = 0; k < data.figures.size(); ++k) builder.add_figure(k, pieces);
-  if (weight_of_rows > 0) builder.add_residual(weight_of_rows);
+  if (figures) builder.add_bounds(weight);
+  if (rows) builder.add_residual(weight);
   Reduced reduced = Reduction(builder.finish(pieces), held).run();
   Answer answer;
   if (!reduced.possible) return answer;
@@ -172,7 +196,8 @@ Relaxation::Answer Relaxation::solve(const Narrowed& part, bool figures, double 
   answer.status = ConeStatus::solved;
   answer.bound += reduced.constant;
   for (const auto& [figure, size, limit] : data.figures)  // a sum's constant is no cost of the program's
-    if (figures && figure.series.empty()) answer.bound += figure.weight / size * figure.coefficients.tail(1)[0];
+    if (figures && limit < 0 && figure.series.empty())
+      answer.bound += figure.weight / size * figure.coefficients.tail(1)[0];
   answer.unknowns = all;
   return answer;
 }
@@ -194,7 +219,7 @@ RelaxedDesign Relaxation::least_residual(const Narrowed& part) const {
     design.residual = 0;
     return design;
   }
-  const Answer answer = solve(part, false, 1);
+  const Answer answer = solve(part, false, true, 1);
   RelaxedDesign design = read(answer, part);
   if (design.x.size() > 0) design.residual = std::max(0.0, answer.bound);
   return design;
@@ -203,30 +228,35 @@ RelaxedDesign Relaxation::least_residual(const Narrowed& part) const {
 RelaxedDesign Relaxation::least_figure(const Narrowed& part) const {
   if (data_.rows.rows() == 0) return least_figure_regardless(part);
   RelaxedDesign design = least_residual(part);
-  if (!design.possible || data_.figures.empty()) return design;
+  if (!design.possible || !has_figure_) return design;
   if (design.residual > can_be_met) return design;
-  RelaxedDesign best;
-  double bound = -std::numeric_limits<double>::infinity();
-  for (const double weight : weights_of_rows) {
-    const Answer answer = solve(part, true, weight);
-    const RelaxedDesign found = read(answer, part);
-    if (found.x.size() == 0) continue;
-    best = found;
-    bound = std::max(bound, answer.bound);
-    if ((data_.rows * answer.unknowns - data_.right).norm() < can_be_met) break;
-  }
-  best.possible = true;
+  RelaxedDesign best = weighed(part, true);
   best.residual = design.residual;
-  if (best.x.size() > 0) best.figure = size_ * bound;
   return best;
 }
 
 RelaxedDesign Relaxation::least_figure_regardless(const Narrowed& part) const {
-  const Answer answer = solve(part, true, 0);
-  RelaxedDesign design = read(answer, part);
-  design.residual = 0;
-  if (design.x.size() > 0) design.figure = size_ * answer.bound;
-  return design;
+  RelaxedDesign best = weighed(part, false);
+  best.residual = 0;
+  return best;
+}
+
+/// With heavier and heavier weights until everything demanded is met; every one of them gives a bound.
+RelaxedDesign Relaxation::weighed(const Narrowed& part, bool rows) const {
+  RelaxedDesign best;
+  double bound = -std::numeric_limits<double>::infinity();
+  for (const double weight : weights) {
+    const Answer answer = solve(part, true, rows, weight);
+    const RelaxedDesign found = read(answer, part);
+    if (!rows && data_.bounds.size() == 0) best.possible = found.possible;
+    if (found.x.size() == 0) continue;
+    best = found;
+    bound = std::max(bound, answer.bound);
+    if (missed(answer.unknowns, rows) < can_be_met) break;
+  }
+  if (rows || data_.bounds.size() > 0) best.possible = true;
+  if (best.x.size() > 0 && has_figure_) best.figure = size_ * bound;
+  return best;
 }
 
 }  // namespace balance::designing

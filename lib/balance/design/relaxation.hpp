@@ -30,7 +30,9 @@ class Relaxation {
  public:
   /// @param rows scaled conditions × terms (list_terms) at the context's only geometry
   /// @param figures of the objective, at all samples; empty: none
-  Relaxation(const Context& context, const MatrixX& rows, const std::vector<LinearFigure>& figures);
+  /// @param limits that all designs keep
+  Relaxation(const Context& context, const MatrixX& rows, const std::vector<LinearFigure>& figures,
+             const std::vector<BoundedFigures>& limits);
 
   /// Numbers that are no unknowns.
   const std::vector<int>& outer() const { return model_.outer(); }
@@ -50,12 +52,15 @@ class Relaxation {
     double bound = 0;  ///< of the program's cost
     VectorX unknowns;
   };
-  Answer solve(const Narrowed& part, bool figures, double weight_of_rows) const;
+  Answer solve(const Narrowed& part, bool figures, bool rows, double weight) const;
+  RelaxedDesign weighed(const Narrowed& part, bool rows) const;
+  double missed(const VectorX& unknowns, bool rows) const;
   InnerData narrowed(const Narrowed& part, Held& held) const;
   RelaxedDesign read(const Answer& answer, const Narrowed& part) const;
 
   const Context& context_;
   InertialModel model_;
+  bool has_figure_;     ///< there is something to minimise
   bool known_ = false;  ///< what the terms are of the unknowns
   InnerData data_;
   double size_ = 1;  ///< of the figure

@@ -10,11 +10,12 @@ namespace balance::designing {
 namespace {
 
 bool is_open(const DesignProblem& problem, const DesignOutcome& outcome) {
-  if (problem.inner || problem.modular || !outcome.within_limits || outcome.method != DesignMethod::polynomial)
-    return false;
+  if (problem.inner || problem.modular || !outcome.within_limits) return false;
+  const bool without_goal = outcome.status == DesignStatus::not_asked;
+  if (outcome.method != DesignMethod::polynomial && !without_goal) return false;
   if (outcome.status == DesignStatus::compromise) return true;
   return problem.objective && problem.whole_figures_at && outcome.optimality == Optimality::local_best &&
-         outcome.status == DesignStatus::balanced;
+         (without_goal || outcome.status == DesignStatus::balanced);
 }
 
 void improve(const DesignProblem& problem, const VectorX& from, DesignOutcome& outcome,
