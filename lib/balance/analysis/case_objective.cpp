@@ -132,12 +132,24 @@ LinearFigure widened(LinearFigure figure, const CasePlace& place, Eigen::Index t
 
 using Figures = std::optional<std::vector<LinearFigure>>;
 
+/// A sum of parameters that is never negative, as the peak of a series of one sample.
+void make_series(LinearFigure& figure) {
+  if (figure.coefficients.size() == 0) return;
+  PlaceRows one;
+  one.rows.setZero(1, figure.coefficients.size() + 1);
+  one.rows.leftCols(figure.coefficients.size()) = figure.coefficients.transpose();
+  one.components = 1;
+  one.share = VectorX::Ones(1);
+  figure = {figure.weight, {}, Figure::peak, {std::move(one)}};
+}
+
 /// The worst of one figure is one figure again: the worst of all series counts.
 Figures join(std::vector<std::vector<LinearFigure>> each, AcrossCases across) {
   std::vector<LinearFigure> all;
   const double share = across == AcrossCases::mean ? 1.0 / static_cast<double>(each.size()) : 1;
   for (std::vector<LinearFigure>& figures : each)
     for (LinearFigure& figure : figures) {
+      if (across == AcrossCases::worst) make_series(figure);
       if (across == AcrossCases::worst && !all.empty()) {
         std::move(figure.series.begin(), figure.series.end(), std::back_inserter(all.front().series));
         continue;
@@ -183,28 +195,64 @@ std::vector<DesignLimit> build_case_limits(const CaseSpace& space, const std::ve
                                            const LooseSprings& loose) {
   std::vector<DesignLimit> built;
   for (const FigureLimit& limit : limits)
-    built.push_back({limit.text, build(space, limit.terms, limit.at_least ? Counts::least : Counts::largest, loose),
+    built.push_back({limit.text,
+                     build(space, limit.terms, limit.at_least ? Counts::least : counted(limit.across), loose),
                      limit.at_least, limit.bound});
   return built;
 }
 
-std::function<std::optional<std::vector<BoundedFigures>>(const VectorX& x)> build_case_bounded(
-    const CaseSpace& space, const std::vector<FigureLimit>& limits, const LooseSprings& loose, int& known) {
+namespace {
+
+using Bounded = std::function<std::optional<std::vector<BoundedFigures>>(const VectorX& x)>;
+
+/// One limit in every case.
+struct CaseLimit {
+  AcrossCases across;
+  std::vector<Bounded> each;
+};
+
+/// Limits on means add up to one, of all cases' figures; those on the worst value are as many as cases.
+void add_limit(std::vector<BoundedFigures> each, AcrossCases across, std::vector<BoundedFigures>& all) {
+  if (across == AcrossCases::worst) {
+    std::move(each.begin(), each.end(), std::back_inserter(all));
+    return;
+  }
+  BoundedFigures mean{{}, each.front().bound};
+  for (BoundedFigures& own : each)
+    for (LinearFigure& figure : own.figures) {
+      figure.weight /= static_cast<double>(each.size());
+      mean.figures.push_back(std::move(figure));
+    }
+  all.push_back(std::move(mean));
+}
+
+}  // namespace
+
+Bounded build_case_bounded(const CaseSpace& space, const std::vector<FigureLimit>& limits, const LooseSprings& loose,
+                           int& known) {
   const std::vector<CasePlace> places = places_of(space, loose);
-  std::vector<std::function<std::optional<std::vector<BoundedFigures>>(const VectorX&)>> each;
-  for (std::size_t k = 0; k < space.cases.size(); ++k)
-    each.push_back(build_bounded(space.cases[k], limits, places[k].loose, known));
-  if (known == 0) return {};
-  return [space, each, places,
+  std::vector<CaseLimit> built;
+  for (const FigureLimit& limit : limits) {
+    CaseLimit one{limit.across, {}};
+    int is_known = 0;
+    for (std::size_t k = 0; k < space.cases.size(); ++k)
+      one.each.push_back(build_bounded(space.cases[k], {limit}, places[k].loose, is_known));
+    if (is_known > 0) built.push_back(std::move(one));
+  }
+  known = static_cast<int>(built.size());
+  if (built.empty()) return {};
+  return [space, built, places,
           total = count_parameters(places)](const VectorX& x) -> std::optional<std::vector<BoundedFigures>> {
     std::vector<BoundedFigures> all;
-    for (std::size_t k = 0; k < each.size(); ++k) {
-      auto own = each[k](space.values(k, x));
-      if (!own) return std::nullopt;
-      for (BoundedFigures& limit : *own) {
-        for (LinearFigure& figure : limit.figures) figure = widened(std::move(figure), places[k], total);
-        all.push_back(std::move(limit));
+    for (const CaseLimit& limit : built) {
+      std::vector<BoundedFigures> each;
+      for (std::size_t k = 0; k < limit.each.size(); ++k) {
+        auto own = limit.each[k](space.values(k, x));
+        if (!own) return std::nullopt;
+        for (LinearFigure& figure : own->front().figures) figure = widened(std::move(figure), places[k], total);
+        each.push_back(std::move(own->front()));
       }
+      add_limit(std::move(each), limit.across, all);
     }
     return all;
   };
@@ -212,14 +260,13 @@ std::function<std::optional<std::vector<BoundedFigures>>(const VectorX& x)> buil
 
 std::function<Figures(const VectorX& x)> build_case_figures(const CaseSpace& space,
                                                             const std::vector<ObjectiveTerm>& terms, AcrossCases across,
-                                                            const LooseSprings& loose) {
-  const bool single = terms.size() == 1 && terms.front().size == ObjectiveTerm::Size::none;
-  if (across == AcrossCases::worst && !single) return {};
+                                                            const LooseSprings& loose, FigureSamples samples) {
+  if (across == AcrossCases::worst && terms.size() > 1) return {};
   const std::vector<CasePlace> places = places_of(space, loose);
   const Eigen::Index total = count_parameters(places);
   std::vector<std::function<Figures(const VectorX&)>> each;
   for (std::size_t k = 0; k < space.cases.size(); ++k) {
-    each.push_back(build_figures(space.cases[k], terms, places[k].loose));
+    each.push_back(build_figures(space.cases[k], terms, places[k].loose, samples));
     if (!each.back()) return {};
   }
   return [space, each, places, total, across](const VectorX& x) -> Figures {

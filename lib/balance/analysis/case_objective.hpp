@@ -2,6 +2,7 @@
 /// What `minimize` asks for where there are load cases: its worst or its mean value over all of them.
 
 #include "balance/analysis/case_space.hpp"
+#include "balance/analysis/objective.hpp"
 #include "balance/design/problem.hpp"
 
 namespace balance {
@@ -12,18 +13,19 @@ namespace balance {
 Objective build_case_objective(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, AcrossCases across,
                                const LooseSprings& loose);
 
-/// What `subject_to` asks for in every case: what counts of a figure is its worst value over all of them.
+/// What `subject_to` asks for: what counts of a figure is its worst value over all cases, or their mean (FigureLimit::across).
 /// @throws std::invalid_argument as build_objective
 std::vector<DesignLimit> build_case_limits(const CaseSpace& space, const std::vector<FigureLimit>& limits,
                                            const LooseSprings& loose);
 
-/// Those among them that are convex functions of the parameters along any motion, once for every case. @param known how many
-/// of the limits they are
+/// Those among them that are convex functions of the parameters along any motion, once for every case, or once for the mean of all.
+/// @param known how many of the limits they are
 std::function<std::optional<std::vector<BoundedFigures>>(const VectorX& x)> build_case_bounded(
     const CaseSpace& space, const std::vector<FigureLimit>& limits, const LooseSprings& loose, int& known);
 
-/// An objective as convex figures. @return null if a term is none, or for the worst of sums that differ from case to case
+/// An objective as convex figures. @return null if a term is none, or for the worst of sums of several terms
 std::function<std::optional<std::vector<LinearFigure>>(const VectorX& x)> build_case_figures(
-    const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, AcrossCases across, const LooseSprings& loose);
+    const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, AcrossCases across, const LooseSprings& loose,
+    FigureSamples samples = FigureSamples::few);
 
 }  // namespace balance

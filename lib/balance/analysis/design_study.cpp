@@ -154,10 +154,13 @@ DesignReport design_study(const DesignSpace& space, const DesignStudyOptions& op
   report.numbers = space.start.free_numbers;
   report.before = space.start_values();
   report.choices = list_choices(space);
-  if (space.start.design.cases.size() > 0)
-    study_load_cases(space, options, report);
-  else
+  if (space.start.design.cases.size() > 0) {
+    const LoadCaseStudy study(space, options);
+    report.outcome = solve(study.problem());
+    study.describe(report);
+  } else {
     report.outcome = solve(state_problem(space, options));
+  }
   if (report.outcome.status == DesignStatus::unsolved) return report;
 
   measure_design(space, report);

@@ -57,7 +57,13 @@ DesignReport front_design(const DesignSpace& space, const FrontPoint& point, boo
   if (report.outcome.before.size() > 0)
     report.outcome.before = scaled_residuals(
         conditions, term_values(report.study_before.mechanism, springs_with_products(conditions, report)));
-  if (trajectories) compare_trajectories(report);
+  if (trajectories) {
+    compare_trajectories(report);
+    return report;
+  }
+  for (LoadCaseReport& one : report.load_cases) one.runs.clear();
+  if (report.adaptive)
+    for (LoadCaseReport& one : report.adaptive->fixed) one.runs.clear();
   return report;
 }
 

@@ -1,7 +1,8 @@
 #include "balance/analysis/front_search.hpp"
 
-#include "balance/analysis/load_case_study.hpp"
+#include "balance/analysis/case_objective.hpp"
 #include "balance/analysis/objective.hpp"
+#include "balance/analysis/offered.hpp"
 #include "balance/design/computing_time.hpp"
 #include "balance/design/least_violation.hpp"
 #include "balance/result/tracks.hpp"
@@ -36,7 +37,6 @@ std::string sum_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& m
 
 DesignSpace without_front(DesignSpace space) {
   if (!space.start.design.front) throw std::invalid_argument("the spec asks for no front");
-  if (space.start.design.cases.size() > 0) throw std::invalid_argument("a front knows no load cases");
   space.start.design.minimize = space.start.design.front.figures.front();
   space.start.design.front = {};
   return space;
@@ -59,11 +59,15 @@ FrontSearch::FrontSearch(const DesignSpace& space, const DesignStudyOptions& opt
     : request_(space.start.design.front),
       base_(without_front(space)),
       options_(own_terms(options)),
-      problem_(state_problem(base_, options_)),
       begin_(designing::computing_time()),
       planned_(planned) {
+  if (has_cases()) cases_.emplace(base_, options_);
+  problem_ = has_cases() ? cases_->problem() : state_problem(base_, options_);
+  const LooseSprings& loose = problem_.options.loose_springs;
+  const AcrossCases across = base_.start.design.cases.across;
   for (const std::vector<ObjectiveTerm>& terms : request_.figures)
-    merits_.push_back(build_objective(base_, terms, base_.start_values(), problem_.options.loose_springs));
+    merits_.push_back(has_cases() ? build_case_objective(cases_->cases(), terms, across, loose)
+                                  : build_objective(base_, terms, base_.start_values(), loose));
 }
 
 VectorX FrontSearch::no_limits() const {
@@ -80,7 +84,7 @@ DesignSpace FrontSearch::space_for(const FrontWish& wish) const {
     const std::string unit = sum_unit(terms, base_.start.mechanism);
     design.subject_to.push_back(
         {fmt::format("{} <= {:g}{}{}", sum_text(terms), wish.limits[j], unit.empty() ? "" : " ", unit), terms, false,
-         wish.limits[j], unit});
+         wish.limits[j], unit, base_.start.design.cases.across});
   }
   for (Eigen::Index i = 0; i < wish.start.size(); ++i) {
     FreeNumber& number = own.start.free_numbers[static_cast<std::size_t>(i)];
@@ -112,18 +116,50 @@ VectorX FrontSearch::values_at(const VectorX& x) const {
   return values;
 }
 
+/// With load cases what else is told of a design takes as long as finding it, and waits until the front is known.
+void FrontSearch::search(FrontPoint& point, const DesignStudyOptions& options) const {
+  if (!has_cases()) {
+    point.report = design_study(point.space, options);
+    return;
+  }
+  const LoadCaseStudy study(point.space, options);
+  DesignReport& report = point.report;
+  report.numbers = point.space.start.free_numbers;
+  report.before = point.space.start_values();
+  report.choices = list_choices(point.space);
+  report.outcome = solve(study.problem());
+  if (report.outcome.x.size() == 0) return;
+  point.all_cases = report.outcome.x;
+  report.outcome.x = study.cases().values(0, point.all_cases);
+}
+
+void FrontSearch::tell_cases(FrontPoint& point) const {
+  if (!has_cases() || point.all_cases.size() == 0) return;
+  DesignStudyOptions whole = options_;
+  whole.trajectories = true;
+  point.report.outcome.x = point.all_cases;
+  LoadCaseStudy(point.space, whole).describe(point.report);
+  measure_design(point.space, point.report);
+}
+
+DesignReport FrontSearch::failure() const {
+  FrontPoint told = failure_;
+  tell_cases(told);
+  return told.report;
+}
+
 std::optional<FrontPoint> FrontSearch::find(const FrontWish& wish) {
   before_ = designing::computing_time() - begin_;
   stopped_ = stopped_ || (searches_ > 0 && before_ >= options_.search.seconds);
   if (stopped_) return std::nullopt;
   FrontPoint point;
   point.space = space_for(wish);
-  point.report = design_study(point.space, options_for_one());
+  search(point, options_for_one());
   ++searches_;
   const DesignOutcome& outcome = point.report.outcome;
-  if (is_design(outcome)) point.values = values_at(outcome.x);
+  if (is_design(outcome)) point.values = values_at(has_cases() ? point.all_cases : outcome.x);
   if (point.values.size() == 0 || !point.values.allFinite()) {
-    failure_ = std::move(point.report);
+    failure_ = std::move(point);
     return std::nullopt;
   }
   point.minimized = wish.minimized;

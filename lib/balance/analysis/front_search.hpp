@@ -2,6 +2,7 @@
 /// Single designs of a front, out of one budget. Private to analysis.
 
 #include "balance/analysis/front_study.hpp"
+#include "balance/analysis/load_case_study.hpp"
 
 #include <optional>
 
@@ -23,22 +24,27 @@ class FrontSearch {
   /// Without limits. @return none was found
   std::optional<FrontPoint> find(const FrontWish& wish);
   /// What the last search found, if it was no design.
-  const DesignReport& failure() const { return failure_; }
+  DesignReport failure() const;
+  /// Completes a point with what its design does with the loads of all cases.
+  void tell_cases(FrontPoint& point) const;
   bool stopped() const { return stopped_; }
   int searches() const { return searches_; }
   VectorX no_limits() const;
 
  private:
+  bool has_cases() const { return base_.start.design.cases.size() > 0; }
   DesignSpace space_for(const FrontWish& wish) const;
   DesignStudyOptions options_for_one();
+  void search(FrontPoint& point, const DesignStudyOptions& options) const;
   VectorX values_at(const VectorX& x) const;
 
   FrontRequest request_;
   DesignSpace base_;  ///< asks for the first figure alone
   DesignStudyOptions options_;
+  std::optional<LoadCaseStudy> cases_;
   DesignProblem problem_;
   std::vector<Objective> merits_;
-  DesignReport failure_;
+  FrontPoint failure_;
   double begin_, before_ = 0;  ///< [s] of computing: at the start, spent in searches that are over
   int planned_, searches_ = 0;
   bool stopped_ = false;

@@ -32,7 +32,7 @@ class FrontBuilder {
     if (find_ends()) figures_ == 2 ? fill_line() : fill_grid();
     drop_dominated();
     if (!front_.points.empty()) measure();
-    for (FrontPoint& point : front_.points) point.optimality = judge(point);
+    for (FrontPoint& point : front_.points) point.optimality = judge(point), search_.tell_cases(point);
     front_.searches = search_.searches();
     front_.stopped = search_.stopped();
     return std::move(front_);

@@ -14,6 +14,7 @@ struct FrontPoint {
   DesignSpace space;    ///< that asks for this design alone: one figure to minimize, the others as limits
   DesignReport report;  ///< without comparisons; its starts are those of the search
   VectorX values;       ///< per figure [SI]
+  VectorX all_cases;    ///< the free numbers of all load cases (CaseSpace::numbers); empty: one load
   int minimized = 0;    ///< index of a figure
   VectorX limits;       ///< per figure [SI]; NaN: none
   /// What no design within `limits` has less of in that figure, if proved; else NaN.

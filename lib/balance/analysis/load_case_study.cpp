@@ -34,34 +34,6 @@ Mechanism labelled(Mechanism mechanism, std::size_t k) {
   return mechanism;
 }
 
-/// What all cases ask for at once.
-class Together {
- public:
-  explicit Together(CaseSpace space) : space_(std::move(space)) {
-    for (const DesignSpace& one : space_.cases) duties_.emplace_back(one.start);
-  }
-
-  Mechanism mechanism(const VectorX& x) const {
-    std::vector<Mechanism> all;
-    for (std::size_t k = 0; k < duties_.size(); ++k)
-      all.push_back(labelled(assembled_at(trial(k, x).mechanism, duties_[k].coordinates()), k));
-    return side_by_side(all);
-  }
-  std::string obstacle(const VectorX& x) const {
-    for (std::size_t k = 0; k < duties_.size(); ++k)
-      if (const std::string why = duties_[k].obstacle(trial(k, x)); !why.empty())
-        return fmt::format("in case {}, {}", k + 1, why);
-    return "";
-  }
-  const CaseSpace& space() const { return space_; }
-
- private:
-  Trial trial(std::size_t k, const VectorX& x) const { return finite_trial(space_.cases[k], space_.values(k, x)); }
-
-  CaseSpace space_;
-  std::vector<Duties> duties_;
-};
-
 void check(const DesignSpace& space, const DesignProblem& problem) {
   for (const Goal& goal : problem.goals)
     if (goal.kind == GoalKind::proportional || goal.kind == GoalKind::affine)
@@ -95,39 +67,6 @@ std::vector<int> in_all_cases(const CaseSpace& cases, const std::vector<int>& nu
       if (const int at = position[static_cast<std::size_t>(i)]; std::find(all.begin(), all.end(), at) == all.end())
         all.push_back(at);
   return all;
-}
-
-DesignProblem state_cases(const DesignSpace& space, const DesignStudyOptions& options, const DesignProblem& question,
-                          const std::shared_ptr<const Together>& together) {
-  DesignProblem problem = question;
-  problem.options.loose_springs.clear();
-  check(space, problem);
-  const CaseSpace& cases = together->space();
-  for (const std::string& name : options.without)  // sections and friction are called so in all cases
-    for (std::size_t k = 0; k < cases.cases.size(); ++k) problem.options.without.push_back(in_case(name, k));
-  for (const FreeNumber& number : cases.numbers)
-    problem.variables.push_back({number.path, number.lower, number.upper, number.start, number.sizes});
-  for (Choice& choice : problem.choices)
-    for (OptionalElement& element : choice.elements) element.numbers = in_all_cases(cases, element.numbers);
-  problem.mechanism_at = [together](const VectorX& x) { return together->mechanism(x); };
-  problem.obstacle = [together](const VectorX& x) { return together->obstacle(x); };
-  problem.options.loose_springs = find_loose_springs(problem);
-  const std::vector<FigureLimit>& limits = space.start.design.subject_to;
-  problem.limits = build_case_limits(cases, limits, problem.options.loose_springs);
-  problem.limits_at = [together, limits](const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose) {
-    return build_case_limits(together->space().held(x, kept), limits, loose);
-  };
-  problem.bounded_at = build_case_bounded(cases, limits, problem.options.loose_springs, problem.bounded);
-  const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
-  if (terms.empty()) return problem;
-  const AcrossCases across = space.start.design.cases.across;
-  problem.objective = build_case_objective(cases, terms, across, problem.options.loose_springs);
-  problem.figures_at = build_case_figures(cases, terms, across, problem.options.loose_springs);
-  problem.objective_at = [together, terms, across](const VectorX& x, const std::vector<int>& kept,
-                                                   const LooseSprings& loose) {
-    return build_case_objective(together->space().held(x, kept), terms, across, loose);
-  };
-  return problem;
 }
 
 /// Free numbers of the spec that may still change, for those of all cases.
@@ -172,34 +111,105 @@ MatrixX adapted_values(const CaseSpace& cases, const std::vector<int>& adapted, 
   return found;
 }
 
+template <class Together>
+DesignProblem state_cases(const DesignSpace& space, const DesignStudyOptions& options, const DesignProblem& question,
+                          const std::shared_ptr<const Together>& together) {
+  DesignProblem problem = question;
+  problem.options.loose_springs.clear();
+  check(space, problem);
+  const CaseSpace& cases = together->space();
+  for (const std::string& name : options.without)  // sections and friction are called so in all cases
+    for (std::size_t k = 0; k < cases.cases.size(); ++k) problem.options.without.push_back(in_case(name, k));
+  for (const FreeNumber& number : cases.numbers)
+    problem.variables.push_back({number.path, number.lower, number.upper, number.start, number.sizes});
+  for (Choice& choice : problem.choices)
+    for (OptionalElement& element : choice.elements) element.numbers = in_all_cases(cases, element.numbers);
+  problem.mechanism_at = [together](const VectorX& x) { return together->mechanism(x); };
+  problem.obstacle = [together](const VectorX& x) { return together->obstacle(x); };
+  problem.options.loose_springs = find_loose_springs(problem);
+  const std::vector<FigureLimit>& limits = space.start.design.subject_to;
+  problem.limits = build_case_limits(cases, limits, problem.options.loose_springs);
+  problem.limits_at = [together, limits](const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose) {
+    return build_case_limits(together->space().held(x, kept), limits, loose);
+  };
+  problem.bounded_at = build_case_bounded(cases, limits, problem.options.loose_springs, problem.bounded);
+  const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
+  if (terms.empty()) return problem;
+  const AcrossCases across = space.start.design.cases.across;
+  problem.objective = build_case_objective(cases, terms, across, problem.options.loose_springs);
+  problem.figures_at = build_case_figures(cases, terms, across, problem.options.loose_springs);
+  problem.whole_figures_at =
+      build_case_figures(cases, terms, across, problem.options.loose_springs, FigureSamples::all);
+  problem.objective_at = [together, terms, across](const VectorX& x, const std::vector<int>& kept,
+                                                   const LooseSprings& loose) {
+    return build_case_objective(together->space().held(x, kept), terms, across, loose);
+  };
+  return problem;
+}
+
 }  // namespace
 
-void study_load_cases(const DesignSpace& space, const DesignStudyOptions& options, DesignReport& report) {
-  const LoadCases& loads = space.start.design.cases;
-  const auto together = std::make_shared<const Together>(case_space(space));
-  const CaseSpace& cases = together->space();
-  const DesignProblem question = question_of(state_problem(space, options));
-  const DesignProblem problem = state_cases(space, options, question, together);
-  DesignOutcome& outcome = report.outcome = solve(problem);
+/// What all cases ask for at once.
+class LoadCaseStudy::Together {
+ public:
+  explicit Together(CaseSpace space) : space_(std::move(space)) {
+    for (const DesignSpace& one : space_.cases) duties_.emplace_back(one.start);
+  }
+
+  Mechanism mechanism(const VectorX& x) const {
+    std::vector<Mechanism> all;
+    for (std::size_t k = 0; k < duties_.size(); ++k)
+      all.push_back(labelled(assembled_at(trial(k, x).mechanism, duties_[k].coordinates()), k));
+    return side_by_side(all);
+  }
+  std::string obstacle(const VectorX& x) const {
+    for (std::size_t k = 0; k < duties_.size(); ++k)
+      if (const std::string why = duties_[k].obstacle(trial(k, x)); !why.empty())
+        return fmt::format("in case {}, {}", k + 1, why);
+    return "";
+  }
+  const CaseSpace& space() const { return space_; }
+
+ private:
+  Trial trial(std::size_t k, const VectorX& x) const { return finite_trial(space_.cases[k], space_.values(k, x)); }
+
+  CaseSpace space_;
+  std::vector<Duties> duties_;
+};
+
+LoadCaseStudy::LoadCaseStudy(const DesignSpace& space, const DesignStudyOptions& options)
+    : space_(space),
+      options_(options),
+      together_(std::make_shared<const Together>(case_space(space))),
+      question_(question_of(state_problem(space_, options_))),
+      problem_(state_cases(space_, options_, question_, together_)) {}
+
+LoadCaseStudy::~LoadCaseStudy() = default;
+
+const CaseSpace& LoadCaseStudy::cases() const { return together_->space(); }
+
+void LoadCaseStudy::describe(DesignReport& report) const {
+  const LoadCases& loads = space_.start.design.cases;
+  DesignOutcome& outcome = report.outcome;
   if (outcome.status == DesignStatus::unsolved) return;
 
   const VectorX whole = outcome.x;
-  const LoadJudge judge(question, options.trajectories);
-  own_freedom(cases, outcome.freedom);
-  outcome.x = cases.values(0, whole);
+  const LoadJudge judge(question_, options_.trajectories);
+  own_freedom(cases(), outcome.freedom);
+  outcome.x = cases().values(0, whole);
   std::optional<AdaptiveStudy> adaptive;
   if (!loads.adapted.empty()) {
-    adaptive.emplace(space, options, judge, outcome.x, adapted_values(cases, loads.adapted, whole));
-    outcome.x = adaptive->all_at(own_load(space));
+    adaptive.emplace(space_, options_, judge, outcome.x, adapted_values(cases(), loads.adapted, whole));
+    outcome.x = adaptive->all_at(own_load(space_)).array() + 0.0;  // a law may give −0
     report.adaptive = adaptive->report();
   }
   for (Eigen::Index k = 0; k < loads.size(); ++k) {
     const auto which = static_cast<std::size_t>(k);
     const VectorX load = loads.values.row(k);
-    report.load_cases.push_back(judge.report(cases.cases[which], load, cases.values(which, whole)));
-    if (adaptive) report.adaptive->fixed.push_back(judge.report(cases.cases[which], load, outcome.x));
+    report.load_cases.push_back(judge.report(cases().cases[which], load, cases().values(which, whole)));
+    if (adaptive) report.adaptive->fixed.push_back(judge.report(cases().cases[which], load, outcome.x));
   }
-  own_conditions(space, judge, question.options.loose_springs, outcome);
+  own_conditions(space_, judge, question_.options.loose_springs, outcome);
 }
 
 }  // namespace balance

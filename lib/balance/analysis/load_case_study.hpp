@@ -1,7 +1,10 @@
 #pragma once
 /// One design for one load, and one for several. Private to analysis.
 
+#include "balance/analysis/case_space.hpp"
 #include "balance/analysis/design_study.hpp"
+
+#include <memory>
 
 namespace balance {
 
@@ -16,8 +19,27 @@ void measure_design(const DesignSpace& space, DesignReport& report);
 /// Runs every trajectory before and after.
 void compare_trajectories(DesignReport& report);
 
-/// Fills outcome, load_cases and adaptive of a report on a study with load cases; without an outcome (unsolved) nothing else.
-/// @throws std::invalid_argument as design_study
-void study_load_cases(const DesignSpace& space, const DesignStudyOptions& options, DesignReport& report);
+/// One design for several loads: what is solved, and what is told of it.
+class LoadCaseStudy {
+ public:
+  /// @param space must outlive the study @throws std::invalid_argument as design_study
+  LoadCaseStudy(const DesignSpace& space, const DesignStudyOptions& options);
+  ~LoadCaseStudy();
+
+  /// Of the numbers of all cases.
+  const DesignProblem& problem() const { return problem_; }
+  const CaseSpace& cases() const;
+  /// What the design does with one load after the other, by itself and where numbers follow the load.
+  /// @param report with the outcome of problem(); its numbers, conditions and residuals become those at the spec's own load
+  void describe(DesignReport& report) const;
+
+ private:
+  class Together;
+
+  const DesignSpace& space_;
+  DesignStudyOptions options_;
+  std::shared_ptr<const Together> together_;
+  DesignProblem question_, problem_;
+};
 
 }  // namespace balance

@@ -57,6 +57,18 @@ void add_points(Hdf5File& file, const FrontView& view) {
       rows_of(front, 1, [](const FrontPoint& p) { return VectorX::Constant(1, p.lower_bound).eval(); }));
   add("free_numbers", "values of the free numbers, SI; free parameters as written", {point, number},
       rows_of(front, numbers, [](const FrontPoint& p) { return p.report.outcome.x; }));
+  const auto cases = static_cast<Eigen::Index>(front.points.front().report.load_cases.size());
+  if (cases == 0) return;
+  std::vector<std::string> names;
+  for (Eigen::Index k = 0; k < cases; ++k) names.push_back(std::to_string(k + 1));
+  const Dimension load = file.add_dimension(top, {"load_case", "of design: for", "1", {}, {}}, names);
+  add("free_numbers_in_case", "values of the free numbers with the loads of every case, SI; free parameters as written",
+      {point, load, number}, rows_of(front, cases * numbers, [](const FrontPoint& p) {
+        VectorX all(static_cast<Eigen::Index>(p.report.load_cases.size()) * p.report.outcome.x.size());
+        Eigen::Index at = 0;
+        for (const LoadCaseReport& one : p.report.load_cases) all.segment(at, one.x.size()) = one.x, at += one.x.size();
+        return all;
+      }));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "balance/present/conditions_parts.hpp"
 #include "balance/present/front_view.hpp"
+#include "balance/present/load_cases_json.hpp"
 #include "balance/present/names.hpp"
 
 #include <algorithm>
@@ -33,16 +34,18 @@ Json numbers_list(const FrontView& view, const VectorX& x) {
 
 Json point_json(const FrontView& view, std::size_t k) {
   const FrontPoint& point = view.front.points[k];
-  return {{"point", k + 1},
-          {"values", numbers_json(point.values)},
-          {"free_numbers", numbers_list(view, point.report.outcome.x)},
-          {"status", name_of(point.report.outcome.status)},
-          {"optimality", name_of(point.optimality)},
-          {"minimized", point.minimized},
-          {"limits", numbers_json(point.limits)},
-          {"lower_bound", point.lower_bound},
-          {"gap", point.gap()},
-          {"tried", point.report.outcome.tried}};
+  Json json = {{"point", k + 1},
+               {"values", numbers_json(point.values)},
+               {"free_numbers", numbers_list(view, point.report.outcome.x)},
+               {"status", name_of(point.report.outcome.status)},
+               {"optimality", name_of(point.optimality)},
+               {"minimized", point.minimized},
+               {"limits", numbers_json(point.limits)},
+               {"lower_bound", point.lower_bound},
+               {"gap", point.gap()},
+               {"tried", point.report.outcome.tried}};
+  if (!point.report.load_cases.empty()) add_load_cases(json, point.report);
+  return json;
 }
 
 }  // namespace

@@ -16,6 +16,25 @@ std::string with_unit(const std::string& name, const std::string& unit) {
   return csv_field(unit.empty() ? name : fmt::format("{} [{}]", name, unit));
 }
 
+/// A number that follows the load, in one of the cases.
+struct AdaptedNumber {
+  std::size_t load_case;
+  Eigen::Index number;
+};
+
+/// "counterweights.cw.at[0] (case 2)", one load after the other.
+std::vector<std::pair<std::string, AdaptedNumber>> adapted_numbers(const FrontView& view) {
+  std::vector<std::pair<std::string, AdaptedNumber>> all;
+  const std::vector<FrontPoint>& points = view.front.points;
+  if (points.empty() || !points.front().report.adaptive) return all;
+  const DesignReport& report = points.front().report;
+  for (std::size_t k = 0; k < report.load_cases.size(); ++k)
+    for (const int number : report.adaptive->numbers)
+      all.emplace_back(fmt::format("{} (case {})", view.numbers[static_cast<std::size_t>(number)].path, k + 1),
+                       AdaptedNumber{k, number});
+  return all;
+}
+
 }  // namespace
 
 FrontView make_front_view(const DesignStudyOptions& options, const DesignSpace& space, Front front) {
@@ -48,6 +67,7 @@ std::string front_csv(const FrontView& view) {
   for (std::size_t j = 0; j < view.figures.size(); ++j) text += "," + with_unit(view.figures[j], view.units[j]);
   text += ",optimality,minimized,lower_bound";
   for (const FreeNumber& number : view.numbers) text += "," + csv_field(number.path);
+  for (const auto& [path, which] : adapted_numbers(view)) text += "," + csv_field(path);
   text += "\n";
   for (std::size_t k = 0; k < view.front.points.size(); ++k) {
     const FrontPoint& point = view.front.points[k];
@@ -56,6 +76,8 @@ std::string front_csv(const FrontView& view) {
     text += fmt::format(",{},{},{:.17g}", name_of(point.optimality),
                         csv_field(view.figures[static_cast<std::size_t>(point.minimized)]), point.lower_bound);
     for (const double value : point.report.outcome.x) text += fmt::format(",{:.17g}", value);
+    for (const auto& [path, which] : adapted_numbers(view))
+      text += fmt::format(",{:.17g}", point.report.load_cases[which.load_case].x[which.number]);
     text += "\n";
   }
   return text;

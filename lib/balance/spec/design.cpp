@@ -61,11 +61,8 @@ void read_design(const Cursor& section, Draft& draft) {
                {"across", Need::optional, keep(across)},
                {"adapt", Need::optional, keep(adapt)}});
   if (front) draft.problems.guard([&] { request.front = read_front(*front, draft); });
-  for (const auto& [other, given] :
-       {std::pair("minimize", !request.minimize.empty()), std::pair("for", cases.has_value())})
-    if (front && given)
-      draft.problems.guard(
-          [&, key = other] { front->fail({.expected = fmt::format("no '{}' beside a front", key), .found = "both"}); });
+  if (front && !request.minimize.empty())
+    draft.problems.guard([&] { front->fail({.expected = "no 'minimize' beside a front", .found = "both"}); });
   if (cases) draft.problems.guard([&] { read_load_cases(*cases, draft, request.cases); });
   for (const auto* slot : {&across, &adapt})
     if (*slot && !cases)

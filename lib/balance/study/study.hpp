@@ -67,6 +67,8 @@ struct FigureLimit {
   bool at_least = false;  ///< else at most
   double bound = 0;       ///< SI
   std::string unit;       ///< of the bound: "N m"; empty: none, or a sum
+  AcrossCases across =
+      AcrossCases::worst;  ///< which of the load cases' values counts; at least: the worst is the least
 };
 
 /// Figures of which none can become smaller without another one growing: designs all along that trade-off.
