@@ -60,8 +60,10 @@ std::vector<CoordinateValue> find_pose(const EquationsOptions& options, const St
   if (options.at == "end") return end_of(study.mechanism, chosen_trajectory(options, study));
   if (options.at != "start") return configuration_of(study.mechanism, read_pose(options.at, study));
   const Trajectory& trajectory = chosen_trajectory(options, study);
-  if (!std::holds_alternative<TablePath>(trajectory.path)) return configuration_of(study.mechanism, trajectory.from);
-  const Result run = simulate(study.mechanism, trajectory);  // a table has its start in itself
+  if (!std::holds_alternative<TablePath>(trajectory.path) && !binds_rates(study.mechanism))
+    return configuration_of(study.mechanism, trajectory.from);
+  // a table has its start in itself; where rates are bound, `from` may leave the configuration to `assembly`
+  const Result run = simulate(study.mechanism, trajectory);
   if (run.outcome.status != MotionStatus::done) throw MotionFailure(run.outcome);
   std::vector<CoordinateValue> values;
   for (Eigen::Index c = 0; c < run.joint_position.cols(); ++c)
@@ -184,6 +186,7 @@ namespace {
 SpeedChoice read_choice(const EquationsOptions& options, const Study& study) {
   SpeedChoice choice;
   if (!options.speeds.empty()) choice.speeds = read_speeds(options.speeds, "--speeds", study);
+  if (options.speeds.empty() && !options.latex && options.output.empty()) choice.speeds = study.speeds;
   if (!options.constraints.empty()) choice.zero = read_speeds(options.constraints, "--constraints", study);
   for (const Speed& speed : choice.speeds)
     for (const Speed& zero : choice.zero)

@@ -44,7 +44,8 @@ balance_compile_lanes(balance_core balance_lanes lib/balance/lanes/kernels.cpp l
 # The engine over numbers with derivatives: these sources of templates once more, see base/number.hpp.
 add_library(balance_duals OBJECT
   lib/balance/model/coupling_roots.cpp
-  lib/balance/kinematics/joint_coordinates.cpp lib/balance/kinematics/joint_steps.cpp lib/balance/kinematics/tree.cpp
+  lib/balance/kinematics/joint_coordinates.cpp lib/balance/kinematics/joint_steps.cpp
+  lib/balance/kinematics/rate_closures.cpp lib/balance/kinematics/tree.cpp
   lib/balance/motion/drive_rows.cpp lib/balance/motion/equations.cpp lib/balance/motion/equations_singular.cpp
   lib/balance/dynamics/actuation.cpp lib/balance/dynamics/actuation_grip.cpp lib/balance/dynamics/external.cpp lib/balance/dynamics/observer.cpp)
 target_link_libraries(balance_duals PRIVATE balance_core)

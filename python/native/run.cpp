@@ -24,6 +24,7 @@ std::vector<std::string> dimensions_of(Columns columns) {
     case Columns::quaternion: return {"quaternion"};
     case Columns::joint: return {"joint"};
     case Columns::joint_axis: return {"joint", "axis"};
+    case Columns::constraint: return {"constraint"};
     case Columns::sliding: return {"sliding"};
     case Columns::body: return {"body"};
     case Columns::body_axis: return {"body", "axis"};
@@ -36,6 +37,7 @@ std::vector<std::string> labels_of(const std::string& dimension, const Result& r
   if (dimension == "coordinate") return r.coordinate_names;
   if (dimension == "actuator") return r.actuator_names;
   if (dimension == "joint") return r.joint_names;
+  if (dimension == "constraint") return r.constraint_names;
   if (dimension == "sliding") return r.sliding_names;
   if (dimension == "body") return r.body_names;
   if (dimension == "axis") return axis_labels(r.axes);

@@ -20,11 +20,13 @@ int coordinate(const Mechanism& mechanism, const std::string& name) {
 
 /// The contact points of the wheels stand still: forward speed ∓ b · turning − r · rate of the wheel, and no motion aside.
 SpeedChoice rolling(const Mechanism& cart) {
-  const SpeedTerm ahead{Of::tool_velocity_own, 0, 1}, aside{Of::tool_velocity_own, 1, 1};
+  const int body = cart.tool->body;
+  const Vector3 axle = cart.tool->position;
+  const SpeedTerm ahead{Of::velocity_own, 0, 1, body, axle}, aside{Of::velocity_own, 1, 1, body, axle};
   const auto wheel = [&](const char* name, double side) {
-    return Speed{name, {ahead, {Of::tool_turning_own, 2, side}, {Of::coordinate, coordinate(cart, name), -r}}};
+    return Speed{name, {ahead, {Of::turning_own, 2, side, body}, {Of::coordinate, coordinate(cart, name), -r}}};
   };
-  return {{{"v", {ahead}}, {"w", {{Of::tool_turning_own, 2, 1}}}}, {wheel("A", -b), wheel("B", b), {"side", {aside}}}};
+  return {{{"v", {ahead}}, {"w", {{Of::turning_own, 2, 1, body}}}}, {wheel("A", -b), wheel("B", b), {"side", {aside}}}};
 }
 
 }  // namespace

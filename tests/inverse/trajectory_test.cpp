@@ -74,6 +74,10 @@ void compare(const Mechanism& mechanism, const Trajectory& trajectory) {
 TEST_CASE("states taken from a trajectory have the trajectory's results, one by one") {
   for (const std::string& file : doors::every_config()) {
     const Study study = read_spec_file(file);
+    if (binds_rates(study.mechanism)) {  // whose configuration no state tells
+      CHECK_THROWS_AS(InverseDynamics(study.mechanism), std::invalid_argument);
+      continue;
+    }
     for (Trajectory trajectory : study.trajectories) {
       CAPTURE(file);
       CAPTURE(trajectory.name);

@@ -121,6 +121,23 @@ const std::vector<Spoiling>& mistakes() {
        K::not_finite, E::coupling, 0},
       {"negative mass", [](Mechanism& m) { m.attachments[0].mass = -1; }, K::mass_negative, E::attachment, 0},
       {"on nothing", [](Mechanism& m) { m.attachments[0].body = 5; }, K::index_out_of_range, E::attachment, 0},
+      {"empty constraint", [](Mechanism& m) { m.constraints = {{"c", {}}}; }, K::index_out_of_range, E::constraint, 0},
+      {"factor 0", [](Mechanism& m) { m.constraints = {{"c", {{.factor = 0}}}}; }, K::ratio_zero, E::constraint, 0},
+      {"no body", [](Mechanism& m) { m.constraints = {{"c", {{SpeedTerm::Of::velocity, 0, 1, 7}}}}; },
+       K::index_out_of_range, E::constraint, 0},
+      {"out of plane", [](Mechanism& m) { m.constraints = {{"c", {{SpeedTerm::Of::velocity, 2, 1, 1}}}}; },
+       K::out_of_plane, E::constraint, 0},
+      {"two constraints",
+       [](Mechanism& m) {
+         m.constraints = {{"c", {{.index = 0}}}, {"c", {{.index = 1}}}};
+       },
+       K::duplicate_name, E::constraint, 1},
+      {"no radius",
+       [](Mechanism& m) {
+         m.joints[0].type = JointType::rolling_disc;
+         m.coordinates = list_coordinates(m.space, m.joints);
+       },
+       K::negative_number, E::joint, 0, spatial},
       {"two masses", [](Mechanism& m) { m.attachments.push_back(m.attachments[0]); }, K::duplicate_name, E::attachment,
        1},
       {"disc on nothing", [](Mechanism& m) { m.discs[0].body = -2; }, K::index_out_of_range, E::disc, 0},

@@ -28,6 +28,12 @@ JOINT_COORDINATES = {
 }
 
 
+def binds_rates(raw):
+    """Rates that places do not follow: no concern of this reference; tests/cli/rolling_in_space.py has closed forms."""
+    rolls = any(joint["type"] == "rolling" for joint in raw["joints"].values())
+    return "constraints" in raw or (rolls and raw["space"] == "spatial")
+
+
 def carrier(item):
     """The body that something is on: `on` is the older key."""
     return item["body"] if "body" in item else item["on"]

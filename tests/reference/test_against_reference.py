@@ -21,7 +21,7 @@ import numpy as np
 from laws import LAWS
 from mechanism import Mechanism
 from reference import at_indices
-from spec import Spec
+from spec import Spec, binds_rates
 
 CONFIGS = os.environ.get("CONFIGS", os.path.join(HERE, "..", "..", "configs"))
 # Both solve positions to about 1e-13 of their size; accelerations and forces lose up to the condition number of the
@@ -35,7 +35,7 @@ def cases(chosen):
         name = os.path.basename(path)[:-5]
         raw = Spec.load(path)
         # tests/cli/include.py holds what is made of parts against what is written out.
-        if "bodies" not in raw or "motion" not in raw or "include" in raw:
+        if "bodies" not in raw or "motion" not in raw or "include" in raw or binds_rates(raw):
             continue
         for trajectory, entry in (raw.get("trajectories") or {}).items():
             path_kind = entry.get("path", "line")

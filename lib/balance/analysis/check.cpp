@@ -73,13 +73,15 @@ class Checker {
     report_.bodies = static_cast<int>(mechanism_.bodies.size()) - 1;
     report_.joints = static_cast<int>(mechanism_.joints.size());
     report_.tree_coordinates = tree_.columns;
-    report_.closure_equations = tree_.closure_rows;
+    report_.closure_equations = tree_.place_rows;
+    report_.rate_equations = tree_.closure_rows - tree_.place_rows;
     report_.degrees_of_freedom_by_counting = count_freedoms(mechanism_);
     report_.total_mass = tree_.mass;
     const SpanningTree spanning = span(mechanism_, needed(study_));
     for (std::size_t j = 0; j < mechanism_.joints.size(); ++j)
       if (tree_.joint_nodes[j] >= 0) report_.tree_joints.push_back(mechanism_.joints[j].name);
     for (const Closure<S>& closure : tree_.closures) {
+      if (closure.of_rates()) break;
       Loop loop;
       loop.cut_joint = mechanism_.joints[closure.joint].name;
       loop.constraints = static_cast<int>(closure.rows.size());
@@ -91,7 +93,9 @@ class Checker {
 
   void ranks(const VectorX& y) {
     const int rank = generic_closure_rank(tree_, y);
-    report_.closure_rank = rank;
+    report_.closure_rank = report_.rate_equations > 0 ? generic_place_rank(tree_, y) : rank;
+    report_.rate_rank = rank - report_.closure_rank;
+    report_.configuration_freedoms = tree_.columns - report_.closure_rank;
     report_.degrees_of_freedom = tree_.columns - rank;
     if (tree_.closure_rows > rank) name_redundant(y, rank);
     find_idle();
@@ -100,24 +104,29 @@ class Checker {
   /// Rows of the closures that depend on the others; which of a dependent set is called redundant is a choice: the last ones.
   void name_redundant(const VectorX& y, int rank) {
     System<S> closures(tree_, Drive<S>{});
-    VectorX residual;
     MatrixX jacobian;
-    closures.evaluate(y, {}, residual, jacobian);
+    closures.rates(y, {}, jacobian);
     MatrixX kept(0, tree_.columns);
     int r = 0;
-    for (const Closure<S>& closure : tree_.closures)
+    auto constraint = mechanism_.constraints.begin();
+    for (const Closure<S>& closure : tree_.closures) {
+      const std::string name =
+          closure.joint < 0 ? "constraint " + (constraint++)->name : mechanism_.joints[closure.joint].name;
       for (const ClosureRow& row : closure.rows) {
         MatrixX more(kept.rows() + 1, tree_.columns);
         more << kept, jacobian.row(r++);
         if (kept.rows() < rank && rank_of(more).rank == more.rows())
           kept = more;
         else
-          report_.redundant.push_back(mechanism_.joints[closure.joint].name + ": " + meaning(row));
+          report_.redundant.push_back(name + ": " + meaning(row));
       }
+    }
   }
 
   static std::string meaning(const ClosureRow& row) {
     static const char* const names[] = {"x", "y", "z"};
+    if (row.kind == ClosureRow::Kind::sum) return "its speed is zero anyway";
+    if (row.kind == ClosureRow::Kind::slip) return std::string("friction along ") + names[row.i] + " of the plane";
     if (row.kind == ClosureRow::Kind::along) return std::string("force along ") + names[row.i] + " of the joint's axes";
     if (S::dimension == 2) return "moment";
     return std::string("moment about ") + names[3 - row.i - row.j] + " of the joint's axes";
@@ -165,7 +174,7 @@ class Checker {
 
   void add_mode(const VectorX& y) {
     // a pose that leaves freedoms open has a continuum of solutions, not modes
-    if (from_.drive.rows() < report_.degrees_of_freedom && !report_.modes.empty()) return;
+    if (from_.drive.rows() < report_.configuration_freedoms && !report_.modes.empty()) return;
     AssemblyMode mode;
     mode.coordinates = read_coordinates(mechanism_, tree_, y);
     mode.selected = report_.modes.empty();
@@ -215,6 +224,10 @@ class Checker {
     if (from_.drive.rows() < report_.degrees_of_freedom)
       report_.notes.push_back("the start pose states " + std::to_string(from_.drive.rows()) + " values for " +
                               std::to_string(report_.degrees_of_freedom) + " degrees of freedom");
+    else if (from_.drive.rows() < report_.configuration_freedoms)
+      report_.notes.push_back("the start pose states " + std::to_string(from_.drive.rows()) + " of " +
+                              std::to_string(report_.configuration_freedoms) +
+                              " values; the others are those of 'assembly', or the nearest to them");
   }
 
   const Study& study_;

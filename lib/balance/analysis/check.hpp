@@ -33,7 +33,10 @@ struct CheckReport {
   int tree_coordinates = 0;  ///< after couplings
   int closure_equations = 0;
   int closure_rank = 0;
-  int degrees_of_freedom = 0;              ///< by rank
+  int rate_equations = 0;          ///< that bind rates alone: of what rolls on a plane, and the spec's constraints
+  int rate_rank = 0;               ///< how many of these are independent of each other and of the closures
+  int configuration_freedoms = 0;  ///< by rank: coordinates less independent closure equations
+  int degrees_of_freedom = 0;      ///< by rank, of the velocity: those less independent equations of rates
   int degrees_of_freedom_by_counting = 0;  ///< Grübler–Kutzbach
   std::vector<std::string> redundant;      ///< one line per redundant constraint: "D1: moment about x of the loop …"
   std::vector<std::string>

@@ -53,6 +53,7 @@ class Report {
       at_.forces.push_back(coordinate(c).kind == CoordinateKind::length);
     }
     at_.redundant = terms_.redundant();
+    at_.binds_rates = balance::binds_rates(mechanism_);
     at_.closures = terms_.closures();
     at_.notes = terms_.notes();
     at_.weight = total_mass(mechanism_) * mechanism_.gravity.norm() * characteristic_length(mechanism_);
@@ -159,6 +160,8 @@ class Report {
   void add_natural() {
     if (mechanism_.space == SpaceKind::spatial)
       at_.notes.push_back("no natural coordinates: they are for planar mechanisms");
+    else if (binds_rates(mechanism_))
+      at_.notes.push_back("no natural coordinates: they know no constraints on speeds");
     else
       at_.natural = natural::natural_terms(mechanism_, at_.configuration);
   }
@@ -269,7 +272,10 @@ EquationsAlong equations_along(const Mechanism& mechanism, const Result& result,
   out.position = states.q;
   size_arrays(N, result.torque.cols(), out);
   out.outcome = assemble_as(terms, result);
+  const bool anew = binds_rates(mechanism);  // the independent coordinates then do not tell the others
   for (Eigen::Index k = 0; k < N && out.outcome.status == MotionStatus::done; ++k) {
+    if (anew) out.outcome = assemble_as(terms, result, k);
+    if (out.outcome.status != MotionStatus::done) break;
     const auto own = terms.independent_terms(states.q.row(k), result.time[k]);
     const auto loops = terms.redundant_terms(states.q.row(k), result.time[k]);
     const auto split = terms.split(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);

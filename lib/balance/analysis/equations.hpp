@@ -40,6 +40,7 @@ struct EquationsAt {
   VectorX q, dq, ddq;
   std::optional<IndependentTerms> terms;
   std::optional<SpeedTerms> in_speeds;
+  bool binds_rates = false;  ///< the mechanism itself does: the configuration has more freedoms than `independent`
   std::vector<std::string> speeds, zero;  ///< their names, and those of what is zero
   std::optional<RedundantTerms> loops;
   std::optional<EffortSplit> split;

@@ -76,7 +76,7 @@ void add_figure(const ObjectiveTerm& term, const FigureSlopes& slopes, Eigen::In
 
 bool is_found_anew(const DesignSpace& space, const ObjectiveTerm& term) {
   using Run = ObjectiveTerm::Run;
-  if (term.run != Run::figure && term.run != Run::duration) return true;
+  if ((term.run != Run::figure && term.run != Run::duration) || binds_rates(space.start.mechanism)) return true;
   const auto& all = space.start.trajectories;
   return std::any_of(all.begin(), all.end(), [&](const Trajectory& trajectory) {
     return trajectory.name == term.trajectory && depends_on_mechanism(trajectory);

@@ -13,9 +13,18 @@ bool same_joints(const Mechanism& a, const Mechanism& b) {
   for (std::size_t j = 0; j < a.joints.size(); ++j) {
     const Joint &p = a.joints[j], &q = b.joints[j];
     if (p.point_first != q.point_first || p.point_second != q.point_second || p.axis != q.axis || p.axis2 != q.axis2 ||
-        p.rotation != q.rotation)
+        p.rotation != q.rotation || p.radius != q.radius)
       return false;
   }
+  return true;
+}
+
+bool same_constraints(const Mechanism& a, const Mechanism& b) {
+  for (std::size_t c = 0; c < a.constraints.size(); ++c)
+    for (std::size_t t = 0; t < a.constraints[c].terms.size(); ++t) {
+      const SpeedTerm &p = a.constraints[c].terms[t], &q = b.constraints[c].terms[t];
+      if (p.factor != q.factor || p.position != q.position) return false;
+    }
   return true;
 }
 
@@ -26,7 +35,7 @@ bool same_sum(const Followed& a, const Followed& b) {
 
 /// Everything but masses, centres of mass, inertias, stiffnesses and preloads.
 bool same_geometry(const Mechanism& a, const Mechanism& b) {
-  if (!same_joints(a, b) || a.gravity != b.gravity) return false;
+  if (!same_joints(a, b) || !same_constraints(a, b) || a.gravity != b.gravity) return false;
   for (std::size_t d = 0; d < a.discs.size(); ++d) {
     const Disc &p = a.discs[d], &q = b.discs[d];
     if (p.position != q.position || p.axis != q.axis || p.ratio != q.ratio || !same_sum(p.follows, q.follows))

@@ -201,6 +201,8 @@ ConditionsVerification verify_conditions(const Study& study) {
 VerifyReport verify(const Study& study) {
   if (study.mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("there is no second formulation for spatial mechanisms");
+  if (binds_rates(study.mechanism))
+    throw std::invalid_argument("there is no second formulation for mechanisms with constraints on speeds");
   VerifyReport report;
   report.conditions = verify_conditions(study);
   report.agree = report.conditions.agree;

@@ -65,7 +65,7 @@ class Identification {
 
   /// Some accelerations that go with a velocity: they differ from all others by an admissible one.
   VectorX bias(const VectorX& y, const VectorX& velocity) {
-    VectorX right = VectorX::Zero(tree_.closure_rows), residual;
+    VectorX right = VectorX::Zero(tree_.closure_rows);
     if (right.size() == 0) return VectorX::Zero(tree_.columns);
     const VectorX dy = scale_.cwiseProduct(velocity);
     velocities(tree_, dy.data(), state_);
@@ -73,12 +73,11 @@ class Identification {
     double* next = right.data();
     for (const Closure<S>& closure : tree_.closures) {
       closure_bias(state_, closure, closure_pose(state_, closure), next);
-      for (const ClosureRow& row : closure.rows)
-        *next++ *= row.kind == ClosureRow::Kind::along ? -1 / tree_.length : -1;
+      for (const ClosureRow& row : closure.rows) *next++ *= -row_unit(tree_, closure, row);
     }
     System<S> system(tree_, Drive<S>{});
     MatrixX jacobian;
-    system.evaluate(y, {}, residual, jacobian);
+    system.rates(y, {}, jacobian);
     Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
     qr.setThreshold(1e-9);  // redundant closures have rows of round-off
     return qr.compute(jacobian).solve(right);

@@ -13,6 +13,9 @@ auto& number_at(AMechanism& m, const GeometricPlace& p) {
   switch (p.kind) {
     case Kind::joint_first: return m.joints[at(p.index)].point_first[p.axis];
     case Kind::joint_second: return m.joints[at(p.index)].point_second[p.axis];
+    case Kind::joint_radius: return m.joints[at(p.index)].radius;
+    case Kind::constraint_factor: return m.constraints[at(p.index)].terms[at(p.item)].factor;
+    case Kind::constraint_point: return m.constraints[at(p.index)].terms[at(p.item)].position[p.axis];
     case Kind::body_point: return m.bodies[at(p.index)].points[at(p.item)].position[p.axis];
     case Kind::tool: return m.tool.value().position[p.axis];
     case Kind::disc: return m.discs[at(p.index)].position[p.axis];

@@ -53,6 +53,18 @@ class NumberList {
     }
   }
 
+  /// Factors but plain ones, which scale nothing, and points.
+  void add_constraint(const Speed& constraint, int index) {
+    for (int item = 0; item < static_cast<int>(constraint.terms.size()); ++item) {
+      const SpeedTerm& term = constraint.terms[at(item)];
+      const std::string name = constraint.name + "[" + std::to_string(item) + "]";
+      if (std::abs(term.factor) != 1) add(name, "1", {Kind::constraint_factor, index, item, 0});
+      using enum SpeedTerm::Of;
+      if (term.of == velocity || term.of == velocity_own)
+        add_point(term.body, term.position, {Kind::constraint_point, index, item, 0}, name + ".at");
+    }
+  }
+
   std::vector<GeometricNumber> finish() { return std::move(numbers_); }
 
  private:
@@ -83,7 +95,9 @@ std::vector<GeometricNumber> list_geometry(const Mechanism& m) {
     const int index = static_cast<int>(j);
     list.add_point(joint.first, joint.point_first, {Kind::joint_first, index, 0, 0}, joint.name + ".first");
     list.add_point(joint.second, joint.point_second, {Kind::joint_second, index, 0, 0}, joint.name + ".second");
+    if (rolls(joint.type)) list.add(joint.name + ".radius", "m", {Kind::joint_radius, index, 0, 0});
   }
+  for (std::size_t c = 0; c < m.constraints.size(); ++c) list.add_constraint(m.constraints[c], static_cast<int>(c));
   if (m.tool) list.add_point(m.tool->body, m.tool->position, {Kind::tool, 0, 0, 0}, "tool");
   for (std::size_t d = 0; d < m.discs.size(); ++d) {
     const int index = static_cast<int>(d);

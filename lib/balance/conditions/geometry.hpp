@@ -13,6 +13,9 @@ struct GeometricPlace {
   enum class Kind {
     joint_first,
     joint_second,
+    joint_radius,
+    constraint_factor,
+    constraint_point,
     body_point,
     tool,
     disc,
@@ -27,8 +30,8 @@ struct GeometricPlace {
     gravity,
   };
   Kind kind = Kind::joint_first;
-  int index = 0;  ///< of the joint, disc, coupling, spring or load; body_point: of the body
-  int item = 0;   ///< body_point: which point; term_ratio: which of what is followed
+  int index = 0;  ///< of the joint, constraint, disc, coupling, spring or load; body_point: of the body
+  int item = 0;   ///< body_point: which point; term_ratio: which of what is followed; of a constraint: which term
   int axis = 0;
 };
 
@@ -41,7 +44,7 @@ struct GeometricNumber {
 };
 
 /// Coordinates of points at which joints, springs, loads and the tool are, places and ratios of discs, ratios of couplings, free
-/// lengths and the size of gravity. Points that have a name stand once, however many use them.
+/// lengths, radii of what rolls, factors of constraints and the size of gravity. Points that have a name stand once, however many use them.
 std::vector<GeometricNumber> list_geometry(const Mechanism& mechanism);
 
 /// Points by distance and direction, where neither coordinate is zero ("link1.B.r", "link1.B.angle" [rad]): both of a number's

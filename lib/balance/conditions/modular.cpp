@@ -75,6 +75,8 @@ class Modular {
     if (const std::string why = mismatch(out_.goals, split.serial); !why.empty())
       return refuse(ConditionsStatus::mismatch, why);
     if (split.serial) return ordinary();
+    if (binds_rates(mechanism_))
+      return refuse(ConditionsStatus::mismatch, "the modular strategy knows no constraints on speeds");
     if (!complete_assembly(mechanism_)) return refuse(ConditionsStatus::not_assembled, "the loops cannot be closed");
     split = split_into_chains(mechanism_, options_.loose_springs);
     out_.notes = split.notes;

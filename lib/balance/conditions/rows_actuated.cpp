@@ -30,14 +30,14 @@ VectorX GoalRows<S>::actuated_bias(const VectorX& velocity) {
   velocities(tree_, dy.data(), state_);
   accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
   const Eigen::Index closures = tree_.closure_rows, actuated = selection_.rows();
-  VectorX bias = VectorX::Zero(closures + actuated), residual;
+  VectorX bias = VectorX::Zero(closures + actuated);
   System<S> system(tree_, Drive<S>{});
   MatrixX jacobian;
-  system.evaluate(y_, {}, residual, jacobian);
+  system.rates(y_, {}, jacobian);
   double* next = bias.data();
   for (const Closure<S>& closure : tree_.closures) {
     closure_bias(state_, closure, closure_pose(state_, closure), next);
-    for (const ClosureRow& row : closure.rows) *next++ *= row.kind == ClosureRow::Kind::along ? -1 / tree_.length : -1;
+    for (const ClosureRow& row : closure.rows) *next++ *= -row_unit(tree_, closure, row);
   }
   MatrixX all(closures + actuated, tree_.columns);
   all << jacobian, selection_;

@@ -41,15 +41,14 @@ Sampler<S>::Sampler(const Mechanism& mechanism, Tree<S>& tree, std::uint64_t see
 
 template <class S>
 bool Sampler<S>::next(Configuration& configuration) {
-  if (tree_.closure_rows == 0) {
+  if (tree_.place_rows == 0) {
     configuration.y.resize(tree_.columns);
     for (int c = 0; c < tree_.columns; ++c)
       configuration.y[c] = tree_.column_kind_length[static_cast<std::size_t>(c)] == 0
                                ? random_.uniform(-std::numbers::pi, std::numbers::pi)
                                : scale_[c] * random_.uniform(-1, 1);
-    configuration.null_space = MatrixX::Identity(tree_.columns, tree_.columns);
-    freedoms_ = tree_.columns;
-    return freedoms_ > 0;
+    freedoms_ = tree_.columns - (tree_.closure_rows == 0 ? 0 : generic_closure_rank(tree_, configuration.y));
+    return freedoms_ > 0 && settle(closures_, configuration.y, freedoms_, configuration);
   }
   if (!started_ && !start()) return false;
   double way = 0;
@@ -85,9 +84,8 @@ bool Sampler<S>::start() {
 /// The velocities allowed at y, and how far from losing rank the loops are there.
 template <class S>
 void Sampler<S>::look(const VectorX& y) {
-  VectorX residual;
   MatrixX jacobian;
-  closures_.evaluate(y, {}, residual, jacobian);
+  closures_.rates(y, {}, jacobian);
   const Eigen::JacobiSVD<MatrixX> svd(jacobian, Eigen::ComputeFullV);
   margin_ = rank_ > 0 ? svd.singularValues()[rank_ - 1] : longest_step / caution;
   seen_ = {y, svd.matrixV().rightCols(freedoms_)};
@@ -154,12 +152,13 @@ bool settle(System<S>& closures, const VectorX& y, int freedoms, Configuration& 
     here.null_space = MatrixX::Identity(closures.columns(), closures.columns());
     return true;
   }
-  const Solution moved = solve(closures, y, {}, 40);
-  if (!moved.found) return false;
-  here.y = moved.y;
-  VectorX residual;
+  if (closures.place_rows() > 0) {
+    const Solution moved = solve(closures, y, {}, 40);
+    if (!moved.found) return false;
+    here.y = moved.y;
+  }
   MatrixX jacobian;
-  closures.evaluate(here.y, {}, residual, jacobian);
+  closures.rates(here.y, {}, jacobian);
   // beyond the rank the orthogonal factor spans what no row sees
   const Eigen::ColPivHouseholderQR<MatrixX> qr(jacobian.transpose());
   const MatrixX q = qr.householderQ() * MatrixX::Identity(jacobian.cols(), jacobian.cols());

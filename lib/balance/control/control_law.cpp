@@ -67,8 +67,10 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller)
   check_size(controller.torque_limit, actuators, "torque limit");
   efforts_.setZero(actuators);
   at_limit_.setZero(actuators);
-  for (const Coordinate& coordinate : truth.coordinates)
-    readable_.push_back(truth.joints[static_cast<std::size_t>(coordinate.joint)].type != JointType::spherical);
+  for (const Coordinate& coordinate : truth.coordinates) {
+    const JointType type = truth.joints[static_cast<std::size_t>(coordinate.joint)].type;
+    readable_.push_back(type != JointType::spherical && (type != JointType::rolling_sphere || coordinate.index < 2));
+  }
   for (const int a : truth.actuators) readable_[static_cast<std::size_t>(a)] = true;
   tie_couplings();
 }

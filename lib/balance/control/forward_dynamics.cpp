@@ -75,8 +75,7 @@ class CoreOf : public ForwardDynamics::Core {
     out.bias = Eigen::Map<const VectorX>(loops_.bias().data(), n);
     out.input = input();
     System<S> closures(loops_.tree(), Drive<S>{});
-    VectorX residual;
-    closures.evaluate(y_, {}, residual, out.jacobian);
+    closures.rates(y_, {}, out.jacobian);
     for (int c = 0; c < n; ++c) out.jacobian.col(c) /= loops_.scale()[c];
     // J̇ẏ = −J c, for ÿ = c is a motion with ν̇ = 0
     out.jacobian_bias = -out.jacobian * tree_bias();

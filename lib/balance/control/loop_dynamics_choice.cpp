@@ -71,9 +71,8 @@ bool LoopDynamics<S>::choose(const double* y, bool prefer) {
     Tree<S> by_axes = full_;
     for (Closure<S>& closure : by_axes.closures) closure.pinned = closure.pinned && !redundant();
     System<S> closures(by_axes, Drive<S>{});
-    VectorX residual;
     MatrixX jacobian;
-    closures.evaluate(Eigen::Map<const VectorX>(y, n), {}, residual, jacobian);
+    closures.rates(Eigen::Map<const VectorX>(y, n), {}, jacobian);
     MatrixX weighted = jacobian;
     for (int c = 0; c < n; ++c) weighted.col(c) *= weight_[c];
     double last;
@@ -193,9 +192,9 @@ void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, cons
     return;
   }
   System<S> closures(full_, Drive<S>{});
-  VectorX residual, needed(n);
+  VectorX needed(n);
   MatrixX jacobian;
-  closures.evaluate(Eigen::Map<const VectorX>(y, n), {}, residual, jacobian);
+  closures.rates(Eigen::Map<const VectorX>(y, n), {}, jacobian);
   for (int c = 0; c < n; ++c) needed[c] = scale_[c] * x_[c];
   Eigen::CompleteOrthogonalDecomposition<MatrixX> decomposition;
   decomposition.setThreshold(1e-8);
@@ -204,7 +203,7 @@ void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, cons
   int r = 0;
   for (const Closure<S>& closure : full_.closures)
     for (const ClosureRow& row : closure.rows) {
-      out[r] = scaled[r] * (row.kind == ClosureRow::Kind::along ? 1 / full_.length : 1);
+      out[r] = scaled[r] * row_unit(full_, closure, row);
       ++r;
     }
 }
@@ -229,11 +228,10 @@ template <class S>
 double LoopDynamics<S>::residual() const {
   double worst = 0;
   for (const Closure<S>& closure : full_.closures) {
+    if (closure.of_rates()) break;
     const ClosurePose<S> pose = closure_pose(state_, closure);
-    for (const ClosureRow& row : closure.rows) {
-      const double miss = closure_residual(pose, row);
-      worst = std::max(worst, std::abs(row.kind == ClosureRow::Kind::along ? miss / full_.length : miss));
-    }
+    for (const ClosureRow& row : closure.rows)
+      worst = std::max(worst, std::abs(row_unit(full_, closure, row) * closure_residual(pose, row)));
   }
   return worst;
 }

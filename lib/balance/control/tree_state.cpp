@@ -92,7 +92,7 @@ void from_tree(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& 
   for (Eigen::Index c = 0; c < count; ++c) {
     const Coordinate& coordinate = mechanism.coordinates[c];
     const LinearQuantity& source = tree.sources[c];
-    if (source.depends() && !tree.joint_floats[coordinate.joint]) {
+    if (source.depends() && !tree.floats[c]) {
       q[c] = source.value(y);
       dq[c] = source.rate(dy);
       ddq[c] = source.rate(ddy);

@@ -74,7 +74,13 @@ VectorX geometry(const Mechanism& mechanism, const LooseSprings& loose) {
   for (const Joint& joint : mechanism.joints) {
     for (const Vector3& v : {joint.point_first, joint.point_second, joint.axis, joint.axis2}) all.add(v);
     all.add(joint.rotation);
+    all.add(joint.radius);
   }
+  for (const Speed& constraint : mechanism.constraints)
+    for (const SpeedTerm& term : constraint.terms) {
+      all.add(term.factor);
+      all.add(term.position);
+    }
   for (const Coupling& coupling : mechanism.couplings) {
     all.add(coupling.ratio);
     for (const CoordinateTerm& term : coupling.leader.terms) all.add(term.ratio);

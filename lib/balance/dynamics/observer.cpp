@@ -29,6 +29,7 @@ Observer<S>::Observer(const MechanismOf<T>& mechanism, const Tree<S>& tree, int 
     values->setZero(static_cast<Eigen::Index>(coordinates));
   for (auto* values : {&seen_.effort, &seen_.power})
     values->setZero(static_cast<Eigen::Index>(mechanism.actuators.size()));
+  seen_.constraint_force.setZero(static_cast<Eigen::Index>(mechanism.constraints.size()));
   seen_.joint_force.assign(joints, Vector3::Zero());
   seen_.joint_moment.assign(joints, Vector3::Zero());
   if (mechanism.tool) {
@@ -45,7 +46,7 @@ void Observer<S>::sort_coordinates() {
   std::vector<bool> listed(mechanism_.joints.size(), false);
   for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
     const Coordinate& coordinate = mechanism_.coordinates[c];
-    if (tree_.sources[c].depends() && !tree_.joint_floats[coordinate.joint]) {
+    if (tree_.sources[c].depends() && !tree_.floats[c]) {
       own_.push_back({static_cast<int>(c), tree_.sources[c]});
       continue;
     }

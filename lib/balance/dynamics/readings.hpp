@@ -65,13 +65,31 @@ template <class S>
 void add_closure_wrenches(const Tree<S>& tree, const State<S>& state,
                           const std::vector<typename S::Scalar>& multipliers, std::vector<Wrench<S>>& wrenches,
                           SampleOf<typename S::Scalar>& seen) {
-  int r = 0;
+  int r = 0, constraint = 0;
   for (const Closure<S>& closure : tree.closures) {
+    const auto push = [&](int n, double sign, const Wrench<S>& wrench, const typename S::Vector& about) {
+      if (n == 0) return;
+      const NodeState<S>& s = state[n];
+      const typename S::Vector force = sign * unrotate(s.R_WN, wrench.force);
+      wrenches[n].force -= force;
+      wrenches[n].moment -=
+          sign * unrotate(s.R_WN, wrench.moment) + cross(unrotate(s.R_WN, typename S::Vector(about - s.p_WN)), force);
+    };
+    if (!closure.terms.empty()) {  // what it does to coordinates is not a body's to bear
+      const typename S::Scalar multiplier = multipliers[r++];
+      seen.constraint_force[constraint++] = multiplier;
+      for (const RateTerm<S>& term : closure.terms) {
+        if (term.of == RateTerm<S>::Of::column) continue;
+        const RowWrench<S> unit = term_wrench(state, term);
+        push(term.frame.node, 1, {multiplier * unit.force, multiplier * unit.moment}, position(state, term.frame));
+      }
+      continue;
+    }
     const ClosurePose<S> pose = closure_pose(state, closure);
     Wrench<S> on_b;  // world axes, about b's origin
     for (const ClosureRow& row : closure.rows) {
       const typename S::Scalar multiplier = multipliers[r++];
-      const RowWrench<S> unit = closure_wrench(pose, row);
+      const RowWrench<S> unit = closure_wrench(closure, pose, row);
       on_b.force += multiplier * unit.force;
       on_b.moment += multiplier * unit.moment;
     }
@@ -79,20 +97,12 @@ void add_closure_wrenches(const Tree<S>& tree, const State<S>& state,
       seen.joint_force[closure.joint] = to_3d(on_b.force);
       seen.joint_moment[closure.joint] = angular_to_3d(on_b.moment);
     }
-    const auto push = [&](int n, double sign) {
-      if (n == 0) return;
-      const NodeState<S>& s = state[n];
-      const typename S::Vector force = sign * unrotate(s.R_WN, on_b.force);
-      wrenches[n].force -= force;
-      wrenches[n].moment -=
-          sign * unrotate(s.R_WN, on_b.moment) + cross(unrotate(s.R_WN, typename S::Vector(pose.p_B - s.p_WN)), force);
-    };
-    push(closure.b.node, 1);
-    push(closure.a.node, -1);
+    push(closure.b.node, 1, on_b, pose.p_B);
+    push(closure.a.node, -1, on_b, pose.p_B);
   }
 }
 
-/// What the tree's joints transmit: on the second body, about the joint's point there.
+/// What the tree's joints transmit: on the second body, about the joint's point there. Of one that rolls, besides what the closures told.
 /// @param wrenches what every node's parent exerts
 template <class S>
 void read_transmitted(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree, const State<S>& state,
@@ -109,8 +119,9 @@ void read_transmitted(const MechanismOf<typename S::Scalar>& mechanism, const Tr
     const typename S::Angular moment =
         state[n].R_WN * wrenches[n].moment + cross(typename S::Vector(state[n].p_WN - Q), force);
     const double sign = tree.joint_forward[j] ? 1 : -1;
-    seen.joint_force[j] = to_3d(typename S::Vector(sign * force));
-    seen.joint_moment[j] = angular_to_3d(typename S::Angular(sign * moment));
+    if (!rolls(mechanism.joints[j].type)) seen.joint_force[j].setZero(), seen.joint_moment[j].setZero();
+    seen.joint_force[j] += to_3d(typename S::Vector(sign * force));
+    seen.joint_moment[j] += angular_to_3d(typename S::Angular(sign * moment));
   }
 }
 

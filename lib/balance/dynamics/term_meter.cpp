@@ -41,6 +41,7 @@ TermMeter<S>::TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const t
     values->setZero(size(mechanism.coordinates));
   for (auto* values : {&now_.effort, &now_.power}) values->setZero(size(mechanism.actuators));
   for (auto* values : {&now_.joint_force, &now_.joint_moment}) values->setZero(size(mechanism.joints));
+  now_.constraint_force.setZero(size(mechanism.constraints));
   for (auto* value : {&now_.com_position, &now_.com_velocity, &now_.com_acceleration, &now_.force, &now_.moment,
                       &now_.moment_com, &now_.total_effort, &now_.kinetic_energy, &now_.potential_energy})
     value->setZero(1);
@@ -196,11 +197,19 @@ void TermMeter<S>::add_closures(const Instant<S>& now, const std::vector<double>
     all +=
         tau_[static_cast<std::size_t>(c)] * (tree_.column_kind_length[static_cast<std::size_t>(c)] ? tree_.length : 1);
   std::size_t r = 0;
+  Eigen::Index constraint = 0;
   for (const Closure<S>& closure : tree_.closures) {
     ForceSize size;
+    if (!closure.terms.empty()) {
+      const double multiplier = std::abs(multipliers[r++]) + all / closure.unit;
+      now_.constraint_force[constraint++] = multiplier;
+      for (const RateTerm<S>& term : closure.terms)
+        if (term.of != RateTerm<S>::Of::column) add_pushed(now, term, multiplier * std::abs(term.factor));
+      continue;
+    }
     for (const ClosureRow& row : closure.rows) {
       const double multiplier = std::abs(multipliers[r++]);
-      if (row.kind == ClosureRow::Kind::along)
+      if (row.kind != ClosureRow::Kind::dot)
         size.force += multiplier + all / tree_.length;
       else
         size.moment += multiplier + all;
@@ -217,6 +226,20 @@ void TermMeter<S>::add_closures(const Instant<S>& now, const std::vector<double>
       sum.moment += size.moment + (Q - now.state[static_cast<std::size_t>(n)].p_WN).norm() * size.force;
     }
   }
+}
+
+/// By a constraint of so much, on what it binds.
+template <class S>
+void TermMeter<S>::add_pushed(const Instant<S>& now, const RateTerm<S>& term, double size) {
+  const auto node = static_cast<std::size_t>(term.frame.node);
+  if (node == 0) return;
+  ForceSize& sum = external_sizes_[node];
+  if (term.of == RateTerm<S>::Of::turning) {
+    sum.moment += size;
+    return;
+  }
+  sum.force += size;
+  sum.moment += (position(now.state, term.frame) - now.state[node].p_WN).norm() * size;
 }
 
 /// What joints and actuators transmit.
@@ -240,8 +263,9 @@ void TermMeter<S>::read_transmitted(const Instant<S>& now, const Sample& seen) {
     const typename S::Vector Q =
         position(now.state,
                  {second.node, second.R_N, second.p_N + second.R_N * to_vector<S>(mechanism_.joints[j].point_second)});
-    now_.joint_force[i] = nodes_[node].force;
-    now_.joint_moment[i] = nodes_[node].moment + (Q - now.state[node].p_WN).norm() * nodes_[node].force;
+    if (!rolls(mechanism_.joints[j].type)) now_.joint_force[i] = now_.joint_moment[i] = 0;
+    now_.joint_force[i] += nodes_[node].force;
+    now_.joint_moment[i] += nodes_[node].moment + (Q - now.state[node].p_WN).norm() * nodes_[node].force;
   }
 }
 

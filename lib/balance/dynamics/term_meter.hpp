@@ -50,6 +50,7 @@ class TermMeter {
   void collect(const Instant<S>& now);
   void add_in_joints(const Instant<S>& now, const Sample& seen);
   void add_closures(const Instant<S>& now, const std::vector<double>& multipliers);
+  void add_pushed(const Instant<S>& now, const RateTerm<S>& term, double size);
   void read_transmitted(const Instant<S>& now, const Sample& seen);
   double unit(int coordinate) const;
 

@@ -20,6 +20,7 @@ struct TermSizes {
   VectorX moment_com;     ///< the same about the centre of mass
   VectorX kinetic_energy, potential_energy;
   VectorX joint_force, joint_moment;  ///< per joint
+  VectorX constraint_force;           ///< per constraint on speeds
   VectorX sliding_variable;           ///< per sliding variable of a controller
 
   /// Each entry becomes at least `factor` times the other's.
@@ -43,6 +44,7 @@ inline constexpr std::array all_term_sizes = {&TermSizes::position,
                                               &TermSizes::potential_energy,
                                               &TermSizes::joint_force,
                                               &TermSizes::joint_moment,
+                                              &TermSizes::constraint_force,
                                               &TermSizes::sliding_variable,
                                               &TermSizes::total_effort,
                                               &TermSizes::moment_com};

@@ -42,7 +42,7 @@ Configured find(const Mechanism& mechanism, const PoseTarget& pose) {
   VectorX residual;
   MatrixX jacobian;
   system.evaluate(solution.y, stated.target, residual, jacobian);
-  const int freedoms = tree.columns - generic_closure_rank(tree, solution.y);
+  const int freedoms = tree.columns - generic_place_rank(tree, solution.y);
   const int open = jacobian.rows() == 0 ? tree.columns : tree.columns - rank_of(jacobian).rank;
   found.outcome = judge(open, stated.drive.rows(), freedoms);
   const std::vector<double> coordinates = read_coordinates(mechanism, tree, solution.y);

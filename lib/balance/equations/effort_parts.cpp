@@ -25,7 +25,10 @@ MotionOutcome add_parts(const Mechanism& mechanism, const InverseOptions& option
   EquationTerms terms(mechanism, options);
   const StateTable states = independent_states(terms, result);
   MotionOutcome outcome = assemble_as(terms, result, rows.begin);
+  const bool anew = binds_rates(mechanism);  // the independent coordinates then do not tell the others
   for (Eigen::Index k = rows.begin; k < rows.end && outcome.status == MotionStatus::done; ++k) {
+    if (anew) outcome = assemble_as(terms, result, k);
+    if (outcome.status != MotionStatus::done) break;
     auto split = terms.split(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);
     outcome = std::move(split.outcome);
     if (outcome.status != MotionStatus::done) break;

@@ -60,9 +60,12 @@ void TermsEngine<S>::name_tree() {
   }
   for (std::size_t c = 0; c < redundant.size(); ++c)
     if (redundant[c].empty()) redundant[c] = "y" + std::to_string(c + 1);
-  for (const Closure<S>& closure : tree.closures)
-    for (std::size_t r = 0; r < closure.rows.size(); ++r)
-      closures.push_back(mechanism.joints[static_cast<std::size_t>(closure.joint)].name);
+  auto constraint = mechanism.constraints.begin();
+  for (const Closure<S>& closure : tree.closures) {
+    const std::string& name =
+        closure.joint < 0 ? (constraint++)->name : mechanism.joints[static_cast<std::size_t>(closure.joint)].name;
+    closures.insert(closures.end(), closure.rows.size(), name);
+  }
 }
 
 template <class S>
@@ -148,17 +151,13 @@ MatrixX TermsEngine<S>::input() const {
 template <class S>
 MatrixX TermsEngine<S>::constraints() {
   const Tree<S>& tree = branch_.tree();
-  VectorX residual;
   MatrixX A;
-  closure_system_.evaluate(Eigen::Map<const VectorX>(branch_.y(), columns_), {}, residual, A);
+  closure_system_.rates(Eigen::Map<const VectorX>(branch_.y(), columns_), {}, A);
   const VectorX scale = column_scale(tree);
   A = A * scale.cwiseInverse().asDiagonal();
   Eigen::Index row = 0;
   for (const Closure<S>& closure : tree.closures)
-    for (const ClosureRow& kind : closure.rows) {
-      if (kind.kind == ClosureRow::Kind::along) A.row(row) *= tree.length;
-      ++row;
-    }
+    for (const ClosureRow& kind : closure.rows) A.row(row++) /= row_unit(tree, closure, kind);
   return A;
 }
 

@@ -9,68 +9,54 @@ namespace balance {
 
 namespace {
 
-/// A speed, or its rate of change.
-struct ToolRates {
-  Vector3 velocity, velocity_own, turning, turning_own;
-
-  double of(const SpeedTerm& term) const {
-    switch (term.of) {
-      case SpeedTerm::Of::tool_velocity: return velocity[term.index];
-      case SpeedTerm::Of::tool_velocity_own: return velocity_own[term.index];
-      case SpeedTerm::Of::tool_turning: return turning[term.index];
-      case SpeedTerm::Of::tool_turning_own: return turning_own[term.index];
-      case SpeedTerm::Of::coordinate: break;
-    }
-    return 0;
-  }
-};
-
-/// Components v in axes R that turn at w change by Rᵀ (v̇ − w × v).
+/// A component of a body's motion, or its rate of change. Components v in axes R that turn at w change by Rᵀ (v̇ − w × v).
 template <class S>
-ToolRates tool_rates(const State<S>& state, const FixedFrame<S>& tool, bool derivative) {
-  const NodeState<S>& node = state[static_cast<std::size_t>(tool.node)];
-  const Matrix3 R = to_matrix(orientation(state, tool));
-  const Vector3 v = to_3d(point_velocity<S>(node, tool.p_N));
+double component(const State<S>& state, const FixedFrame<S>& body, const SpeedTerm& term, bool derivative) {
+  using enum SpeedTerm::Of;
+  const NodeState<S>& node = state[static_cast<std::size_t>(body.node)];
   const Vector3 w = angular_to_3d(typename S::Angular(node.R_WN * node.angular_velocity));
-  if (!derivative) return {v, R.transpose() * v, w, R.transpose() * w};
-  const Vector3 a = to_3d(point_acceleration<S>(node, tool.p_N));
-  const Vector3 alpha = angular_to_3d(typename S::Angular(node.R_WN * node.angular_acceleration));
-  return {a, R.transpose() * (a - w.cross(v)), alpha, R.transpose() * alpha};
-}
-
-bool asks_tool(const std::vector<Speed>& speeds) {
-  for (const Speed& speed : speeds)
-    for (const SpeedTerm& term : speed.terms)
-      if (term.of != SpeedTerm::Of::coordinate) return true;
-  return false;
+  Vector3 value;
+  if (term.of == turning || term.of == turning_own) {
+    value = derivative ? angular_to_3d(typename S::Angular(node.R_WN * node.angular_acceleration)) : w;
+  } else {
+    const typename S::Vector p_N = body.p_N + body.R_N * to_vector<S>(term.position);
+    const Vector3 v = to_3d(point_velocity<S>(node, p_N));
+    value = !derivative ? v : to_3d(point_acceleration<S>(node, p_N));
+    if (derivative && term.of == velocity_own) value -= w.cross(v);
+  }
+  const bool own = term.of == velocity_own || term.of == turning_own;
+  return own ? to_matrix(orientation(state, body)).col(term.index).dot(value) : value[term.index];
 }
 
 /// @throws std::invalid_argument
 template <class S>
 void check_speeds(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<Speed>& speeds) {
-  if (asks_tool(speeds) && !mechanism.tool)
-    throw std::invalid_argument("speeds of the tool need a tool, which the mechanism lacks");
   for (const Speed& speed : speeds)
     for (const SpeedTerm& term : speed.terms) {
-      if (term.of != SpeedTerm::Of::coordinate) continue;
+      if (term.of != SpeedTerm::Of::coordinate) {
+        if (term.body < 0 || term.body >= static_cast<int>(tree.bodies.size()) || term.index < 0 || term.index > 2)
+          throw std::invalid_argument("the speed " + speed.name + " is one of a body or an axis that does not exist");
+        continue;
+      }
       const auto c = static_cast<std::size_t>(term.index);
       const Coordinate& coordinate = mechanism.coordinates.at(c);
-      if (!tree.sources[c].depends() || tree.joint_floats[static_cast<std::size_t>(coordinate.joint)])
+      if (!tree.sources[c].depends() || tree.floats[c])
         throw std::invalid_argument("the speed " + speed.name + " cannot be made of " + coordinate.name +
                                     ", whose joint closes a loop or floats; make it independent, or take others");
     }
 }
 
-/// @param dy rates, or accelerations, of the tree's coordinates
+/// @param dy rates, or accelerations, of the tree's coordinates @param state moves with them
 template <class S>
-VectorX sums(const std::vector<Speed>& speeds, const Tree<S>& tree, const double* dy, const ToolRates& tool) {
+VectorX sums(const std::vector<Speed>& speeds, const Tree<S>& tree, const double* dy, const State<S>& state,
+             bool derivative) {
   VectorX values = VectorX::Zero(static_cast<Eigen::Index>(speeds.size()));
   for (std::size_t i = 0; i < speeds.size(); ++i)
     for (const SpeedTerm& term : speeds[i].terms)
       values[static_cast<Eigen::Index>(i)] +=
           term.factor * (term.of == SpeedTerm::Of::coordinate
                              ? tree.sources[static_cast<std::size_t>(term.index)].rate(dy)
-                             : tool.of(term));
+                             : component(state, tree.bodies[static_cast<std::size_t>(term.body)], term, derivative));
   return values;
 }
 
@@ -83,21 +69,18 @@ MotionOutcome TermsEngine<S>::speed_rows(const double* q, const std::vector<Spee
   const Tree<S>& tree = branch_.tree();
   check_speeds(mechanism, tree, speeds);
   State<S>& state = branch_.state();
-  Drive<S> drive;
-  if (mechanism.tool) attach_tool(mechanism, tree, drive);
-  const bool tool = asks_tool(speeds);
   rows.resize(static_cast<Eigen::Index>(speeds.size()), freedoms_);
   for (int k = 0; k < freedoms_; ++k) {
     const VectorX dy = C_.col(k);
     velocities(tree, dy.data(), state);
-    rows.col(k) = sums(speeds, tree, dy.data(), tool ? tool_rates(state, drive.tool, false) : ToolRates());
+    rows.col(k) = sums(speeds, tree, dy.data(), state, false);
   }
   forms = polarised(freedoms_, [&](const VectorX& rates) {
     VectorX dy;
     const VectorX ddy = acceleration_at(rates, dy);
     velocities(tree, dy.data(), state);
     accelerations<S>(tree, dy.data(), ddy.data(), S::Vector::Zero(), state);
-    return sums(speeds, tree, ddy.data(), tool ? tool_rates(state, drive.tool, true) : ToolRates());
+    return sums(speeds, tree, ddy.data(), state, true);
   });
   return {MotionStatus::done, 0, "", {}};
 }

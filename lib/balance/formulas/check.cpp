@@ -73,6 +73,8 @@ class Comparison {
   static Mechanism without_rest(Mechanism mechanism) {
     mechanism.friction.clear();
     mechanism.loads.clear();
+    mechanism.constraints.clear();
+    for (Joint& joint : mechanism.joints) joint.slips = true;
     const InverseDynamics chosen(mechanism);
     mechanism.actuators.clear();  // efforts along the independent coordinates themselves
     for (const std::string& name : chosen.independent())

@@ -2,8 +2,12 @@
 
 #include "balance/formulas/newton_euler.hpp"
 #include "balance/inverse/inverse_dynamics.hpp"
+#include "balance/model/spanning_tree.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <random>
 
 namespace balance::formulas {
@@ -12,11 +16,36 @@ namespace {
 
 constexpr int state_count = 5;
 
-/// The mechanism without its loops, friction and loads: what the program calculates.
-Mechanism open_tree(Mechanism mechanism, const SymbolicTree& tree) {
+/// The mechanism without its loops, friction and loads: what the program calculates, with a motor at every column. Nothing where a joint that
+/// closes a loop is one of the tree's, too, which carries a copy of its body.
+std::optional<Mechanism> tree_alone(Mechanism mechanism, const SymbolicTree& tree) {
+  const SpanningTree edges = span(mechanism, {});
+  if (std::any_of(edges.edges.begin(), edges.edges.end(), [](const TreeEdge& edge) { return edge.split; })) return {};
   mechanism.friction.clear();
   mechanism.loads.clear();
-  mechanism.actuators = tree.coordinates;
+  mechanism.constraints.clear();
+  for (Joint& joint : mechanism.joints) joint.slips = true;
+  mechanism.assembly.clear();
+  const std::vector<Joint> joints = std::move(mechanism.joints);
+  const std::vector<Coordinate> coordinates = std::move(mechanism.coordinates);
+  mechanism.joints.clear();
+  for (std::size_t j = 0; j < joints.size(); ++j)
+    if (!std::binary_search(edges.cut.begin(), edges.cut.end(), static_cast<int>(j)))
+      mechanism.joints.push_back(joints[j]);
+  mechanism.coordinates = list_coordinates(mechanism.space, mechanism.joints);
+  std::map<std::string, int> places;
+  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
+    places.emplace(mechanism.coordinates[c].name, static_cast<int>(c));
+  const auto place = [&](int c) { return places.at(coordinates[static_cast<std::size_t>(c)].name); };
+  const auto move = [&](Followed& followed) {
+    for (CoordinateTerm& term : followed.terms) term.coordinate = place(term.coordinate);
+  };
+  for (Coupling& coupling : mechanism.couplings) coupling.follower = place(coupling.follower), move(coupling.leader);
+  for (Disc& disc : mechanism.discs) move(disc.follows);
+  for (Spring& spring : mechanism.springs)
+    if (spring.in_joint()) spring.coordinate = place(spring.coordinate);
+  mechanism.actuators.clear();
+  for (const int c : tree.coordinates) mechanism.actuators.push_back(place(c));
   return mechanism;
 }
 
@@ -57,19 +86,19 @@ CodeStates code_states(const Mechanism& mechanism, Ring& ring, const SymbolicTre
   CodeStates states;
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> any(-1, 1);
-  const bool open = tree.closures.empty();
-  states.meaning =
-      open ? "The test's torques are those of the program balance."
-           : "Loops are not closed: these are the torques of the spanning tree, the test's those of its recursion.";
-  if (!open && tree.has_springs())
-    throw FormulaError("springs in a mechanism with loops have no program yet: it could not be tested");
+  const std::optional<Mechanism> alone = tree_alone(mechanism, tree);
+  if (!tree.closures.empty()) states.meaning = "Loops are not closed: these are the torques of the spanning tree. ";
+  states.meaning +=
+      alone ? "The test's torques are those of the program balance." : "The test's are those of its recursion.";
+  if (!alone && tree.has_springs())
+    throw FormulaError("springs beside a loop that an actuated joint closes have no program: it could not be tested");
   const std::size_t n = tree.columns.size();
   std::unique_ptr<InverseDynamics> engine;
-  if (open) {
+  if (alone) {
     InverseOptions options;
     for (const int c : tree.coordinates)
       options.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(c)].name);
-    engine = std::make_unique<InverseDynamics>(open_tree(mechanism, tree), options);
+    engine = std::make_unique<InverseDynamics>(*alone, options);
   }
   for (int s = 0; s < state_count; ++s) {
     const auto row = [&] {
@@ -79,7 +108,7 @@ CodeStates code_states(const Mechanism& mechanism, Ring& ring, const SymbolicTre
     };
     const std::vector<double> q = row(), dq = row(), ddq = row();
     std::vector<double> torque;
-    if (open) {
+    if (alone) {
       const auto vector = [](const std::vector<double>& v) {
         return VectorX(Eigen::Map<const VectorX>(v.data(), static_cast<Eigen::Index>(v.size())));
       };

@@ -214,6 +214,20 @@ Polynomial MechanismNumbers::preload(std::size_t s) {
   return stiffness(s) * numbers_.at(path + ".rest", rest, "q0_" + spring.name, SymbolKind::place);
 }
 
+Vector MechanismNumbers::rise(int index) {
+  const Joint& joint = mechanism_.joints[static_cast<std::size_t>(index)];
+  const Polynomial r =
+      numbers_.at("joints." + joint.name + ".radius", joint.radius, "r_" + joint.name, SymbolKind::length);
+  Vector up;
+  for (int k = 0; k < 3; ++k) {
+    if (joint.axis[k] == 0) continue;
+    if (std::abs(joint.axis[k]) != 1)
+      throw FormulaError("joint " + joint.name + " rolls on a plane that is not across an axis of its body");
+    up[static_cast<std::size_t>(k)] = joint.axis[k] > 0 ? r : -r;
+  }
+  return up;
+}
+
 std::string MechanismNumbers::coordinate_name(int index) const {
   const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(index)];
   const std::string& name = coordinate.name;

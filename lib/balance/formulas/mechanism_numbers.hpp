@@ -31,6 +31,8 @@ class MechanismNumbers {
   Polynomial stiffness(std::size_t spring);
   Polynomial free_length(std::size_t spring);
   Polynomial preload(std::size_t spring);
+  /// From where something rolls on a plane to its centre, while it stands upright. @throws FormulaError for a plane across no axis
+  Vector rise(int joint);
   /// theta1 of the angle J1, d3 of the slide J3, else the coordinate's own name.
   std::string coordinate_name(int coordinate) const;
   /// Symbols of first moments, masses, inertias, in the order of list_parameters.

@@ -155,6 +155,7 @@ void add_notes(const Mechanism& mechanism, Sheet& sheet) {
   const SymbolicTree& tree = sheet.equations.tree;
   for (const std::string& left : tree.left_out)
     sheet.notes.push_back(left + " are not in these formulas: they are no functions of the pose");
+  if (binds_rates(mechanism)) sheet.notes.push_back("these are the equations of all coordinates, before rates are bound");
   if (!mechanism.couplings.empty()) sheet.notes.push_back("coordinates that follow others are moved along with these");
   for (const Relation& relation : tree.relations) {
     std::string sum;
@@ -200,7 +201,7 @@ Sheet make_sheet(const Mechanism& mechanism, const SpecTexts& texts, const Sheet
     add(Section::closures, [&] { return closures(e); });
     add(Section::solved, [&] { return solved(mechanism, e); });
   }
-  if (e.closure.empty() && is_wanted(options, Section::conditions))
+  if (e.closure.empty() && !binds_rates(mechanism) && is_wanted(options, Section::conditions))
     for (SheetSection& section : condition_sections(e)) sheet.sections.push_back(std::move(section));
   if (linear) {
     sheet.regressor = regressor(*sheet.ring, e);

@@ -14,7 +14,8 @@ namespace {
 struct JointStep {
   bool turns;
   Vector3 direction;
-  int coordinate;  ///< within the joint
+  int coordinate;      ///< within the joint
+  bool rises = false;  ///< then up by the radius of what rolls
 };
 
 std::vector<JointStep> steps_of(const Joint& joint) {
@@ -29,6 +30,10 @@ std::vector<JointStep> steps_of(const Joint& joint) {
     case JointType::universal: return {{true, u, 0}, {true, v, 1}};
     case JointType::spherical: return {{true, x, 0}, {true, y, 1}, {true, z, 2}};
     case JointType::planar: return {{false, v, 0}, {false, u.cross(v), 1}, {true, u, 2}};
+    case JointType::rolling_disc:
+      return {{false, v, 0}, {false, u.cross(v), 1}, {true, u, 2}, {true, v, 3, true}, {true, u.cross(v), 4}};
+    case JointType::rolling_sphere:
+      return {{false, v, 0}, {false, u.cross(v), 1, true}, {true, x, 2}, {true, y, 3}, {true, z, 4}};
   }
   return {};
 }
@@ -147,7 +152,9 @@ class TreeBuilder {
     if (!forward) std::reverse(steps.begin(), steps.end());
     for (const JointStep& step : steps) {
       const int variable = variable_[first_coordinate(index) + static_cast<std::size_t>(step.coordinate)];
+      if (step.rises && !forward) at = beside(at, numbers_.rise(index), -1);
       at = frames_.moved_by(at, step.direction, variable, forward ? 1 : -1);
+      if (step.rises && forward) at = beside(at, numbers_.rise(index), 1);
     }
     return forward ? frames_.turned(at, turns_of(joint.rotation)) : at;
   }

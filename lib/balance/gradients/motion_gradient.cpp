@@ -150,6 +150,9 @@ class DualRun {
 RunGradient differentiate(const MechanismOf<DualNumber>& mechanism, const TrajectoryOf<DualNumber>& trajectory,
                           const std::vector<std::string>& quantities) {
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
+  if (binds_rates(values_of(mechanism)))
+    throw std::invalid_argument(
+        "there are no derivatives of a motion whose rates are bound, which all of the way decides");
   return mechanism.space == SpaceKind::planar ? DualRun<Planar>(mechanism, trajectory, quantities).run()
                                               : DualRun<Spatial>(mechanism, trajectory, quantities).run();
 }

@@ -172,8 +172,7 @@ VectorX Branch<S>::coordinates() const {
   VectorX all = Eigen::Map<const VectorX>(wrapped.data(), static_cast<Eigen::Index>(wrapped.size()));
   for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
     const LinearQuantity& source = tree_.sources[c];
-    if (source.depends() && !tree_.joint_floats[mechanism_.coordinates[c].joint])
-      all[static_cast<Eigen::Index>(c)] = source.value(y_.data());
+    if (source.depends() && !tree_.floats[c]) all[static_cast<Eigen::Index>(c)] = source.value(y_.data());
   }
   return all;
 }

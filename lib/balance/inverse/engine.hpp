@@ -27,7 +27,7 @@ struct StateRows {
 
 class InverseDynamics::Engine {
  public:
-  Engine(Mechanism mechanism, const InverseOptions& options) : mechanism(std::move(mechanism)), options(options) {}
+  Engine(Mechanism given, const InverseOptions& wishes) : mechanism(std::move(given)), options(wishes) {}
   virtual ~Engine() = default;
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;

@@ -40,10 +40,10 @@ template <class S>
 void look_around(const VectorX& start, Loops<S>& loops) {
   System<S> closures(loops.tree, Drive<S>{});
   const VectorX scale = column_scale(loops.tree);
-  VectorX residual, here = start;
+  VectorX here = start;
   MatrixX jacobian;
   for (std::uint64_t seed = 0; seed <= 4; ++seed) {
-    closures.evaluate(here, {}, residual, jacobian);
+    closures.rates(here, {}, jacobian);
     const MatrixX allowed = rank_of(jacobian).null_space;
     if (allowed.cols() == loops.freedoms) loops.velocities.push_back(allowed);
     const VectorX random = random_coordinates(loops.tree, seed + 1).cwiseQuotient(scale);
@@ -113,7 +113,7 @@ std::vector<int> pick(const Mechanism& mechanism, const Loops<S>& loops) {
     while (missing()) {
       int best = -1;
       for (const int c : all)
-        if (loops.tree.joint_floats[mechanism.coordinates[c].joint] == floating && rates.row(c).norm() > least &&
+        if (loops.tree.floats[c] == floating && rates.row(c).norm() > least &&
             (best < 0 || rates.row(c).norm() > (1 + 1e-9) * rates.row(best).norm()))
           best = c;
       if (best < 0) break;
@@ -123,9 +123,8 @@ std::vector<int> pick(const Mechanism& mechanism, const Loops<S>& loops) {
 }
 
 template <class S>
-bool any_floats(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<int>& coordinates) {
-  return std::any_of(coordinates.begin(), coordinates.end(),
-                     [&](int c) { return tree.joint_floats[mechanism.coordinates[c].joint]; });
+bool any_floats(const Tree<S>& tree, const std::vector<int>& coordinates) {
+  return std::any_of(coordinates.begin(), coordinates.end(), [&](int c) { return tree.floats[c]; });
 }
 
 std::string list_names(const Mechanism& mechanism, const std::vector<int>& coordinates) {
@@ -174,7 +173,7 @@ IndependentChoice<S> choose_independent(const Mechanism& mechanism, const std::v
     if (rounds == 0 && determine(loops, mechanism.actuators)) return finish(std::move(loops), mechanism.actuators, "");
     coordinates = pick(mechanism, loops);
     // what is needed does not float: a spin that was held as idle may become a freedom then
-    const bool stands = !any_floats(mechanism, loops.tree, coordinates);
+    const bool stands = !any_floats(loops.tree, coordinates);
     if (stands && determine(loops, coordinates)) {
       const std::string note = "independent coordinates: " + list_names(mechanism, coordinates);
       return finish(std::move(loops), coordinates, note);

@@ -64,6 +64,10 @@ void check_time(double time) {
 std::unique_ptr<InverseDynamics::Engine> make_engine(const Mechanism& mechanism, const InverseOptions& options) {
   require_valid(mechanism);
   if (has_passing_payloads(mechanism)) throw std::invalid_argument("single states need payloads that are always there");
+  if (binds_rates(mechanism))
+    throw std::invalid_argument(
+        "rates are bound (constraints, or something that rolls on a plane): independent coordinates do not tell the "
+        "configuration; see EquationTerms, which is told all coordinates");
   if (!options.about.allFinite()) throw std::invalid_argument("about: expected finite numbers");
   if (!(options.time_scale > 0) || !std::isfinite(options.time_scale))
     throw std::invalid_argument("time_scale: expected a positive number");

@@ -172,18 +172,17 @@ bool proved_full(System<S>& closures, const VectorX& y) {
   return smallest_singular_value(jacobian).has_value();
 }
 
-}  // namespace
-
+/// @param rates the rows of closures of rates count, too
 template <class S>
-int generic_closure_rank(const Tree<S>& tree, const VectorX& y) {
+int generic_rank(const Tree<S>& tree, const VectorX& y, bool rates) {
   System<S> closures(tree, Drive<S>{});
-  const int full = std::min(closures.rows(), closures.columns());
-  if (full == 0 || (full > most_dense && proved_full(closures, y))) return full;
+  const int rows = rates ? closures.closure_rows() : closures.place_rows(), full = std::min(rows, closures.columns());
+  if (full == 0 || (full > most_dense && rows == closures.place_rows() && proved_full(closures, y))) return full;
   const VectorX scale = column_scale(tree);
-  VectorX residual, here = y;
+  VectorX here = y;
   MatrixX jacobian;
-  closures.evaluate(here, {}, residual, jacobian);
-  RankReport last = rank_of(jacobian);
+  closures.rates(here, {}, jacobian);
+  RankReport last = rank_of(jacobian.topRows(rows));
   int best = last.rank;
   for (std::uint64_t seed = 1; seed <= 4 && best < full && last.null_space.cols() > 0; ++seed) {
     const VectorX random = random_coordinates(tree, seed).cwiseQuotient(scale);
@@ -193,11 +192,23 @@ int generic_closure_rank(const Tree<S>& tree, const VectorX& y) {
     const Solution moved = solve(closures, here + scale.cwiseProduct(direction), {});
     if (!moved.found || (moved.y - here).cwiseQuotient(scale).norm() < 1e-6) continue;
     here = moved.y;
-    closures.evaluate(here, {}, residual, jacobian);
-    last = rank_of(jacobian);
+    closures.rates(here, {}, jacobian);
+    last = rank_of(jacobian.topRows(rows));
     best = std::max(best, last.rank);
   }
   return best;
+}
+
+}  // namespace
+
+template <class S>
+int generic_closure_rank(const Tree<S>& tree, const VectorX& y) {
+  return generic_rank(tree, y, true);
+}
+
+template <class S>
+int generic_place_rank(const Tree<S>& tree, const VectorX& y) {
+  return generic_rank(tree, y, false);
 }
 
 template <class S>
@@ -233,6 +244,7 @@ Solution continue_to(System<S>& system, const VectorX& y, const DriveSample& fro
   template Solution solve<S>(System<S>&, const VectorX&, const DriveSample&, int); \
   template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);           \
   template int generic_closure_rank<S>(const Tree<S>&, const VectorX&);            \
+  template int generic_place_rank<S>(const Tree<S>&, const VectorX&);              \
   template Solution continue_to<S>(System<S>&, const VectorX&, const DriveSample&, const DriveSample&);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)

@@ -39,10 +39,15 @@ struct RankReport {
 };
 RankReport rank_of(const MatrixX& jacobian, double tolerance = 1e-8);
 
-/// Rank of the closures alone at the most generic of a few configurations around y: a start pose may be singular by accident. Of large
-/// mechanisms the smallest singular value proves that the rank is full; where it is not, they cost as much as a dense matrix.
+/// Rank of all closures alone, those of rates included, at the most generic of a few configurations around y: a start pose may be singular
+/// by accident. Of large mechanisms the smallest singular value proves that the rank is full; where it is not, they cost as much as a dense
+/// matrix.
 template <class S>
 int generic_closure_rank(const Tree<S>& tree, const VectorX& y);
+
+/// The same of the closures that bind places: the columns less these are the freedoms of the configuration.
+template <class S>
+int generic_place_rank(const Tree<S>& tree, const VectorX& y);
 
 /// Follows the target from `from` (met by y) to `to` in small steps. Scalars go straight, rotations by the shortest way.
 /// @return the configuration at `to`, or found = false
@@ -54,6 +59,7 @@ Solution continue_to(System<S>& system, const VectorX& y, const DriveSample& fro
   extern template Solution solve<S>(System<S>&, const VectorX&, const DriveSample&, int); \
   extern template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);           \
   extern template int generic_closure_rank<S>(const Tree<S>&, const VectorX&);            \
+  extern template int generic_place_rank<S>(const Tree<S>&, const VectorX&);              \
   extern template Solution continue_to<S>(System<S>&, const VectorX&, const DriveSample&, const DriveSample&);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)

@@ -6,15 +6,10 @@
 /// b relative to a), with Q the origin of frame b. Its multiplier λ makes the joint push b with λF at Q and λN, and a
 /// with the opposite.
 
-#include "balance/kinematics/state.hpp"
+#include "balance/kinematics/rolling_contact.hpp"
+#include "balance/kinematics/speed_sums.hpp"
 
 namespace balance {
-
-template <class S>
-struct RowWrench {
-  typename S::Vector force = S::Vector::Zero();  ///< world axes, through Q
-  typename S::Angular moment = S::zero_angular();
-};
 
 /// World poses of a closure's two frames; the axes are the world's where only the points have to meet.
 template <class S>
@@ -33,33 +28,40 @@ inline bool is_point(const Closure<S>& closure) {
 template <class S>
 inline ClosurePose<S> closure_pose(const State<S>& state, const Closure<S>& closure) {
   if (is_point(closure)) return {{}, {}, position(state, closure.a), position(state, closure.b)};
+  if (!closure.terms.empty()) return {};
   return {orientation(state, closure.a), orientation(state, closure.b), position(state, closure.a),
           position(state, closure.b)};
 }
 
+/// By how much places miss the row; rates leave nothing to miss.
 template <class S>
 inline typename S::Scalar closure_residual(const ClosurePose<S>& pose, const ClosureRow& row) {
   if (row.kind == ClosureRow::Kind::along) return dot(axis(pose.R_A, row.i), typename S::Vector(pose.p_B - pose.p_A));
-  return dot(axis(pose.R_A, row.i), axis(pose.R_B, row.j));
+  if (row.kind == ClosureRow::Kind::dot) return dot(axis(pose.R_A, row.i), axis(pose.R_B, row.j));
+  return 0;
+}
+
+/// What a row is multiplied by to be a number near one: it then counts in characteristic lengths.
+template <class S>
+inline double row_unit(const Tree<S>& tree, const Closure<S>& closure, const ClosureRow& row) {
+  if (row.kind == ClosureRow::Kind::sum) return 1 / closure.unit;
+  return row.kind == ClosureRow::Kind::dot ? 1 : 1 / tree.length;
 }
 
 template <class S>
-inline RowWrench<S> closure_wrench(const ClosurePose<S>& pose, const ClosureRow& row) {
+inline RowWrench<S> closure_wrench(const Closure<S>& closure, const ClosurePose<S>& pose, const ClosureRow& row) {
   RowWrench<S> wrench;
-  if (row.kind == ClosureRow::Kind::along)
-    wrench.force = axis(pose.R_A, row.i);
-  else
+  if (row.kind == ClosureRow::Kind::dot) {
     wrench.moment = cross(axis(pose.R_B, row.j), axis(pose.R_A, row.i));
+    return wrench;
+  }
+  wrench.force = axis(pose.R_A, row.i);
+  if constexpr (S::dimension == 3)
+    if (row.kind == ClosureRow::Kind::slip)  // it acts where the plane is touched
+      wrench.moment = cross(
+          ContactArm<typename S::Scalar>(closure.contact, axis(pose.R_A, 2), axis(pose.R_B, 1), S::Vector::Zero()).arm,
+          wrench.force);
   return wrench;
-}
-
-/// Rate, per unit rate of the node's coordinate, of a wrench's power at the point Q of what the node carries.
-template <class S>
-inline typename S::Scalar power_of(const Node<S>& node, const NodeState<S>& state, const typename S::Vector& Q,
-                                   const RowWrench<S>& wrench) {
-  if (node.motion == NodeMotion::slide) return node.ratio * dot(wrench.force, slide_axis(state.R_WN));
-  return node.ratio * dot(turn_axis(state.R_WN),
-                          typename S::Angular(wrench.moment + cross(typename S::Vector(Q - state.p_WN), wrench.force)));
 }
 
 /// Acceleration of b's origin as seen by an observer on a (world axes).
@@ -84,12 +86,24 @@ inline typename S::Vector carried(const Node<S>& node, const NodeState<S>& state
   return node.ratio * typename S::Vector(cross(turn_axis(state.R_WN), typename S::Vector(point - state.p_WN)));
 }
 
+/// Rate of a row of a closure of rates per unit rate of the coordinate of a node on its path.
+template <class S>
+inline typename S::Scalar row_rate(const Tree<S>& tree, const State<S>& state, const Closure<S>& closure,
+                                   const ClosurePose<S>& pose, const ClosureRow& row, const PathStep& step) {
+  if (row.kind == ClosureRow::Kind::sum) return term_rate(tree, state, closure, step);
+  return step.sign * power_of(tree.nodes[step.node], state[step.node], pose.p_B, closure_wrench(closure, pose, row));
+}
+
 /// Second derivative of every row when no coordinate accelerates. State: accelerations with ddy = null, and velocities (those
 /// of the origins only if the closure is not pinned).
 template <class S>
 void closure_bias(const State<S>& state, const Closure<S>& closure, const ClosurePose<S>& pose,
                   typename S::Scalar* bias) {
   const NodeState<S>&A = state[closure.a.node], &B = state[closure.b.node];
+  if (!closure.terms.empty()) {
+    if (!closure.rows.empty()) bias[0] = sum_bias(state, closure);
+    return;
+  }
   const typename S::Vector relative = relative_acceleration(A, B, closure, pose);
   if (is_point(closure)) {
     for (int i = 0; i < S::dimension; ++i) bias[i] = relative[i];
@@ -106,6 +120,13 @@ void closure_bias(const State<S>& state, const Closure<S>& closure, const Closur
                                     typename S::Angular(A.R_WN * A.angular_acceleration) -
                                     typename S::Angular(cross(w_A, w));
   const auto turn = turning(w, alpha);
+  if constexpr (S::dimension == 3)
+    if (closure.of_rates()) {
+      const ContactArm<typename S::Scalar> contact(closure.contact, axis(pose.R_A, 2), axis(pose.R_B, 1), w);
+      const typename S::Vector slip = relative + cross(alpha, contact.arm) + cross(w, contact.rate);
+      for (; r < rows; ++r) bias[r] = dot(axis(pose.R_A, closure.rows[r].i), slip);
+      return;
+    }
   for (; r < rows; ++r)
     bias[r] =
         dot(axis(pose.R_A, closure.rows[r].i), typename S::Vector(times(turn, axis(pose.R_B, closure.rows[r].j))));

@@ -11,7 +11,7 @@ std::vector<double> read_coordinates(const Mechanism& mechanism, const Tree<S>& 
     const Coordinate& coordinate = mechanism.coordinates[c];
     const LinearQuantity& source = tree.sources[c];
     const Joint& joint = mechanism.joints[coordinate.joint];
-    const double value = source.depends() && !tree.joint_floats[coordinate.joint]
+    const double value = source.depends() && !tree.floats[c]
                              ? source.value(y.data())
                              : read_joint(joint, relative_motion(tree, state, joint)).position[coordinate.index];
     values.push_back(coordinate.kind == CoordinateKind::angle ? unwrapped(value, 0) : value);

@@ -62,15 +62,16 @@ void read_universal(const JointOf<T>& joint, const RelativeMotion<T>& motion, Jo
   const Vector3Of<T> turned_v = motion.rotation * v;  // the second rotation is about it
   reading.position[0] = atan2(w.dot(turned_v), v.dot(turned_v));
   reading.position[1] = atan2(u.dot(motion.rotation * w), u.dot(motion.rotation * u));
-  reading.velocity = {u.dot(motion.spin), turned_v.dot(motion.spin), T(0)};
-  reading.acceleration = {u.dot(motion.spin_rate), turned_v.dot(motion.spin_rate), T(0)};
+  reading.velocity = {u.dot(motion.spin), turned_v.dot(motion.spin)};
+  reading.acceleration = {u.dot(motion.spin_rate), turned_v.dot(motion.spin_rate)};
 }
 
+/// @param first where the three angles stand
 template <class T>
-void read_spherical(const RelativeMotion<T>& motion, JointReading<T>& reading) {
+void read_spherical(int first, const RelativeMotion<T>& motion, JointReading<T>& reading) {
   const Matrix3Of<T>& R = motion.rotation;
   const T a = atan2(-R(1, 2), R(2, 2)), b = atan2(R(0, 2), hypot(R(0, 0), R(0, 1)));
-  reading.position = {a, b, atan2(-R(0, 1), R(0, 0))};
+  const std::array<T, 3> angles{a, b, T(atan2(-R(0, 1), R(0, 0)))};
   const Vector3Of<T> x = Vector3Of<T>::UnitX(), y(T(0), cos(a), sin(a)), z = R.col(2);
   Matrix3Of<T> axes;
   axes << x, y, z;
@@ -78,7 +79,41 @@ void read_spherical(const RelativeMotion<T>& motion, JointReading<T>& reading) {
   const Vector3Of<T> rate = inverse * motion.spin;
   const Vector3Of<T> turning = rate[0] * rate[1] * x.cross(y) + rate[2] * (rate[0] * x + rate[1] * y).cross(z);
   const Vector3Of<T> acceleration = inverse * (motion.spin_rate - turning);
-  for (int k = 0; k < 3; ++k) reading.velocity[k] = rate[k], reading.acceleration[k] = acceleration[k];
+  for (int k = 0; k < 3; ++k) {
+    reading.position[first + k] = angles[k];
+    reading.velocity[first + k] = rate[k];
+    reading.acceleration[first + k] = acceleration[k];
+  }
+}
+
+/// The angles of what is left of a rotation once it is known where the disc heads and how it leans.
+template <class T>
+void read_disc(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointReading<T>& reading) {
+  const Vector3Of<T> u = joint.axis, v = joint.axis2, w = u.cross(v);
+  Matrix3Of<T> axes;
+  axes << v, w, u;
+  const Matrix3Of<T> R = axes.transpose() * motion.rotation * axes;  // Rz(heading) Rx(lean) Ry(angle)
+  const T heading = atan2(-R(0, 1), R(1, 1)), lean = atan2(R(2, 1), hypot(R(0, 1), R(1, 1)));
+  const T c = cos(heading), s = sin(heading), cl = cos(lean), sl = sin(lean);
+  const Vector3Of<T> z = Vector3Of<T>::UnitZ(), x(c, s, T(0)), y(-s * cl, c * cl, sl);
+  Matrix3Of<T> turns;
+  turns << z, x, y;
+  const Matrix3Of<T> inverse = turns.inverse();
+  const Vector3Of<T> rate = inverse * (axes.transpose() * motion.spin);
+  const Vector3Of<T> turning = rate[0] * rate[1] * z.cross(x) + rate[2] * (rate[0] * z + rate[1] * x).cross(y);
+  const Vector3Of<T> acceleration = inverse * (axes.transpose() * motion.spin_rate - turning);
+  // from the centre down to where it touches
+  const Vector3Of<T> up(s * sl, -c * sl, cl);
+  const Vector3Of<T> w_up = rate[0] * z + rate[1] * x,
+                     a_up = acceleration[0] * z + acceleration[1] * x + rate[0] * rate[1] * z.cross(x);
+  const Vector3Of<T> turned = w_up.cross(up);
+  const Vector3Of<T> place = axes.transpose() * motion.place - joint.radius * up;
+  const Vector3Of<T> slip = axes.transpose() * motion.slip - joint.radius * turned;
+  const Vector3Of<T> slip_rate =
+      axes.transpose() * motion.slip_rate - joint.radius * (a_up.cross(up) + w_up.cross(turned));
+  reading.position = {place.x(), place.y(), heading, lean, T(atan2(-R(2, 0), R(2, 2)))};
+  reading.velocity = {slip.x(), slip.y(), rate[0], rate[1], rate[2]};
+  reading.acceleration = {slip_rate.x(), slip_rate.y(), acceleration[0], acceleration[1], acceleration[2]};
 }
 
 }  // namespace
@@ -100,11 +135,17 @@ JointReading<T> read_joint(const JointOf<T>& joint, const RelativeMotion<T>& mot
       read_slide(1, u, motion, reading);
       break;
     case JointType::universal: read_universal(joint, motion, reading); break;
-    case JointType::spherical: read_spherical(motion, reading); break;
+    case JointType::spherical: read_spherical(0, motion, reading); break;
     case JointType::planar:
       read_slide(0, joint.axis2, motion, reading);
       read_slide(1, u.cross(joint.axis2), motion, reading);
       read_angle(2, u, motion, reading);
+      break;
+    case JointType::rolling_disc: read_disc(joint, motion, reading); break;
+    case JointType::rolling_sphere:
+      read_slide(0, joint.axis2, motion, reading);
+      read_slide(1, u.cross(joint.axis2), motion, reading);
+      read_spherical(2, motion, reading);
       break;
   }
   return reading;

@@ -11,10 +11,10 @@
 
 namespace balance {
 
-/// Up to three coordinates of one joint with their derivatives.
+/// Up to five coordinates of one joint with their derivatives.
 template <class T>
 struct JointReading {
-  std::array<T, 3> position{}, velocity{}, acceleration{};
+  std::array<T, 5> position{}, velocity{}, acceleration{};
 };
 
 /// Motion of a joint's second body seen by an observer on its first, in the first body's axes.

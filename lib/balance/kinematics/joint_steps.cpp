@@ -21,6 +21,14 @@ std::vector<Step<T>> steps(const JointOf<T>& joint) {
     case JointType::universal: return {{turn, u, 0}, {turn, v, 1}};
     case JointType::spherical: return {{turn, Vector::UnitX(), 0}, {turn, Vector::UnitY(), 1}, {turn, z, 2}};
     case JointType::planar: return {{slide, v, 0}, {slide, cross(u, v), 1}, {turn, u, 2}};
+    case JointType::rolling_disc:
+      return {{slide, v, 0}, {slide, cross(u, v), 1}, {turn, u, 2}, {turn, v, 3, joint.radius}, {turn, cross(u, v), 4}};
+    case JointType::rolling_sphere:
+      return {{slide, v, 0},
+              {slide, cross(u, v), 1, joint.radius},
+              {turn, Vector::UnitX(), 2},
+              {turn, Vector::UnitY(), 3},
+              {turn, z, 4}};
   }
   return {};
 }
@@ -47,7 +55,8 @@ Matrix3Of<typename S::Scalar> closure_axes(const JointOf<typename S::Scalar>& jo
     return slides ? node_axes<S>({NodeMotion::slide, joint.axis, 0}) : Matrix(Matrix::Identity());
   } else {
     if (joint.type == JointType::spherical || joint.type == JointType::fixed) return Matrix::Identity();
-    if (joint.type != JointType::universal && joint.type != JointType::planar) return frame_with_z_along(joint.axis);
+    if (joint.type != JointType::universal && joint.type != JointType::planar && !rolls(joint.type))
+      return frame_with_z_along(joint.axis);
     Matrix R;
     R << joint.axis2, cross(joint.axis, joint.axis2), joint.axis;
     return R;

@@ -13,7 +13,8 @@ template <class T>
 struct Step {
   NodeMotion motion;
   Vector3Of<T> direction;
-  int index;  ///< coordinate within the joint
+  int index;   ///< coordinate within the joint
+  T rise = 0;  ///< to where the next one is, along the joint's axis [m]
 };
 
 /// In order from the first body to the second.

@@ -13,7 +13,21 @@ void System<S>::evaluate(const VectorX& y, const DriveSample& target, VectorX& r
   poses(tree_, y.data(), state_);
   const auto add = [&](int row, int column, double value) { jacobian(row, column) += value; };
   closures(residual, add);
-  prescribed(y, target, residual, add);
+  prescribed(y, target, tree_.place_rows, residual, add);
+  for (int c = 0; c < columns(); ++c)
+    if (tree_.column_kind_length[c]) jacobian.col(c) *= tree_.length;
+}
+
+template <class S>
+void System<S>::rates(const VectorX& y, const DriveSample& target, MatrixX& jacobian) {
+  const int count = tree_.closure_rows + drive_.rows();
+  VectorX residual = VectorX::Zero(count);
+  jacobian.setZero(count, columns());
+  poses(tree_, y.data(), state_);
+  const auto add = [&](int row, int column, double value) { jacobian(row, column) += value; };
+  closures(residual, add);
+  bound_rates(add);
+  prescribed(y, target, tree_.closure_rows, residual, add);
   for (int c = 0; c < columns(); ++c)
     if (tree_.column_kind_length[c]) jacobian.col(c) *= tree_.length;
 }
@@ -27,7 +41,7 @@ void System<S>::evaluate(const VectorX& y, const DriveSample& target, VectorX& r
     entries_.emplace_back(row, column, tree_.column_kind_length[column] ? tree_.length * value : value);
   };
   closures(residual, add);
-  prescribed(y, target, residual, add);
+  prescribed(y, target, tree_.place_rows, residual, add);
   jacobian.resize(rows(), columns());
   jacobian.setFromTriplets(entries_.begin(), entries_.end());
 }
@@ -37,10 +51,11 @@ template <class Add>
 void System<S>::closures(VectorX& residual, const Add& add) {
   int r = 0;
   for (const Closure<S>& closure : tree_.closures) {
+    if (closure.of_rates()) break;
     const ClosurePose<S> pose = closure_pose(state_, closure);
     for (const ClosureRow& row : closure.rows) {
-      const double scale = row.kind == ClosureRow::Kind::along ? 1 / tree_.length : 1;
-      const RowWrench<S> wrench = closure_wrench(pose, row);
+      const double scale = row_unit(tree_, closure, row);
+      const RowWrench<S> wrench = closure_wrench(closure, pose, row);
       residual[r] = scale * closure_residual(pose, row);
       for (const PathStep& step : closure.path) {
         const Node<S>& node = tree_.nodes[step.node];
@@ -53,9 +68,26 @@ void System<S>::closures(VectorX& residual, const Add& add) {
 
 template <class S>
 template <class Add>
-void System<S>::prescribed(const VectorX& y, const DriveSample& target, VectorX& residual, const Add& add) {
+void System<S>::bound_rates(const Add& add) const {
+  int r = tree_.place_rows;
+  for (const Closure<S>& closure : tree_.closures) {
+    if (!closure.of_rates()) continue;
+    const ClosurePose<S> pose = closure_pose(state_, closure);
+    for (const ClosureRow& row : closure.rows) {
+      const double scale = row_unit(tree_, closure, row);
+      for (const PathStep& step : closure.path)
+        add(r, tree_.nodes[step.node].column, scale * row_rate(tree_, state_, closure, pose, row, step));
+      ++r;
+    }
+  }
+}
+
+template <class S>
+template <class Add>
+void System<S>::prescribed(const VectorX& y, const DriveSample& target, int first_row, VectorX& residual,
+                           const Add& add) {
   const double scale = 1 / tree_.length;
-  int r = tree_.closure_rows, k = 0;
+  int r = first_row, k = 0;
   if (!drive_.point.empty()) {
     const typename S::Vector Q = position(state_, drive_.tool);
     for (const int component : drive_.point) {

@@ -1,5 +1,6 @@
 #pragma once
-/// All equations that pin a configuration, loop closures first and prescribed quantities after them, as one system, dense or sparse.
+/// All equations that pin a configuration, loop closures first and prescribed quantities after them, as one system, dense or sparse; and
+/// those that pin its rates, which are more where something rolls.
 /// For everything that happens once: assembly, ranks, end poses, and mechanisms with redundant constraints.
 /// Private to kinematics, motion and dynamics.
 
@@ -15,7 +16,8 @@ class System {
   /// @param tree must outlive the system
   System(const Tree<S>& tree, Drive<S> drive);
 
-  int rows() const { return tree_.closure_rows + drive_.rows(); }
+  int rows() const { return tree_.place_rows + drive_.rows(); }
+  int place_rows() const { return tree_.place_rows; }
   int closure_rows() const { return tree_.closure_rows; }
   int columns() const { return tree_.columns; }
   const Drive<S>& drive() const { return drive_; }
@@ -28,6 +30,10 @@ class System {
   void evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, MatrixX& jacobian);
   void evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, SparseMatrix& jacobian);
 
+  /// The same Jacobian with the rows of closures of rates between those of the other closures and the prescribed quantities': what it
+  /// maps to zero, or to prescribed rates, are the rates that are possible.
+  void rates(const VectorX& y, const DriveSample& target, MatrixX& jacobian);
+
   /// All joints' frames point the way they should at the configuration last evaluated.
   bool aligned() const;
 
@@ -39,7 +45,9 @@ class System {
   template <class Add>
   void closures(VectorX& residual, const Add& add);
   template <class Add>
-  void prescribed(const VectorX& y, const DriveSample& target, VectorX& residual, const Add& add);
+  void bound_rates(const Add& add) const;
+  template <class Add>
+  void prescribed(const VectorX& y, const DriveSample& target, int first_row, VectorX& residual, const Add& add);
 
   const Tree<S>& tree_;
   Drive<S> drive_;

@@ -3,6 +3,7 @@
 #include "balance/base/number.hpp"
 #include "balance/base/rotation.hpp"
 #include "balance/kinematics/joint_steps.hpp"
+#include "balance/kinematics/rate_closures.hpp"
 #include "balance/model/conversion.hpp"
 #include "balance/model/coupling_roots.hpp"
 #include "balance/model/incidence.hpp"
@@ -63,14 +64,20 @@ class Compiler {
     tree_.bodies.resize(mechanism_.bodies.size());
     tree_.joint_nodes.assign(mechanism_.joints.size(), -1);
     tree_.joint_forward.assign(mechanism_.joints.size(), true);
-    tree_.joint_floats.assign(mechanism_.joints.size(), false);
+    tree_.floats.assign(mechanism_.coordinates.size(), false);
     number_columns();
     for (const TreeEdge& edge : spanning_.edges) add_joint(edge);
     for (const int joint : spanning_.cut) add_closure(joint);
     add_masses();
+    for (const TreeEdge& edge : spanning_.edges)
+      if (const JointOf<T>& joint = mechanism_.joints[edge.joint]; rolls(joint.type) && !joint.slips)
+        tree_.closures.push_back(rolling_closure(tree_, joint, edge.joint));
+    for (const SpeedOf<T>& constraint : mechanism_.constraints)
+      tree_.closures.push_back(constraint_closure(tree_, constraint));
     for (Closure<S>& closure : tree_.closures) {
-      find_path(closure);
+      if (closure.terms.empty()) find_path(closure);
       tree_.closure_rows += static_cast<int>(closure.rows.size());
+      if (!closure.of_rates()) tree_.place_rows = tree_.closure_rows;
       closure.pinned = std::count_if(closure.rows.begin(), closure.rows.end(), [](const ClosureRow& row) {
                          return row.kind == ClosureRow::Kind::along;
                        }) == S::dimension;
@@ -149,9 +156,11 @@ class Compiler {
     std::vector<Step<T>> chain = steps(joint);
     Vector3Of<T> start = joint.point_first, end = joint.point_second;
     Matrix3Of<T> R_parent_child = joint.rotation;
+    const Vector3Of<T> up = edge.forward ? joint.axis : Vector3Of<T>(joint.rotation.transpose() * joint.axis);
     if (!edge.forward) {  // walked backwards: the motions in reverse order and sense, seen from the second body
       std::reverse(chain.begin(), chain.end());
       for (Step<T>& step : chain) step.direction = joint.rotation.transpose() * step.direction;
+      for (std::size_t k = 0; k + 1 < chain.size(); ++k) chain[k].rise = -chain[k + 1].rise;
       std::swap(start, end);
       R_parent_child = joint.rotation.transpose();
     }
@@ -161,9 +170,10 @@ class Compiler {
     int node = parent.node;
     Matrix3Of<T> R = to_matrix(parent.R_N);  // axes of the parent body in the current node
     Vector3Of<T> p = R * start + to_3d(parent.p_N);
-    if (joint.type == JointType::spherical && !needed_[edge.joint]) {
-      tree_.balls.push_back(static_cast<int>(tree_.nodes.size()));
-      tree_.joint_floats[edge.joint] = true;
+    const bool sphere = joint.type == JointType::rolling_sphere;
+    if ((joint.type == JointType::spherical || sphere) && !needed_[edge.joint]) {
+      tree_.balls.push_back(static_cast<int>(tree_.nodes.size()) + (sphere && edge.forward ? 2 : 0));
+      for (const int c : coordinates_[edge.joint]) tree_.floats[c] = !sphere || mechanism_.coordinates[c].index >= 2;
     }
     if (chain.empty()) node = add_node(node, R, p, NodeMotion::weld), R.setIdentity(), p.setZero();
     for (const Step<T>& step : chain) {
@@ -173,12 +183,12 @@ class Compiler {
                                              : add_nodes(node, R * axes, p, step.motion,
                                                          tree_.sources[coordinate_of(edge.joint, step.index)], sign);
       R = axes.transpose();
-      p.setZero();
+      p = step.rise * (R * up);
     }
     tree_.joint_nodes[edge.joint] = node;
     tree_.joint_forward[edge.joint] = edge.forward;
     const Matrix3Of<T> R_NB = R * R_parent_child;
-    const FixedFrame<S> child{node, to_rotation<S>(R_NB), to_vector<S>(Vector3Of<T>(-(R_NB * end)))};
+    const FixedFrame<S> child{node, to_rotation<S>(R_NB), to_vector<S>(Vector3Of<T>(p - R_NB * end))};
     if (edge.split)
       weld(edge.joint, child, edge.child);
     else
@@ -213,17 +223,13 @@ class Compiler {
   /// Closes the loop of a split joint: the copy that the joint carries is its second body.
   void weld(int joint, const FixedFrame<S>& copy, int body) { splits_.push_back({joint, copy, body}); }
 
-  static FixedFrame<S> on(const FixedFrame<S>& body, const Matrix3Of<T>& R, const Vector3Of<T>& p) {
-    return {body.node, body.R_N * to_rotation<S>(R), body.p_N + body.R_N * to_vector<S>(p)};
-  }
-
   void add_closure(int j) {
     const JointOf<T>& joint = mechanism_.joints[j];
     const Matrix3Of<T> axes = closure_axes<S>(joint);
     Closure<S> closure;
     closure.joint = j;
-    closure.a = on(tree_.bodies[joint.first], axes, joint.point_first);
-    closure.b = on(tree_.bodies[joint.second], joint.rotation.transpose() * axes, joint.point_second);
+    closure.a = fixed_on<S>(tree_.bodies[joint.first], axes, joint.point_first);
+    closure.b = fixed_on<S>(tree_.bodies[joint.second], joint.rotation.transpose() * axes, joint.point_second);
     set_rows(joint.type, closure);
     tree_.closures.push_back(closure);
   }
@@ -234,8 +240,8 @@ class Compiler {
       closure.joint = split.joint;
       closure.split = true;
       const Vector3Of<T> at = mechanism_.joints[split.joint].point_second;
-      closure.a = on(split.copy, Matrix3Of<T>::Identity(), at);
-      closure.b = on(tree_.bodies[split.body], Matrix3Of<T>::Identity(), at);
+      closure.a = fixed_on<S>(split.copy, Matrix3Of<T>::Identity(), at);
+      closure.b = fixed_on<S>(tree_.bodies[split.body], Matrix3Of<T>::Identity(), at);
       set_rows(JointType::fixed, closure);
       tree_.closures.push_back(closure);
     }

@@ -37,7 +37,8 @@ struct FixedFrame {
 
 /// One equation of a closure, between frame A (axes a) and frame B (axes b), with d = p_B − p_A.
 struct ClosureRow {
-  enum class Kind { along, dot } kind;  ///< a_i · d = 0, or a_i · b_j = 0
+  /// a_i · d = 0, or a_i · b_j = 0. Of rates alone: what touches the plane of A does not slip along a_i; a sum of speeds is zero.
+  enum class Kind { along, dot, slip, sum } kind;
   int i = 0, j = 0;
 };
 
@@ -45,18 +46,44 @@ struct ClosureRow {
 struct PathStep {
   int node;
   double sign;
+  int term = 0;  ///< of a sum of speeds
+};
+
+/// A part of a sum of speeds: factor times a component of what a frame does, in the world's axes or its own, or the rate of a column.
+template <class S>
+struct RateTerm {
+  enum class Of { column, velocity, turning } of = Of::column;
+  bool own = false;
+  int axis = 0;
+  typename S::Scalar factor = 1;
+  FixedFrame<S> frame;
+};
+
+/// What rolls on the plane through A's origin across its third axis: B's origin is the centre, its second axis that of a disc.
+template <class T>
+struct RollingContact {
+  bool disc = true;
+  T radius = 0;
 };
 
 /// A joint that is enforced instead of parametrised.
 template <class S>
 struct Closure {
-  int joint = 0;
+  int joint = 0;       ///< −1: a constraint of the mechanism
   bool split = false;  ///< welds the copy that a split joint carries
   FixedFrame<S> a, b;
   std::vector<ClosureRow> rows;
   bool pinned = false;         ///< the origins of a and b coincide: nothing slides
   std::vector<int> aligned;    ///< axes k for which a_k · b_k must be positive: excludes flipped assemblies
-  std::vector<PathStep> path;  ///< nodes that move b (+1) or a (−1) but not both
+  std::vector<PathStep> path;  ///< nodes that move b (+1) or a (−1) but not both; of a sum: what moves its terms
+  RollingContact<typename S::Scalar> contact = {};  ///< of rows `slip`
+  std::vector<RateTerm<S>> terms = {};              ///< of the one row `sum`
+  double unit = 1;  ///< of the row `sum`: how large it is where the mechanism moves by one
+
+  /// It binds rates, not places.
+  bool of_rates() const {
+    return !rows.empty() && (rows[0].kind == ClosureRow::Kind::slip || rows[0].kind == ClosureRow::Kind::sum);
+  }
 };
 
 /// A body, an attachment or a disc: one set of inertial parameters.
@@ -73,6 +100,7 @@ struct Tree {
   std::vector<FixedFrame<S>> bodies;  ///< frame of every body of the mechanism
   std::vector<Closure<S>> closures;
   int closure_rows = 0;
+  int place_rows = 0;   ///< those of closures that bind places; closures of rates come after them
   bool slides = false;  ///< some closure is not pinned
   /// Every coordinate of the mechanism in terms of y; without terms where the joint is cut.
   std::vector<LinearQuantityOf<typename S::Scalar>> sources;
@@ -81,7 +109,7 @@ struct Tree {
   /// First nodes of the spherical joints whose coordinates nobody prescribes, drives or couples: these may be counted from
   /// another reference orientation at any time (rereference), so that they never reach their singular position.
   std::vector<int> balls;
-  std::vector<bool> joint_floats;  ///< per joint: it is one of the balls, its sources hold at the start only
+  std::vector<bool> floats;  ///< per coordinate of the mechanism: one of a ball's, whose source holds at the start only
   /// Bodies whose idle spin is held: the ball that carries them lacks its last turn, like a universal joint.
   std::vector<IdleSpin> held_spins;
   std::vector<MassElement<S>> elements;  ///< bodies 1…, then attachments, then discs

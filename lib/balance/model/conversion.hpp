@@ -38,11 +38,18 @@ MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number)
   }
   for (const auto& joint : from.joints)
     to.joints.push_back({joint.name, joint.type, joint.first, joint.second, vector(joint.point_first),
-                         vector(joint.point_second), vector(joint.axis), vector(joint.axis2), matrix(joint.rotation)});
+                         vector(joint.point_second), vector(joint.axis), vector(joint.axis2), matrix(joint.rotation),
+                         number(joint.radius), joint.slips});
   to.coordinates = from.coordinates;
   for (const auto& coupling : from.couplings)
     to.couplings.push_back(
         {coupling.follower, followed(coupling.leader), number(coupling.ratio), number(coupling.offset)});
+  for (const auto& constraint : from.constraints) {
+    to.constraints.push_back({constraint.name, {}});
+    for (const auto& term : constraint.terms)
+      to.constraints.back().terms.push_back({static_cast<typename SpeedTermOf<To>::Of>(term.of), term.index,
+                                             number(term.factor), term.body, vector(term.position)});
+  }
   for (const auto& extra : from.attachments)
     to.attachments.push_back({extra.name, extra.kind, extra.body, vector(extra.position), number(extra.mass),
                               matrix(extra.inertia), extra.from, extra.until});

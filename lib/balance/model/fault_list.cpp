@@ -19,6 +19,7 @@ const char* name_of(ElementKind element) {
     case ElementKind::joint: return "joint";
     case ElementKind::coordinate: return "coordinate";
     case ElementKind::coupling: return "coupling";
+    case ElementKind::constraint: return "constraint";
     case ElementKind::attachment: return "attachment";
     case ElementKind::disc: return "disc";
     case ElementKind::load: return "load";

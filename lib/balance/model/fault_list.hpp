@@ -73,6 +73,7 @@ bool check_followed(const Followed& followed, std::size_t coordinates, const cha
 // The parts of validate().
 void check_bodies(const Mechanism& mechanism, std::vector<Fault>& all);
 void check_joints(const Mechanism& mechanism, std::vector<Fault>& all);
+void check_constraints(const Mechanism& mechanism, std::vector<Fault>& all);
 void check_attachments(const Mechanism& mechanism, std::vector<Fault>& all);
 void check_discs(const Mechanism& mechanism, std::vector<Fault>& all);
 void check_loads(const Mechanism& mechanism, std::vector<Fault>& all);

@@ -15,6 +15,8 @@ inline const char* name_of(JointType type) {
     case JointType::universal: return "universal";
     case JointType::spherical: return "spherical";
     case JointType::planar: return "planar";
+    case JointType::rolling_disc:
+    case JointType::rolling_sphere: return "rolling";
   }
   return "";
 }

@@ -17,9 +17,13 @@ int freedom(JointType type) {
     case JointType::universal: return 2;
     case JointType::spherical:
     case JointType::planar: return 3;
+    case JointType::rolling_disc:
+    case JointType::rolling_sphere: return 5;
   }
   return 0;
 }
+
+bool rolls(JointType type) { return type == JointType::rolling_disc || type == JointType::rolling_sphere; }
 
 namespace {
 
@@ -39,6 +43,10 @@ std::vector<Part> parts(JointType type) {
     case JointType::universal: return {{".1", angle}, {".2", angle}};
     case JointType::spherical: return {{".1", angle}, {".2", angle}, {".3", angle}};
     case JointType::planar: return {{".x", length}, {".y", length}, {".angle", angle}};
+    case JointType::rolling_disc:
+      return {{".x", length}, {".y", length}, {".heading", angle}, {".lean", angle}, {".angle", angle}};
+    case JointType::rolling_sphere:
+      return {{".x", length}, {".y", length}, {".1", angle}, {".2", angle}, {".3", angle}};
   }
   return {};
 }
@@ -53,6 +61,12 @@ std::vector<Coordinate> list_coordinates(SpaceKind /*space*/, const std::vector<
       all.push_back({joints[j].name + part.suffix, static_cast<int>(j), index++, part.kind});
   }
   return all;
+}
+
+bool binds_rates(const Mechanism& mechanism) {
+  return !mechanism.constraints.empty() ||
+         std::any_of(mechanism.joints.begin(), mechanism.joints.end(),
+                     [](const Joint& joint) { return rolls(joint.type) && !joint.slips; });
 }
 
 namespace {
@@ -91,6 +105,7 @@ double characteristic_length(const Mechanism& mechanism) {
     if (b != static_cast<std::size_t>(ground)) places.emplace_back(Vector3::Zero());
     length = std::max(length, largest_distance(places));
   }
+  for (const Joint& joint : mechanism.joints) length = std::max(length, joint.radius);
   if (length > 0) return length;
   // everything is jointed at one point: then by how far masses are from it
   for (const Body& body : mechanism.bodies)

@@ -5,6 +5,7 @@
 /// Planar mechanisms use the same types: positions have z = 0, axes of rotation are z, an inertia has only its zz entry.
 
 #include "balance/base/types.hpp"
+#include "balance/model/speed.hpp"
 
 #include <cstddef>
 #include <limits>
@@ -37,7 +38,18 @@ struct BodyOf {
   std::vector<NamedPointOf<T>> points;
 };
 
-enum class JointType { revolute, prismatic, fixed, pin_slot, cylindrical, universal, spherical, planar };
+enum class JointType {
+  revolute,
+  prismatic,
+  fixed,
+  pin_slot,
+  cylindrical,
+  universal,
+  spherical,
+  planar,
+  rolling_disc,
+  rolling_sphere
+};
 
 /// A joint lets `second` move relative to `first`. At coordinates zero the second body's frame has the rotation
 /// `rotation` in the first one's. With P = point_first, Q = point_second (each in its body's axes), u = axis, v = axis2
@@ -53,6 +65,16 @@ enum class JointType { revolute, prismatic, fixed, pin_slot, cylindrical, univer
 /// | universal   | 1, 2         | r = 0; rotation by the first about u, then by the second about the turned v |
 /// | spherical   | 1, 2, 3      | r = 0; successive rotations about x, the turned y, the twice turned z     |
 /// | planar      | x, y, angle  | r = x v + y (u × v); rotation about u                                     |
+///
+/// The last two types roll without slip on the plane through P whose normal u points to their side; Q is the centre, n the plane's
+/// normal. They have five coordinates, whose rates are bound to each other twice: the material point in touch with the plane rests on it.
+///
+/// | type           | coordinates                | motion                                                                   |
+/// | -------------- | -------------------------- | ------------------------------------------------------------------------ |
+/// | rolling_disc   | x, y, heading, lean, angle | touches at x v + y (u × v); rotations by heading about u, by lean about  |
+/// |                |                            | the turned v, which is where it heads, by angle about its own axis u × v |
+/// | rolling_sphere | x, y, 1, 2, 3              | touches at x v + y (u × v); rotations about x, the turned y, the twice   |
+/// |                |                            | turned z                                                                 |
 template <class T>
 struct JointOf {
   std::string name;
@@ -62,12 +84,16 @@ struct JointOf {
   Vector3Of<T> point_first = Vector3Of<T>::Zero();
   Vector3Of<T> point_second = Vector3Of<T>::Zero();
   Vector3Of<T> axis = Vector3Of<T>::UnitZ();   ///< planar prismatic and pin_slot: direction of the slide
-  Vector3Of<T> axis2 = Vector3Of<T>::UnitX();  ///< universal: second axis; planar: direction of x; else unused
+  Vector3Of<T> axis2 = Vector3Of<T>::UnitX();  ///< universal: second axis; planar, rolling: direction of x; else unused
   Matrix3Of<T> rotation = Matrix3Of<T>::Identity();
+  T radius = 0;        ///< of what rolls [m]
+  bool slips = false;  ///< what rolls only touches the plane: its rates are not bound
 };
 
 /// Number of coordinates of a joint type.
 int freedom(JointType type);
+/// A disc or a sphere on a plane.
+bool rolls(JointType type);
 
 /// What one coordinate of a joint measures.
 enum class CoordinateKind { angle, length };
@@ -210,6 +236,7 @@ struct MechanismOf {
   std::vector<JointOf<T>> joints;
   std::vector<Coordinate> coordinates;  ///< of all joints, in order: list_coordinates(joints)
   std::vector<CouplingOf<T>> couplings;
+  std::vector<SpeedOf<T>> constraints;  ///< speeds that are always zero
   std::vector<AttachmentOf<T>> attachments;
   std::vector<DiscOf<T>> discs;
   std::vector<LoadOf<T>> loads;
@@ -238,6 +265,9 @@ using Mechanism = MechanismOf<double>;
 
 /// The coordinates of all joints, joint by joint, with their names.
 std::vector<Coordinate> list_coordinates(SpaceKind space, const std::vector<Joint>& joints);
+
+/// Some rates are bound to each other where places are not: something rolls on a plane, or there are constraints on speeds.
+bool binds_rates(const Mechanism& mechanism);
 
 /// A length that is typical of the mechanism: the largest distance of a named or joint point from its body's
 /// origin or, for the ground, between two of its points; positive. It scales every comparison with zero.

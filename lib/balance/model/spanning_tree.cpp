@@ -67,7 +67,12 @@ std::vector<TreeEdge> walk(const Mechanism& mechanism, const std::vector<bool>& 
 
 std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<int>& needed) {
   std::vector<bool> keep(mechanism.joints.size(), false);
-  const auto mark = [&](int coordinate) { keep[mechanism.coordinates[coordinate].joint] = true; };
+  const auto mark = [&](int c) {
+    const Coordinate& coordinate = mechanism.coordinates[c];
+    // where a sphere touches the plane is told without the angles, which nobody then needs
+    const bool place = mechanism.joints[coordinate.joint].type == JointType::rolling_sphere && coordinate.index < 2;
+    keep[coordinate.joint] = keep[coordinate.joint] || !place;
+  };
   for (const int coordinate : needed) mark(coordinate);
   for (const int coordinate : mechanism.actuators) mark(coordinate);
   const auto mark_all = [&](const Followed& followed) {
@@ -75,6 +80,9 @@ std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<in
   };
   for (const Coupling& coupling : mechanism.couplings) mark(coupling.follower), mark_all(coupling.leader);
   for (const Disc& disc : mechanism.discs) mark_all(disc.follows);
+  for (const Speed& constraint : mechanism.constraints)
+    for (const SpeedTerm& term : constraint.terms)
+      if (term.of == SpeedTerm::Of::coordinate) mark(term.index);
   for (const Friction& friction : mechanism.friction) mark(friction.coordinate);
   for (const Spring& spring : mechanism.springs)
     if (spring.in_joint()) mark(spring.coordinate);
@@ -83,7 +91,8 @@ std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<in
 
 SpanningTree span(const Mechanism& mechanism, const std::vector<int>& needed) {
   const std::vector<int> distance = distances_from_ground(mechanism);
-  const std::vector<bool> keep = joints_needed(mechanism, needed);
+  std::vector<bool> keep = joints_needed(mechanism, needed);
+  for (std::size_t j = 0; j < keep.size(); ++j) keep[j] = keep[j] || rolls(mechanism.joints[j].type);
   std::vector<int> order(mechanism.joints.size());
   std::iota(order.begin(), order.end(), 0);
   const auto rank = [&](int j) {

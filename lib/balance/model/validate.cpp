@@ -114,6 +114,7 @@ std::vector<Fault> validate(const Mechanism& mechanism) {
   check_coordinates(mechanism, all);
   check_connected(mechanism, all);
   check_couplings(mechanism, all);
+  check_constraints(mechanism, all);
   check_attachments(mechanism, all);
   check_discs(mechanism, all);
   check_loads(mechanism, all);

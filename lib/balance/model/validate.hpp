@@ -30,12 +30,12 @@ enum class FaultKind {
   not_connected,        ///< no chain of joints from the ground to a body
   coupled_twice,        ///< a coordinate follows two others
   coupling_circle,      ///< a coordinate follows itself
-  ratio_zero,           ///< of a coupling or a disc
+  ratio_zero,           ///< of a coupling, a disc or a term of a constraint
   duplicate_name,  ///< two bodies, two joints, two points of a body, …; only elements other than bodies and joints may be nameless
   duplicate_reference,  ///< a coordinate is actuated twice or has friction twice
   empty_stretch,        ///< an attachment that is set down before it is taken up, or at a time that is no number
   load_table,           ///< times do not increase, or forces and moments are not as many as times
-  negative_number,      ///< stiffness, free length, friction
+  negative_number,      ///< stiffness, free length, friction, or a radius that is not positive
   friction_at_rest,     ///< less than the friction of sliding
   out_of_plane,         ///< a planar mechanism has numbers that leave its plane
 };
@@ -47,6 +47,7 @@ enum class ElementKind {
   joint,
   coordinate,
   coupling,
+  constraint,
   attachment,
   disc,
   load,

@@ -30,7 +30,9 @@ bool exists_in(JointType type, bool planar) {
     case JointType::cylindrical:
     case JointType::universal:
     case JointType::spherical:
-    case JointType::planar: return !planar;
+    case JointType::planar:
+    case JointType::rolling_disc:
+    case JointType::rolling_sphere: return !planar;
   }
   return false;
 }
@@ -44,7 +46,7 @@ void check_axes(const Joint& joint, bool planar, ElementFaults& faults) {
     faults.add(FaultKind::out_of_plane, "its axis must lie in the plane of the mechanism");
   if (planar && !slides && joint.axis != Vector3::UnitZ())
     faults.add(FaultKind::out_of_plane, "the axis of a planar revolute joint must be z");
-  if (joint.type != JointType::universal && joint.type != JointType::planar) return;
+  if (joint.type != JointType::universal && joint.type != JointType::planar && !rolls(joint.type)) return;
   faults.unit(joint.axis2, "its axis2");
   if (std::abs(joint.axis.dot(joint.axis2)) > square)
     faults.add(FaultKind::axes_not_square,
@@ -127,6 +129,8 @@ void check_joints(const Mechanism& mechanism, std::vector<Fault>& all) {
     else
       check_axes(joint, planar, faults);
     check_rotation(joint.rotation, planar, faults);
+    if (rolls(joint.type) && faults.finite(joint.radius, "the radius") && !(joint.radius > 0))
+      faults.add(FaultKind::negative_number, "the radius of what rolls must be positive, is " + text_of(joint.radius));
   }
 }
 

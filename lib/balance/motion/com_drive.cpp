@@ -100,10 +100,10 @@ std::string com_stands_still(const Tree<S>& tree, const VectorX& y, const std::v
   };
   MatrixX rates(S::dimension, 0), jacobian;
   bool independent = false;
-  VectorX here = y, residual;
+  VectorX here = y;
   const int generic = generic_closure_rank(tree, y);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    closures.evaluate(here, {}, residual, jacobian);
+    closures.rates(here, {}, jacobian);
     const RankReport loops = rank_of(jacobian);
     if (loops.null_space.cols() == 0) break;
     if (loops.rank == generic) {  // elsewhere it says more than the motion can do

@@ -11,7 +11,7 @@ std::string configuration_text(const Mechanism& mechanism, const Tree<S>& tree, 
   std::string out;
   for (std::size_t c = 0; c < tree.sources.size() && c < most; ++c) {
     const LinearQuantity& source = tree.sources[c];
-    if (!source.depends() || tree.joint_floats[mechanism.coordinates[c].joint]) continue;
+    if (!source.depends() || tree.floats[c]) continue;
     const double value = source.value(y);
     std::array<char, 32> digits{};
     std::snprintf(digits.data(), digits.size(), "%.6g", value);

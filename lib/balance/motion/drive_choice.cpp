@@ -69,10 +69,10 @@ Trajectory with_components(const Mechanism& mechanism, const Tree<Spatial>& tree
   const VectorX scale = column_scale(tree);
   const int asked = freedoms - remaining_values(trajectory);
   std::vector<Component> others;
-  VectorX here = y, residual;
+  VectorX here = y;
   MatrixX jacobian;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    closures.evaluate(here, {}, residual, jacobian);
+    closures.rates(here, {}, jacobian);
     const RankReport loops = rank_of(jacobian);
     if (loops.null_space.cols() == freedoms) {  // elsewhere it says more than the motion can do
       if (independent(allowed_rates(tree, usual.drive, here, loops.null_space))) return trajectory;

@@ -11,8 +11,7 @@ template <class S>
 Equations<S>::Equations(const Tree<S>& tree, const Drive<S>& drive, bool redundant)
     : tree_(tree), drive_(drive), redundant_(redundant), masses_(tree) {
   for (const Closure<S>& closure : tree.closures)
-    for (const ClosureRow& row : closure.rows)
-      row_scale_.push_back(row.kind == ClosureRow::Kind::along ? 1 / tree.length : 1);
+    for (const ClosureRow& row : closure.rows) row_scale_.push_back(row_unit(tree, closure, row));
   row_scale_.insert(row_scale_.end(), drive.point.size() + drive.com.size(), 1 / tree.length);
   for (const LinearQuantityOf<T>& quantity : drive.linear)
     row_scale_.push_back(quantity.is_length ? 1 / tree.length : 1);
@@ -123,13 +122,18 @@ void Equations<S>::fill_closures(const State<S>& state, T* residual) {
       }
       continue;
     }
+    if (!closure.terms.empty()) {
+      fill_sum(closure, state, entry);
+      residual = std::fill_n(residual, closure.rows.size(), T(0));
+      continue;
+    }
     const std::size_t rows = closure.rows.size();
     RowWrench<S> wrenches[most];
     for (std::size_t r = 0; r < rows; ++r) {
-      const bool length = closure.rows[r].kind == ClosureRow::Kind::along;
-      wrenches[r] = closure_wrench(pose, closure.rows[r]);
-      if (length) wrenches[r].force *= shrink;
-      *residual++ = (length ? shrink : 1) * closure_residual(pose, closure.rows[r]);
+      const bool angle = closure.rows[r].kind == ClosureRow::Kind::dot;
+      wrenches[r] = closure_wrench(closure, pose, closure.rows[r]);
+      if (!angle) wrenches[r].force *= shrink, wrenches[r].moment *= shrink;
+      *residual++ = (angle ? 1 : shrink) * closure_residual(pose, closure.rows[r]);
     }
     for (const PathStep& step : closure.path) {
       const Node<S>& node = tree_.nodes[step.node];
@@ -140,6 +144,13 @@ void Equations<S>::fill_closures(const State<S>& state, T* residual) {
       }
     }
   }
+}
+
+template <class S>
+void Equations<S>::fill_sum(const Closure<S>& closure, const State<S>& state, const Entry* entry) {
+  if (closure.rows.empty()) return;
+  for (const PathStep& step : closure.path)
+    put(*entry++, node_scale_[step.node] / closure.unit * term_rate(tree_, state, closure, step));
 }
 
 template <class S>

@@ -80,6 +80,7 @@ class Equations {
 
   void build();
   void fill_closures(const State<S>& state, T* residual);
+  void fill_sum(const Closure<S>& closure, const State<S>& state, const Entry* entry);
   void fill_point(const State<S>& state, const DriveSampleOf<T>& target, T* residual);
   void fill_com(const State<S>& state, const DriveSampleOf<T>& target, T* residual);
   void fill_rotation(const State<S>& state, const DriveSampleOf<T>& target, T* residual);

@@ -37,7 +37,7 @@ MatrixX twists_left(const Tree<S>& tree, const Closure<S>& closure, const State<
   MatrixX wrenches(rows, S::dimension + S::angular);
   const typename S::Vector arm = (pose.p_B - about) / tree.length;
   for (Eigen::Index r = 0; r < rows; ++r) {
-    const RowWrench<S> wrench = closure_wrench(pose, closure.rows[static_cast<std::size_t>(r)]);
+    const RowWrench<S> wrench = closure_wrench(closure, pose, closure.rows[static_cast<std::size_t>(r)]);
     LoopTwist<S> row = LoopTwist<S>::Zero();
     row.template head<S::dimension>() = wrench.force;
     put_angular(row, typename S::Angular(wrench.moment + cross(arm, wrench.force)));
@@ -69,7 +69,7 @@ void LoopRanks<S>::add_joint(const LoopStep& step, const State<S>& poses, const 
   const int last = tree_.joint_nodes[joint];
   if (last < 0) {
     for (const Closure<S>& closure : tree_.closures) {
-      if (closure.joint != step.joint || closure.split) continue;
+      if (closure.joint != step.joint || closure.split || closure.of_rates()) continue;
       const MatrixX left = twists_left(tree_, closure, poses, about);
       twists.conservativeResize(Eigen::NoChange, twists.cols() + left.cols());
       twists.rightCols(left.cols()) = left;

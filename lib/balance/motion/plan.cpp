@@ -117,6 +117,7 @@ class Planner {
     const int rank = generic_closure_rank(tree_, start.y);
     plan_.freedoms = tree_.columns - rank;
     plan_.redundant = tree_.closure_rows > rank;
+    places_ = tree_.columns - generic_place_rank(tree_, start.y);
     if (from.drive.rows() < plan_.freedoms && !std::holds_alternative<TablePath>(trajectory_.path))
       return fail(failed(MotionStatus::mismatch, "the start pose (from) states " + std::to_string(from.drive.rows()) +
                                                      " values, but the mechanism has " +
@@ -151,6 +152,10 @@ class Planner {
       plan_.request.to = stated_values(choice_.quantities, trajectory_.to, plan_.request.from);
       return true;
     }
+    if (places_ > plan_.freedoms)
+      return fail(failed(MotionStatus::mismatch,
+                         "the end pose (to) must state what is driven: rates are bound, so that the way there decides "
+                         "about everything else"));
     // `to` is stated in other quantities than the drive's: go there and look
     const PoseEquations<S> to = pose_equations(mechanism_, tree_, trajectory_.to);
     System<S> system(tree_, to.drive);
@@ -189,6 +194,7 @@ class Planner {
   const Tree<S>& tree_;
   const Trajectory& trajectory_;
   Plan<S> plan_;
+  int places_ = 0;  ///< freedoms of the configuration: more than the rates', where something rolls
   DriveChoice<S> choice_;
 };
 

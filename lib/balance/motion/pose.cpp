@@ -34,7 +34,7 @@ double distance_from_assembly(const Mechanism& mechanism, const Tree<S>& tree, c
     const Coordinate& coordinate = mechanism.coordinates[rough.coordinate];
     const LinearQuantity& source = tree.sources[rough.coordinate];
     double value;
-    if (source.depends() && !tree.joint_floats[coordinate.joint]) {
+    if (source.depends() && !tree.floats[rough.coordinate]) {
       value = source.value(y.data());
     } else {
       const Joint& joint = mechanism.joints[coordinate.joint];

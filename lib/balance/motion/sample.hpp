@@ -28,6 +28,8 @@ struct SampleOf {
   Vector ground_moment = Vector::Zero();
   std::vector<Vector> joint_force;   ///< on the second body
   std::vector<Vector> joint_moment;  ///< about the joint's point on the second body
+  VectorXOf<T>
+      constraint_force;  ///< per constraint of the mechanism: its power is this times the speed that it keeps at zero
   T kinetic_energy = 0, potential_energy = 0;
   T total_torque = 0;  ///< root of the sum of the squared efforts; means something where all are of one kind
   T mobility = 0;      ///< smallest singular value of the scaled equations that lead the motion

@@ -49,6 +49,7 @@ Stepper<S>::Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& pl
   trial_.setZero(n);
   x_.assign(std::max(n, equations_.rows()), 0);
   rates_ = x_;
+  rolls_ = tree.place_rows < tree.closure_rows;
   direct_ = tree.closures.empty() && plan.drive.rows() == static_cast<int>(plan.drive.linear.size());
   for (const LinearQuantity& quantity : plan.drive.linear)
     direct_ = direct_ && quantity.terms.size() == 1 && quantity.terms[0].second != 0;
@@ -156,7 +157,10 @@ typename Stepper<S>::Attempt Stepper<S>::step(double time) {
     set_direct(time);
     return Attempt::done;
   }
-  predict(time);
+  if (!rolls_)
+    predict(time);
+  else if (!integrate(time))
+    return Attempt::no_convergence;
   trial_ = predicted_;
   if (!newton(trial_)) return Attempt::no_convergence;
   const std::vector<double>& scale = equations_.column_scale();

@@ -83,6 +83,8 @@ class Stepper {
   Attempt step(double time);
   bool newton(VectorX& y);
   void predict(double time);
+  bool integrate(double time);
+  bool rates_at(double time, const VectorX& y, VectorX& dy);
   void differentiate(MotionMoment& moment);
   Attempt judge(const MotionMoment& next);
   Attempt accept();
@@ -99,6 +101,7 @@ class Stepper {
   const Plan<S>& plan_;
   Equations<S> equations_;
   bool direct_ = false;
+  bool rolls_ = false;  ///< there are closures of rates alone
   double round_off_;
   State<S> state_;
   DriveSample sample_;

@@ -61,10 +61,9 @@ void Stepper<S>::stop(Attempt attempt, double smallest) {
 template <class S>
 std::pair<MotionStatus, const char*> Stepper<S>::diagnose(Attempt attempt) {
   System<S> system(tree_, plan_.drive);
-  VectorX residual;
   MatrixX jacobian;
   plan_.schedule->at(std::min(now_.time, plan_.schedule->duration()), Side::after, sample_);
-  system.evaluate(now_.y, sample_, residual, jacobian);
+  system.rates(now_.y, sample_, jacobian);
   const int rank = tree_.columns - plan_.freedoms;
   const auto relative = [](const MatrixX& matrix, int k) {
     if (k == 0 || matrix.size() == 0) return 1.0;

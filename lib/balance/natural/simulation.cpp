@@ -19,6 +19,7 @@ Simulation::Simulation(const Mechanism& mechanism, const Trajectory& trajectory,
     : parts_(std::make_unique<Parts>()) {
   if (mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
+  if (binds_rates(mechanism)) throw std::invalid_argument("natural coordinates know no constraints on speeds");
   Parts& p = *parts_;
   p.mechanism = mechanism;
   p.model =

@@ -38,6 +38,9 @@ std::string check_json(const CheckReport& report, const Mechanism& mechanism, co
   json["tree_coordinates"] = report.tree_coordinates;
   json["closure_equations"] = report.closure_equations;
   json["closure_rank"] = report.closure_rank;
+  json["rate_equations"] = report.rate_equations;
+  json["rate_rank"] = report.rate_rank;
+  json["configuration_freedoms"] = report.configuration_freedoms;
   json["degrees_of_freedom"] = report.degrees_of_freedom;
   json["degrees_of_freedom_by_counting"] = report.degrees_of_freedom_by_counting;
   json["redundant"] = report.redundant;

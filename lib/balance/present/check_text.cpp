@@ -39,6 +39,10 @@ std::string plural(std::size_t count, const char* noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
+std::string plural(int count, const char* one, const char* several) {
+  return fmt::format("{} {}", count, count == 1 ? one : several);
+}
+
 std::string position_text(const Vector3& position, SpaceKind space) {
   return space == SpaceKind::planar
              ? fmt::format("({:.6g}, {:.6g}) m", position.x(), position.y())
@@ -61,8 +65,14 @@ std::string freedom_text(const CheckReport& report) {
           ? plural(report.tree_coordinates, "coordinate")
           : fmt::format("{} - {} independent of {}", plural(report.tree_coordinates, "coordinate"), report.closure_rank,
                         plural(report.closure_equations, "closure equation"));
-  return line("degrees of freedom", fmt::format("{} ({}); by counting {}", report.degrees_of_freedom, by_rank,
-                                                report.degrees_of_freedom_by_counting));
+  if (report.rate_equations == 0)
+    return line("degrees of freedom", fmt::format("{} ({}); by counting {}", report.degrees_of_freedom, by_rank,
+                                                  report.degrees_of_freedom_by_counting));
+  return line("degrees of freedom",
+              fmt::format("{} of the configuration ({}); by counting {}", report.configuration_freedoms, by_rank,
+                          report.degrees_of_freedom_by_counting)) +
+         line("", fmt::format("{} of the velocity ({} less, by {})", report.degrees_of_freedom, report.rate_rank,
+                              plural(report.rate_equations, "equation of rates", "equations of rates")));
 }
 
 std::string start_text(const CheckReport& report, const Mechanism& mechanism) {

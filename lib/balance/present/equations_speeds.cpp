@@ -36,8 +36,9 @@ std::string speeds_text(const EquationsView& view) {
   const SpeedTerms& in = *at.in_speeds;
   std::string text = fmt::format("in the speeds {}", fmt::join(at.speeds, ", "));
   if (!at.zero.empty()) text += fmt::format("; zero: {}", fmt::join(at.zero, ", "));
-  text += fmt::format(" (P0 eq. 1)\nfreedoms: {} of configuration, {} of velocity\n", at.independent.size(),
-                      at.speeds.size());
+  text += " (P0 eq. 1)\nfreedoms: ";
+  if (!at.binds_rates) text += fmt::format("{} of configuration, ", at.independent.size());
+  text += fmt::format("{} of velocity\n", at.speeds.size());
   text += "rates of the coordinates per speed\n" + matrix_text(in.rates, at.independent, at.speeds);
   text += sections_text(view, in.own, at.speeds);
   if (!at.zero.empty()) text += "\nforces of the constraints, efforts apart\n" + sections_text(view, in.held, at.zero);

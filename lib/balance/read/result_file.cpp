@@ -70,6 +70,9 @@ class Reader {
     if (!r_.coordinate_names.empty())
       r_.coordinate_units = units("coordinate_unit", "joint_position", r_.coordinate_names.size());
     if (!r_.actuator_names.empty()) r_.actuator_units = units("actuator_unit", "torque", r_.actuator_names.size());
+    r_.constraint_names = texts("constraint");
+    if (!r_.constraint_names.empty())
+      r_.constraint_units = units("constraint_unit", "constraint_force", r_.constraint_names.size());
     r_.sliding_names = texts("sliding");
     if (!r_.sliding_names.empty())
       r_.sliding_units = units("sliding_unit", "sliding_variable", r_.sliding_names.size());

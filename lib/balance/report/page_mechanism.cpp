@@ -33,7 +33,7 @@ Json bodies_json(const Mechanism& mechanism) {
 
 Json joints_json(const Mechanism& mechanism) {
   Json list = Json::array();
-  for (const Joint& joint : mechanism.joints)
+  for (const Joint& joint : mechanism.joints) {
     list.push_back({{"name", joint.name},
                     {"type", name_of(joint.type)},
                     {"first", joint.first},
@@ -41,6 +41,11 @@ Json joints_json(const Mechanism& mechanism) {
                     {"point_first", place(joint.point_first)},
                     {"point_second", place(joint.point_second)},
                     {"axis", place(joint.axis)}});
+    if (!rolls(joint.type)) continue;
+    list.back()["radius"] = joint.radius;
+    if (joint.type == JointType::rolling_disc)  // its own axis, on the disc
+      list.back()["spin"] = place(joint.rotation.transpose() * joint.axis.cross(joint.axis2));
+  }
   return list;
 }
 

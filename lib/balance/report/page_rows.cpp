@@ -92,6 +92,8 @@ Result at_rows(const Result& result, const std::vector<Eigen::Index>& rows) {
   shown.actuator_names = result.actuator_names;
   shown.actuator_units = result.actuator_units;
   shown.body_names = result.body_names;
+  shown.constraint_names = result.constraint_names;
+  shown.constraint_units = result.constraint_units;
   shown.sliding_names = result.sliding_names;
   shown.sliding_units = result.sliding_units;
   shown.axes = result.axes;

@@ -55,6 +55,7 @@ std::vector<std::string> column_names(const Quantity& quantity, const Result& re
     case joint_axis: return result.joint_names;
     case axis: return axis_labels(static_cast<int>(quantity.samples->cols()));
     case quaternion: return quaternion_labels();
+    case constraint: return result.constraint_names;
     case sliding: return result.sliding_names;
     case single: return {"value"};
     case body:

@@ -38,6 +38,7 @@ std::vector<Part> parts_of(const Quantity& quantity, const Result& result) {
   switch (quantity.columns) {
     case Columns::coordinate: return members(result.coordinate_names);
     case Columns::actuator: return members(result.actuator_names);
+    case Columns::constraint: return members(result.constraint_names);
     case Columns::sliding: return members(result.sliding_names);
     case Columns::joint:
     case Columns::joint_axis: return members(result.joint_names);

@@ -35,6 +35,15 @@ Displacement displace(const Joint& joint, const double* q) {
                   rotation_about(Vector3::UnitZ(), q[2]),
               Vector3::Zero()};
     case JointType::planar: return {rotation_about(u, q[2]), q[0] * joint.axis2 + q[1] * u.cross(joint.axis2)};
+    case JointType::rolling_disc: {
+      const Vector3 v = joint.axis2, w = u.cross(v);
+      const Matrix3 leaning = rotation_about(u, q[2]) * rotation_about(v, q[3]);
+      return {leaning * rotation_about(w, q[4]), q[0] * v + q[1] * w + leaning * (joint.radius * u)};
+    }
+    case JointType::rolling_sphere:
+      return {rotation_about(Vector3::UnitX(), q[2]) * rotation_about(Vector3::UnitY(), q[3]) *
+                  rotation_about(Vector3::UnitZ(), q[4]),
+              q[0] * joint.axis2 + q[1] * u.cross(joint.axis2) + joint.radius * u};
   }
   return {};
 }

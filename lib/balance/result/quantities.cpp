@@ -53,6 +53,8 @@ constexpr QuantityKind table[] = {
      &Result::joint_force, [](const Sample& s) { return s.joint_force.data()->data(); }, &TermSizes::joint_force},
     {"joint_moment", "moment", about_its_point, joint_axis, Shape::moment, Unit::fixed, "N m", Occasion::reactions, Figures::each,
      &Result::joint_moment, [](const Sample& s) { return s.joint_moment.data()->data(); }, &TermSizes::joint_moment},
+    {"constraint_force", "constraint_force", "force or moment that keeps the constraint on speeds", constraint, Shape::plain, Unit::constraint, "", Occasion::reactions, Figures::each,
+     &Result::constraint_force, [](const Sample& s) { return s.constraint_force.data(); }, &TermSizes::constraint_force},
     {"kinetic_energy", "", "kinetic energy", single, Shape::plain, Unit::fixed, "J", Occasion::always, Figures::whole,
      &Result::kinetic_energy, [](const Sample& s) { return &s.kinetic_energy; }, &TermSizes::kinetic_energy},
     {"potential_energy", "", "potential energy of weight and springs", single, Shape::plain, Unit::fixed, "J", Occasion::always, Figures::none,
@@ -104,6 +106,7 @@ std::vector<std::string> units_of(const QuantityKind& kind, const Result& r) {
   switch (kind.unit_of) {
     case Unit::fixed: return {kind.unit};
     case Unit::coordinate: return with(r.coordinate_units, kind.unit);
+    case Unit::constraint: return r.constraint_units;
     case Unit::sliding: return r.sliding_units;
     case Unit::turn: return {r.moment_axes == 1 ? "rad" : "1"};
     case Unit::actuator: break;
@@ -142,6 +145,7 @@ Eigen::Index count_columns(Columns columns, const Result& r) {
     case quaternion: return 4;
     case joint: return size(r.joint_names);
     case joint_axis: return size(r.joint_names) * r.axes;
+    case constraint: return size(r.constraint_names);
     case sliding: return size(r.sliding_names);
     case body: return size(r.body_names);
     case body_axis: return size(r.body_names) * r.axes;

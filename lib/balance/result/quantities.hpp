@@ -20,6 +20,7 @@ enum class Columns {
   quaternion,
   joint,
   joint_axis,
+  constraint,
   sliding,
   body,
   body_axis,
@@ -44,7 +45,7 @@ struct QuantityKind {
   /// In the plane moments and turns have one component, in space three, or a quaternion.
   enum class Shape { plain, moment, turn };
   /// Whose unit the columns have, where it is not the same for all of them.
-  enum class Unit { fixed, coordinate, actuator, sliding, turn };
+  enum class Unit { fixed, coordinate, actuator, constraint, sliding, turn };
 
   /// Which figures there are of it.
   enum class Figures {

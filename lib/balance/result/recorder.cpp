@@ -2,6 +2,8 @@
 
 #include "balance/base/rotation.hpp"
 
+#include <algorithm>
+
 namespace balance {
 namespace {
 
@@ -21,6 +23,13 @@ bool has(const Mechanism& mechanism, const Contents& contents, const Result& res
   return false;
 }
 
+/// A velocity of a point, or the rate of a slide.
+bool is_length(const Mechanism& mechanism, const SpeedTerm& term) {
+  using enum SpeedTerm::Of;
+  if (term.of != coordinate) return term.of == velocity || term.of == velocity_own;
+  return mechanism.coordinates[static_cast<std::size_t>(term.index)].kind == CoordinateKind::length;
+}
+
 }  // namespace
 
 void name_columns(const Mechanism& mechanism, Result& result) {
@@ -32,6 +41,12 @@ void name_columns(const Mechanism& mechanism, Result& result) {
     result.coordinate_units.push_back(coordinate.kind == CoordinateKind::angle ? "rad" : "m");
   }
   for (const Joint& joint : mechanism.joints) result.joint_names.push_back(joint.name);
+  for (const Speed& constraint : mechanism.constraints) {
+    result.constraint_names.push_back(constraint.name);
+    const bool length = std::any_of(constraint.terms.begin(), constraint.terms.end(),
+                                    [&](const SpeedTerm& term) { return is_length(mechanism, term); });
+    result.constraint_units.push_back(length ? "N" : "N m");
+  }
   for (const int actuator : mechanism.actuators) {
     result.actuator_names.push_back(mechanism.coordinates[actuator].name);
     result.actuator_units.push_back(mechanism.coordinates[actuator].kind == CoordinateKind::angle ? "N m" : "N");

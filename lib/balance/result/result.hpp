@@ -40,9 +40,11 @@ struct Result {
   std::vector<std::string> joint_names;       ///< J joints; joint_force has axes() columns for each
   std::vector<std::string> actuator_names;    ///< A
   std::vector<std::string> actuator_units;    ///< "N m" or "N"
-  int axes = 2;                               ///< 2 planar, 3 spatial: columns of a vector
-  int moment_axes = 1;                        ///< 1 planar (about z), 3 spatial
-  Vector3 about = Vector3::Zero();            ///< the point that moments are about
+  std::vector<std::string> constraint_names,
+      constraint_units;             ///< "N" where the speed is one of points or slides, else "N m"
+  int axes = 2;                     ///< 2 planar, 3 spatial: columns of a vector
+  int moment_axes = 1;              ///< 1 planar (about z), 3 spatial
+  Vector3 about = Vector3::Zero();  ///< the point that moments are about
 
   VectorX time;                                                ///< N [s]
   Samples joint_position, joint_velocity, joint_acceleration;  ///< N×C [rad or m, …/s, …/s^2]; angles run on past ±π
@@ -57,6 +59,8 @@ struct Result {
   Samples ground_force, ground_moment;  ///< what the frame feels, weight included; moment about `about`
   Samples joint_force,
       joint_moment;  ///< N×(J axes), N×(J moment_axes): on the second body, moment about the joint's point on it
+  Samples
+      constraint_force;  ///< N×Q, Q constraints on speeds: generalised forces, whose power is theirs times the speed [N or N m]
   Samples kinetic_energy, potential_energy;  ///< N×1 [J]
   Samples mobility;                          ///< N×1: smallest singular value of the scaled drive Jacobian
   Eigen::VectorXi newton_iterations;         ///< N

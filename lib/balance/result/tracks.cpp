@@ -17,6 +17,7 @@ using Names = std::unordered_set<std::string_view>;
 const std::vector<std::string>& owners(Columns columns, const Result& result) {
   switch (columns) {
     case Columns::coordinate: return result.coordinate_names;
+    case Columns::constraint: return result.constraint_names;
     case Columns::sliding: return result.sliding_names;
     case Columns::joint:
     case Columns::joint_axis: return result.joint_names;

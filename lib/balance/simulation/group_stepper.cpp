@@ -35,8 +35,9 @@ GroupStepper<S>::GroupStepper(const Mechanism& mechanism, const Tree<S>& tree, c
       observer_(observer),
       set_(set),
       direct_(stepper.direct()),
-      possible_(!plan.redundant && !stepper.equations().structurally_singular() && tree.columns > 0 &&
-                tree.columns <= most_dense && observer.is_plain()) {
+      possible_(!plan.redundant && tree.place_rows == tree.closure_rows &&
+                !stepper.equations().structurally_singular() && tree.columns > 0 && tree.columns <= most_dense &&
+                observer.is_plain()) {
   groups_.fill(GroupMoments(tree.columns));
   job_.moments = GroupMoments(tree.columns);
   for (auto* numbers : {&job_.value, &job_.rate, &job_.acceleration})

@@ -154,6 +154,7 @@ class NaturalRun {
 Result simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress) {
   if (mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
+  if (binds_rates(mechanism)) throw std::invalid_argument("natural coordinates know no constraints on speeds");
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
   const TimedTrajectory timed = time_law(mechanism, trajectory);
   Result result;

@@ -23,12 +23,12 @@ namespace {
 constexpr std::size_t deepest = 8;
 
 /// What a whole takes over from a part.
-constexpr const char* taken_sections[]{"parameters", "ground",   "bodies",         "joints",   "couplings",
-                                       "actuators",  "assembly", "counterweights", "payloads", "discs",
-                                       "loads",      "springs",  "friction"};
+constexpr const char* taken_sections[]{"parameters",  "ground",    "bodies",   "joints",         "couplings",
+                                       "constraints", "actuators", "assembly", "counterweights", "payloads",
+                                       "discs",       "loads",     "springs",  "friction"};
 /// What stays there, so that a part can be run by itself.
-constexpr const char* left_sections[]{"name",        "space",  "gravity", "units",   "tool",     "trajectories",
-                                      "controllers", "motion", "design",  "include", "workspace"};
+constexpr const char* left_sections[]{"name",   "space",       "gravity", "units",  "tool",    "trajectories",
+                                      "speeds", "controllers", "motion",  "design", "include", "workspace"};
 
 long nodes_in(const Node& node) {
   long all = 1 + static_cast<long>(node.keys.size());

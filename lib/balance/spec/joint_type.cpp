@@ -18,6 +18,7 @@ constexpr NamedJointType types[]{{"revolute", JointType::revolute, true, true},
                                  {"fixed", JointType::fixed, true, true},
                                  {"pin-slot", JointType::pin_slot, true, false},
                                  {"rolling", JointType::pin_slot, true, false, true},
+                                 {"rolling", JointType::rolling_disc, false, true, true},
                                  {"cylindrical", JointType::cylindrical, false, true},
                                  {"universal", JointType::universal, false, true},
                                  {"spherical", JointType::spherical, false, true},
@@ -82,11 +83,6 @@ NamedJointType read_joint_type(const Cursor& at, bool planar) {
   }
   const std::string what = fmt::format("a joint type of a {} mechanism", planar ? "planar" : "spatial");
   const std::string meant = at.is_scalar() ? meant_by(at.node().text) : "";
-  const bool wheel = at.is_scalar() && (at.node().text == "rolling" || meant == "rolling");
-  if (wheel && !planar)
-    at.fail({.expected = fmt::format("{} ({})", what, one_of(names)),
-             .found = at.found(),
-             .hint = "wheels that roll are for planar mechanisms"});
   const bool known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
   if (known || std::find(names.begin(), names.end(), meant) == names.end()) return possible[at.choice(what, names)];
   at.fail({.expected = fmt::format("{} ({})", what, one_of(names)),

@@ -10,7 +10,7 @@ struct NamedJointType {
   const char* name;
   JointType type;
   bool planar, spatial;
-  bool rolls = false;  ///< a pin in a slot whose slide follows its angle
+  bool rolls = false;  ///< in the plane: a pin in a slot whose slide follows its angle
 };
 
 /// @throws Problem if the word is no type of a planar or of a spatial mechanism; it names what others call so

@@ -20,11 +20,13 @@ bool has_axis(JointType type, bool planar) {
   return type != JointType::fixed && type != JointType::spherical;
 }
 
-bool has_second_axis(JointType type) { return type == JointType::universal || type == JointType::planar; }
+bool has_second_axis(JointType type) {
+  return type == JointType::universal || type == JointType::planar || rolls(type);
+}
 
 /// What one joint's mapping says, before its parts are put together.
 struct JointText {
-  std::optional<Cursor> axis, axis2, rpy, quaternion, angle, radius;
+  std::optional<Cursor> axis, axis2, rpy, quaternion, angle, radius, shape;
   bool rolls = false;
 };
 
@@ -77,7 +79,7 @@ void read_axes(const JointText& text, Draft& draft, JointOf<Expression>& joint) 
     joint.axis = read_direction(*text.axis, draft);
   });
   if (has_second_axis(joint.type)) return read_second_axis(text, draft, joint, first_read);
-  if (text.axis2) text.axis2->fail({.expected = "no 'axis2': only universal and planar joints have one"});
+  if (text.axis2) text.axis2->fail({.expected = "no 'axis2': only universal, planar and rolling joints have one"});
 }
 
 void read_rotation(const JointText& text, Draft& draft, JointOf<Expression>& joint) {
@@ -117,7 +119,15 @@ Expression read_wheel(const Cursor& radius, Draft& draft, JointOf<Expression>& j
   return r;
 }
 
-/// @param radius of a joint that rolls
+void read_shape(const Cursor& shape, const JointText& text, const Draft& draft, JointOf<Expression>& joint) {
+  if (!text.rolls || draft.planar())
+    shape.fail({.expected = text.rolls ? "no 'shape': in the plane, what rolls is a wheel"
+                                       : "no 'shape': only rolling joints have one"});
+  const bool sphere = shape.choice("the shape of what rolls", {"disc", "sphere"}) == 1;
+  joint.type = sphere ? JointType::rolling_sphere : JointType::rolling_disc;
+}
+
+/// @param radius of a joint that rolls on a line
 void read_joint(const Cursor& at, Draft& draft, JointOf<Expression>& joint, std::optional<Expression>& radius) {
   JointText text;
   const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
@@ -134,7 +144,10 @@ void read_joint(const Cursor& at, Draft& draft, JointOf<Expression>& joint, std:
                {"rpy", Need::optional, keep(text.rpy)},
                {"quaternion", Need::optional, keep(text.quaternion)},
                {"angle", Need::optional, keep(text.angle)},
-               {"radius", Need::optional, keep(text.radius)}});
+               {"radius", Need::optional, keep(text.radius)},
+               {"shape", Need::optional, keep(text.shape)}});
+  if (text.shape && !draft.problems.doubtful(at.path() + ".type"))
+    draft.problems.guard([&] { read_shape(*text.shape, text, draft, joint); });
   // Which axes there are is the type's to say; that they are directions, not.
   if (!draft.problems.doubtful(at.path() + ".type"))
     draft.problems.guard([&] { read_axes(text, draft, joint); });
@@ -147,7 +160,9 @@ void read_joint(const Cursor& at, Draft& draft, JointOf<Expression>& joint, std:
     if (text.rolls && !text.radius)
       at.fail({.kind = "missing key", .expected = "'radius' of a rolling joint", .found = "none"});
     if (!text.rolls && text.radius) text.radius->fail({.expected = "no 'radius': only rolling joints have one"});
-    if (text.rolls) radius = read_wheel(*text.radius, draft, joint);
+    if (text.rolls && draft.planar()) radius = read_wheel(*text.radius, draft, joint);
+    if (text.rolls && !draft.planar())
+      joint.radius = read_number(*text.radius, draft, dimension::length, Sign::positive);
   });
 }
 

@@ -14,8 +14,8 @@ namespace balance::read {
 namespace {
 
 /// What a model may have other numbers in.
-constexpr std::array changeable{"gravity",  "ground", "bodies", "joints",  "couplings", "counterweights",
-                                "payloads", "discs",  "loads",  "springs", "friction"};
+constexpr std::array changeable{"gravity",        "ground",   "bodies", "joints", "couplings", "constraints",
+                                "counterweights", "payloads", "discs",  "loads",  "springs",   "friction"};
 
 /// "bodies.link1.com[0]" → bodies, link1, com, 0.
 std::vector<std::string> steps_of(const std::string& path) {

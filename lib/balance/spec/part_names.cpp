@@ -51,6 +51,9 @@ class Renamer {
       value(section, Use::coordinate);
     } else if (name == "couplings") {
       value(section, Use::number);
+    } else if (name == "constraints") {
+      prefix_keys(section);
+      for (Node& one : section.items) speeds(one);
     } else {
       prefix_keys(section);
       for (Node& one : section.items) fixture(one);
@@ -59,6 +62,20 @@ class Renamer {
 
   void prefix_keys(Node& map) {
     for (Node& key : map.keys) key.text = own(key.text);
+  }
+
+  /// Sums of speeds: names of coordinates, or places with a component of their motion, and factors. The tool is the whole's.
+  void speeds(Node& sum) {
+    const auto rename = [this](std::string& speed) {
+      const std::size_t component = speed.rfind('.');
+      if (speed.starts_with("tool.")) return;
+      speed = speed.starts_with("ground.") && component > 7
+                  ? reference(speed.substr(0, component)) + speed.substr(component)
+                  : own(speed);
+    };
+    if (sum.kind == Node::Kind::scalar) rename(sum.text);
+    for (Node& key : sum.keys) rename(key.text);
+    for (Node& factor : sum.items) value(factor, Use::number);
   }
 
   /// Something with a place on a body: there, coordinates are numbers and a text is a point.

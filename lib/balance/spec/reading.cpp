@@ -24,10 +24,10 @@ class Sections {
   explicit Sections(const Cursor& root) {
     std::vector<Field> fields;
     for (const char* name :
-         {"name",         "space",          "gravity",    "parameters", "units", "include",  "ground",
-          "bodies",       "joints",         "couplings",  "actuators",  "tool",  "assembly", "motion",
-          "trajectories", "counterweights", "payloads",   "discs",      "loads", "springs",  "friction",
-          "controllers",  "design",         "tolerances", "workspace"}) {
+         {"name",     "space",    "gravity",      "parameters",     "units",      "include",   "ground",
+          "bodies",   "joints",   "couplings",    "constraints",    "speeds",     "actuators", "tool",
+          "assembly", "motion",   "trajectories", "counterweights", "payloads",   "discs",     "loads",
+          "springs",  "friction", "controllers",  "design",         "tolerances", "workspace"}) {
       const std::string key = name;
       const bool required = key == "space" || key == "bodies" || key == "joints";
       fields.push_back(
@@ -95,6 +95,7 @@ void read_mechanism(const Sections& sections, Draft& draft) {
   read("actuators", [&](const Cursor& c) { read_actuators(c, draft); });
   read("tool", [&](const Cursor& c) { read_tool(c, draft); });
   if (sections["tool"] != nullptr && !mechanism.tool) draft.problems.spoil("tool");
+  read("constraints", [&](const Cursor& c) { read_constraints(c, draft); });
   read("assembly", [&](const Cursor& c) { mechanism.assembly = read_coordinate_values(c, draft); });
   read("counterweights", [&](const Cursor& c) { read_attachments(c, draft, AttachmentKind::counterweight); });
   read("payloads", [&](const Cursor& c) { read_attachments(c, draft, AttachmentKind::payload); });
@@ -132,6 +133,8 @@ void read_all(const Node& root, const Parameters::Overrides& overrides, Draft& d
     if (!draft.problems.guard([&] { read_workspace(*box, draft); })) draft.problems.spoil(workspace_name);
   for (const auto& trajectory : draft.trajectories())
     draft.study.trajectories.push_back(converted<double>(trajectory, value_of));
+  if (const Cursor* speeds = sections["speeds"])
+    draft.problems.guard([&] { draft.study.speeds = read_speeds(*speeds, draft); });
   read_controllers(sections["controllers"], root, overrides, draft);
   if (const Cursor* tolerances = sections["tolerances"])
     draft.problems.guard([&] { draft.study.tolerances = read_tolerances(*tolerances, draft); });

@@ -16,6 +16,10 @@ void check_light_bodies(Draft& draft);
 void read_couplings(const Cursor& section, Draft& draft);
 void read_actuators(const Cursor& section, Draft& draft);
 void read_tool(const Cursor& section, Draft& draft);
+/// Sums of speeds that the equation of motion is wanted in: their start values.
+std::vector<Speed> read_speeds(const Cursor& section, Draft& draft);
+/// Sums of speeds that are zero.
+void read_constraints(const Cursor& section, Draft& draft);
 void read_attachments(const Cursor& section, Draft& draft, AttachmentKind kind);
 void read_discs(const Cursor& section, Draft& draft);
 void read_loads(const Cursor& section, Draft& draft);

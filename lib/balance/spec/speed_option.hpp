@@ -9,8 +9,8 @@
 
 namespace balance {
 
-/// @param text YAML, with braces or without: `v: tool.u, w: {A: 0.5, B: -0.5}`; factors in SI. What a speed may be made of: joint
-///        coordinates, the tool's x y z (world axes) and u v w (its body's axes), its angle (planar) or rx ry rz (world) and p q r (body)
+/// @param text YAML, with braces or without: `v: tool.u, w: {A: 0.5, B: -0.5}`; what a speed may be made of, and the factors' units:
+///        as in a spec's `constraints` (spec/speeds.hpp)
 /// @param option what messages call it
 /// @throws SpecError whose file is the option
 std::vector<Speed> read_speeds(const std::string& text, const char* option, const Study& study);

@@ -112,6 +112,7 @@ struct Study {
   DesignRequest design;
   Tolerances tolerances;  ///< parameters first, else in the order of reading; empty: nothing is said of them
   std::vector<PassingPayload> passing_payloads;
+  std::vector<Speed> speeds;          ///< in which the equation of motion is wanted, too; empty: none
   CoordinateUnits units;              ///< of the spec
   std::string spec_file;              ///< as named by the user
   std::string spec_text;              ///< as read

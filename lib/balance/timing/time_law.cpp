@@ -65,6 +65,11 @@ void tell_ceiling(const Mechanism& mechanism, TimedTrajectory& timed) {
   if (model.outcome.status == MotionStatus::done) add_ceiling(model, limits.bounds, timed.phase_plane);
 }
 
+bool depends_on_momentum(const Trajectory& trajectory) {
+  return std::any_of(trajectory.courses.begin(), trajectory.courses.end(),
+                     [](const Course& course) { return std::holds_alternative<KeptMomentum>(course.kind); });
+}
+
 /// The law along a path that keeps the angular momentum.
 void keep_steady(const Mechanism& mechanism, TimedTrajectory& timed) {
   if (mechanism.space != SpaceKind::planar)
@@ -115,6 +120,8 @@ void search(const Mechanism& mechanism, TimedTrajectory& timed) {
 
 TimedTrajectory time_law(const Mechanism& mechanism, const Trajectory& stated) {
   TimedTrajectory timed{{MotionStatus::done, 0, "", {}}, stated, std::nullopt, std::nullopt, {}};
+  if (binds_rates(mechanism) && (stated.corridor || depends_on_momentum(stated)))
+    throw std::invalid_argument("where rates are bound, no way can be found in a corridor or for a kept momentum");
   timed.outcome = find_corridor(mechanism, timed.trajectory, timed.corridor);
   if (timed.outcome.status != MotionStatus::done) return timed;
   timed.outcome = keep_momentum(mechanism, timed.trajectory);

@@ -38,6 +38,7 @@ std::vector<std::string> column_names(const Quantity& quantity, const Result& r)
     case Columns::actuator: return before(r.actuator_names);
     case Columns::axis: return behind(quantity.name, axis_labels(r.axes));
     case Columns::quaternion: return behind(quantity.name, quaternion_labels());
+    case Columns::constraint: return before(r.constraint_names);
     case Columns::sliding: return before(r.sliding_names);
     case Columns::joint: return before(r.joint_names);
     case Columns::joint_axis: return each(before(r.joint_names), axis_labels(r.axes));

@@ -19,7 +19,7 @@ using Dimension = Hdf5File::Dimension;
 /// The dimensions that this result's quantities need.
 struct Dimensions {
   Dimension time;
-  std::optional<Dimension> coordinate, joint, actuator, axis, quaternion, sliding, body;
+  std::optional<Dimension> coordinate, joint, actuator, axis, quaternion, constraint, sliding, body;
 };
 
 std::optional<Dimension> add_labels(Hdf5File& file, Hdf5File::Group group, const std::string& name,
@@ -38,6 +38,7 @@ Dimensions add_dimensions(Hdf5File& file, Hdf5File::Group group, const Result& r
   if (r.axes == 3 && (r.tool_orientation.cols() > 0 || r.body_orientation.cols() > 0)) {
     d.quaternion = add_labels(file, group, "quaternion", "component of the quaternion", quaternion_labels());
   }
+  d.constraint = add_labels(file, group, "constraint", "constraint on speeds", r.constraint_names);
   if (!r.sliding_names.empty())
     d.sliding = add_labels(file, group, "sliding", "joint coordinate with a sliding variable", r.sliding_names);
   d.body = add_labels(file, group, "body", "moving body", r.body_names);
@@ -53,6 +54,7 @@ std::vector<Dimension> dimensions_of(Columns columns, const Dimensions& d) {
     case Columns::quaternion: return {d.time, d.quaternion.value()};
     case Columns::joint: return {d.time, d.joint.value()};
     case Columns::joint_axis: return {d.time, d.joint.value(), d.axis.value()};
+    case Columns::constraint: return {d.time, d.constraint.value()};
     case Columns::sliding: return {d.time, d.sliding.value()};
     case Columns::body: return {d.time, d.body.value()};
     case Columns::body_axis: return {d.time, d.body.value(), d.axis.value()};
@@ -83,6 +85,9 @@ Dimensions add_columns(Hdf5File& file, Hdf5File::Group group, const Result& r) {
     add_units(file, group, "actuator_unit", "unit of the actuator's torque or force", *dimensions.actuator,
               r.actuator_units);
   }
+  if (dimensions.constraint)
+    add_units(file, group, "constraint_unit", "unit of what keeps the constraint", *dimensions.constraint,
+              r.constraint_units);
   if (dimensions.sliding)
     add_units(file, group, "sliding_unit", "unit of the sliding variable", *dimensions.sliding, r.sliding_units);
   return dimensions;

@@ -77,6 +77,24 @@ function jointSolid(joint, width, paint) {
   return rod(vector(at).sub(half).toArray(), vector(at).add(half).toArray(), 1.7 * width, paint);
 }
 
+/** What rolls on a plane: a disc with a spoke, or a sphere with a spot. */
+function rollingSolid(joint, width, palette) {
+  const solid = new Group();
+  const r = joint.radius;
+  const paint = material(palette.disc, 0.55);
+  const mark = material(palette["link-edge"]);
+  if (joint.spin) {
+    solid.add(new Mesh(new CylinderGeometry(r, r, 0.9 * width, 48), paint));
+    solid.add(rod([0, 0, 0], [r, 0, 0], 0.55 * width, mark));
+    solid.quaternion.setFromUnitVectors(up, vector(joint.spin));
+  } else {
+    solid.add(ball([0, 0, 0], r, paint));
+    solid.add(ball([r, 0, 0], 0.9 * width, mark));
+  }
+  solid.position.copy(vector(joint.point_second));
+  return solid;
+}
+
 /** A solid disc with a dark spoke on both faces. */
 function discSolid(disc, length, width, palette) {
   const r = discRadius(disc, length);
@@ -142,6 +160,10 @@ export function makeBodies(view, palette) {
   groups[0].add(...base(view, width, palette));
   const actuated = new Set(geometry.actuated);
   geometry.joints.forEach((joint, j) => {
+    if (joint.radius) {
+      groups[joint.second].add(rollingSolid(joint, width, palette));
+      return;
+    }
     groups[joint.first].add(jointSolid(joint, width, material(actuated.has(j) ? palette.accent : palette["link-edge"])));
   });
   for (const lump of geometry.attachments) {

@@ -1,0 +1,16 @@
+#pragma once
+/// Sums of speeds in a spec and on the command line.
+
+#include "balance/spec/draft.hpp"
+
+namespace balance::read {
+
+/// `v: tool.u`, or `w: {A: 0.5, B: -0.5}`: joint coordinates, and components of the motion of the tool (`tool.x`) or of a body's point
+/// (`body.point.x`): x y z along the world's axes, u v w along the body's; angle in the plane, rx ry rz and p q r in space how it turns.
+/// Where velocities are added, the factor of what turns is a length per angle.
+SpeedOf<Expression> read_speed(const Member& member, Draft& draft);
+
+/// At the values that it was read with.
+Speed value_of(const SpeedOf<Expression>& speed);
+
+}  // namespace balance::read

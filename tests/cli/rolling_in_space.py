@@ -1,0 +1,256 @@
+"""Constraints on speeds: what rolls on a plane, blades and wheels that do not slip, held against closed forms."""
+
+import json
+import math
+import os
+import unittest
+
+import h5py
+import numpy as np
+
+from _program import CONFIGS, Case, config, run
+
+CART = os.path.join(CONFIGS, "rolling-cart.yaml")
+DISC = os.path.join(CONFIGS, "rolling-on-a-plane.yaml")
+SLEIGH = os.path.join(CONFIGS, "sleigh.yaml")
+R, B, D, CART_MASS, WHEEL, SPIN, ACROSS, CART_INERTIA = 0.1, 0.2, 0.15, 8, 0.7, 0.0035, 0.002, 0.25
+
+BALL = """
+space: spatial
+gravity: [3, -1, -9]
+ground: {points: {O: [0, 0, 0]}}
+bodies:
+  ball: {mass: 2, com: [0, 0, 0], inertia: [0.0072, 0.0072, 0.0072], points: {C: [0, 0, 0]}}
+joints:
+  B: {type: rolling, shape: sphere, connects: [ground.O, ball.C], radius: 0.1}
+actuators: [B.x, B.y]
+motion: {duration: 2, samples: 101, from: {joints: {B.x: 0, B.y: 0}}, to: {joints: {B.x: 1, B.y: 2}}}
+trajectories: {go: {law: cycloid, drive: joints}}
+"""
+
+
+def cycloid(t):
+    """Of a duration of one second: the part of the way with its first two derivatives."""
+    return (t - np.sin(2 * np.pi * t) / (2 * np.pi), 1 - np.cos(2 * np.pi * t), 2 * np.pi * np.sin(2 * np.pi * t))
+
+
+def integral(rate, times):
+    """Of a function of the time from 0, by Gauss and Legendre's rule between any two times."""
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    steps = [(b - a) / 2 * np.dot(weights, rate((a + b) / 2 + (b - a) / 2 * nodes))
+             for a, b in zip(times[:-1], times[1:])]
+    return np.concatenate([[0], np.cumsum(steps)])
+
+
+def turn(axis, angle):
+    """Rotation matrices about a coordinate axis."""
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.zeros(np.shape(angle) + (3, 3))
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    R[..., axis, axis], R[..., i, i], R[..., j, j], R[..., j, i], R[..., i, j] = 1, c, c, s, -s
+    return R
+
+
+class RollingInSpace(Case):
+    def moved(self, command, spec, *call):
+        file = self.path("run.h5")
+        done = run(command, spec, "-o", file, "--force", *call)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with h5py.File(file, "r") as results:
+            found = {}
+            results.visititems(lambda name, item: found.update({name: item[()]})
+                               if isinstance(item, h5py.Dataset) and item.dtype.kind == "f" else None)
+            names = [name.decode() for name in results["coordinate"][()]]
+        found["q"] = {name: found["joint_position"][:, c] for c, name in enumerate(names)}
+        found["dq"] = {name: found["joint_velocity"][:, c] for c, name in enumerate(names)}
+        return found
+
+    def near(self, found, expected, error):
+        self.assertLess(np.max(np.abs(np.asarray(found) - expected)), error)
+
+    def test_a_disc_goes_where_it_has_rolled(self):
+        found = self.moved("simulate", DISC, "-t", "curve")
+        t = found["time"]
+        heading = lambda s: 2 * cycloid(s)[0]
+        x = integral(lambda s: 0.3 * 8 * cycloid(s)[1] * np.cos(heading(s)), t)
+        y = integral(lambda s: 0.3 * 8 * cycloid(s)[1] * np.sin(heading(s)), t)
+        # a step is good to 1e-13 of the radius
+        self.near(found["q"]["W.x"], x, 1e-12)
+        self.near(found["q"]["W.y"], y, 1e-12)
+
+    def disc(self, t):
+        """Centre of mass, angular momentum about it, and how both speeds and angular velocity go with the three driven rates."""
+        heading, lean, angle = 2 * cycloid(t)[0], 0.1 + 0.3 * cycloid(t)[0], 8 * cycloid(t)[0]
+        rates = np.stack([2 * cycloid(t)[1], 0.3 * cycloid(t)[1], 8 * cycloid(t)[1]], -1)
+        upright = turn(2, heading) @ turn(0, lean)
+        R = upright @ turn(1, angle)
+        e = np.eye(3)
+        axes = np.stack([np.broadcast_to(e[2], upright.shape[:-1]), turn(2, heading)[..., 0], upright[..., 1]], -1)
+        arm = 0.3 * upright[..., 2] + 0.02 * R[..., 0]  # from where it touches to the centre of mass
+        omega = np.einsum("...ij,...j->...i", axes, rates)
+        speed = np.cross(omega, arm)
+        inertia = R @ np.diag([0.05, 0.09, 0.05]) @ np.swapaxes(R, -1, -2)
+        momentum = np.einsum("...ij,...j->...i", inertia, omega)
+        partial = np.stack([np.cross(axes[..., k], arm) for k in range(3)], -1)
+        return speed, momentum, partial, axes
+
+    def test_what_drives_a_disc_does_the_work_of_its_momenta(self):
+        # Jourdain: Σ (m (a − g) · ∂v + L' · ∂ω) for every driven rate, momenta differentiated by fourth-order differences
+        found = self.moved("simulate", DISC, "-t", "curve")
+        t, h = found["time"], 2e-4
+        slope = lambda k: sum(w * self.disc(t + n * h)[k] for n, w in ((-2, 1), (-1, -8), (1, 8), (2, -1))) / (12 * h)
+        _, _, partial, axes = self.disc(t)
+        force = 2 * (slope(0) + np.array([0, 0, 9.81]))
+        torque = np.einsum("ti,tik->tk", force, partial) + np.einsum("ti,tik->tk", slope(1), axes)
+        # what differences leave of 1e-4⁴ times sixth derivatives
+        self.near(found["torque"], torque, 1e-7 * np.max(np.abs(torque)))
+        self.near(found["joint_force"][:, 0], force, 1e-7 * np.max(np.abs(force)))
+
+    def test_a_free_disc_keeps_its_energy_and_a_leaning_one_its_circle(self):
+        # steady: lean λ, precession Ω, spin s relative to the frame that turns: moments about the point of contact
+        lean, precession, m, r, a, c, g = -0.4, 1.2, 2, 0.3, 0.05, 0.09, 9.81
+        # (c + m r²) Ω s cos λ + (c − a + m r²) Ω² sin λ cos λ + m g r sin λ = 0 for the spin s
+        spin = -((c - a + m * r * r) * precession ** 2 * math.sin(lean) * math.cos(lean) + m * g * r * math.sin(lean)) \
+            / ((c + m * r * r) * precession * math.cos(lean))
+        spec = self.write("coin.yaml", config(
+            "rolling-on-a-plane.yaml", (r"com: \[0.02, 0, 0\]", "com: [0, 0, 0]"), (r"motion:.*", f"""
+motion:
+  duration: 3
+  samples: 301
+  from: {{joints: {{W.heading: 0, W.lean: {lean}, W.angle: 0}}}}
+  to: {{joints: {{W.heading: {3 * precession}, W.lean: {lean}, W.angle: {3 * spin}}}}}
+trajectories: {{even: {{law: uniform, drive: joints}}}}
+""")))
+        driven = self.moved("simulate", spec, "-t", "even")
+        self.near(driven["torque"], 0, 1e-9)  # round-off of moments of the order 10
+        free = self.moved("control", spec, "-t", "even", "-c", "none")
+        energy = free["kinetic_energy"] + free["potential_energy"]
+        self.near(energy, energy[0], 1e-8 * abs(energy[0]))
+        # the circle is stable here; integrated to 1e-9 a step
+        self.near(free["q"]["W.lean"], lean, 1e-6)
+        radius = r * spin / precession
+        self.near(np.hypot(free["q"]["W.x"], free["q"]["W.y"] - radius), abs(radius), 1e-6)
+
+    def test_a_ball_rolls_down_a_slope_through_any_number_of_turns(self):
+        # homogeneous here: J = 0.36 m r², so that it goes by g/(1 + 0.36)
+        found = self.moved("control", self.write("ball.yaml", BALL), "-t", "go", "-c", "none")
+        t = found["time"]
+        for name, g in (("B.x", 3), ("B.y", -1)):
+            self.near(found["q"][name], g / 1.36 * t ** 2 / 2, 1e-7)
+        self.near(found["joint_force"][:, 0], 2 * np.array([3 / 1.36 - 3, -1 / 1.36 + 1, 9]), 1e-7)
+
+    def test_a_sleigh_left_alone_turns_as_chaplygin_found(self):
+        # v' = a w², w' = −m a v w / (J + m a²): w = w₀ / cosh(k t) where it starts across, v₀ = 0
+        spec = self.write("free.yaml", config(
+            "sleigh.yaml", (r"motion:.*", """
+motion: {duration: 2, samples: 201, from: {joints: {X: 0, H: 0.0}}, to: {joints: {X: 0, H: 6}}}
+trajectories: {even: {law: uniform, drive: joints}}
+""")))
+        found = self.moved("control", spec, "-t", "even", "-c", "none")
+        m, a, J, w0, t = 2, 0.1, 0.05, 3, found["time"]
+        inertia = J + m * a * a
+        k = a * w0 * math.sqrt(m / inertia)
+        rate = w0 / np.cosh(k * t)
+        self.near(found["dq"]["H"], rate, 1e-7)
+        speed = a * w0 / k * w0 * np.tanh(k * t)
+        self.near(np.hypot(found["dq"]["X"], found["dq"]["Y"]), speed, 1e-7)
+
+    def test_the_blade_bears_what_the_pull_does_not(self):
+        # m a of the centre of mass is the pull along x and the blade's force across its own axis
+        found = self.moved("simulate", SLEIGH, "-t", "pull")
+        heading = found["q"]["H"]
+        across = np.stack([-np.sin(heading), np.cos(heading)], -1)
+        wanted = 2 * found["com_acceleration"] - np.stack([found["torque"][:, 0], 0 * heading], -1)
+        force = found["constraint_force"][:, 0]
+        self.near(force, np.sum(wanted * across, -1), 1e-7 * np.max(np.abs(force)))  # what carries it has 1e-9 of the mass
+        self.assertIn("constraint_force[blade]", run("simulate", SLEIGH, "-t", "pull").stdout)
+
+    def test_parts_bring_their_constraints(self):
+        spec = self.write("two.yaml", f"""
+space: planar
+include: {{file: {SLEIGH}, as: [S1, S2]}}
+bodies: {{post: {{mass: 1, com: [0, 0], inertia: 1, points: {{P: [0, 0]}}}}}}
+ground: {{points: {{P: [0, 5]}}}}
+joints: {{T: {{type: revolute, connects: [ground.P, post.P]}}}}
+constraints: {{together: {{T: 1, S1.H: -0.5, S2.sleigh.angle: -0.5}}}}
+""")
+        told = json.loads(run("check", spec, "--json").stdout)
+        self.assertEqual((told["configuration_freedoms"], told["degrees_of_freedom"]), (7, 4))
+
+    def test_a_cart_needs_the_torques_of_a_unicycle(self):
+        found = self.moved("simulate", CART, "-t", "turn")
+        dA, dB = found["dq"]["A"], found["dq"]["B"]
+        scale = cycloid(found["time"])
+        v, w = R * (dA + dB) / 2, R * (dB - dA) / (2 * B)
+        dv, dw = R * 24 / 2 * scale[2], R * 4 / (2 * B) * scale[2]
+        self.near(found["dq"]["P.angle"], w, 1e-11)
+        force = (CART_MASS + 2 * WHEEL + 2 * SPIN / R ** 2) * dv - CART_MASS * D * w ** 2
+        inertia = CART_INERTIA + CART_MASS * D * D + 2 * (ACROSS + WHEEL * B * B) + 2 * SPIN * B * B / R ** 2
+        moment = inertia * dw + CART_MASS * D * v * w
+        expected = np.stack([force * R / 2 - moment * R / (2 * B), force * R / 2 + moment * R / (2 * B)], -1)
+        self.near(found["torque"], expected, 1e-10 * np.max(np.abs(expected)))
+        heading = lambda s: R * 4 / (2 * B) * cycloid(s)[0]
+        self.near(found["q"]["P.x"], integral(lambda s: R * 12 * cycloid(s)[1] * np.cos(heading(s)), found["time"]), 1e-11)
+        # and the tool's path can be driven as well
+        parked = self.moved("simulate", CART, "-t", "park")
+        self.near(parked["tool_position"][-1], [0.9, 0.3, 0.1], 1e-12)
+        across = parked["dq"]["P.y"] * np.cos(parked["q"]["P.angle"]) - parked["dq"]["P.x"] * np.sin(parked["q"]["P.angle"])
+        self.near(across, 0, 1e-12)
+
+    def test_a_cart_under_control_stays_with_its_motion(self):
+        found = self.moved("control", CART, "-t", "turn", "-c", "computed-torque")
+        self.near(found["tracking_error"][:, :2] if found["tracking_error"].ndim > 1 else found["tracking_error"], 0, 2e-3)
+        wheel_slip = found["dq"]["L.x"] - R * found["dq"]["L.angle"] * np.cos(found["q"]["L.heading"])
+        self.near(wheel_slip, 0, 1e-9)
+
+    def test_freedoms_of_configuration_and_of_velocity_are_told_apart(self):
+        for spec, places, rates in ((CART, 5, 2), (DISC, 5, 3), (SLEIGH, 3, 2), (self.write("b.yaml", BALL), 5, 3)):
+            told = json.loads(run("check", spec, "--json").stdout)
+            self.assertEqual((told["configuration_freedoms"], told["degrees_of_freedom"]), (places, rates), spec)
+
+    def conditions(self, spec, goal):
+        done = run("conditions", spec, "--goal", goal)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def test_conditions_are_those_of_admissible_velocities(self):
+        # the blade: no velocity terms where the centre of mass is above it
+        told = self.conditions(SLEIGH, "gyroscopic")
+        self.assertIn("rank 1 of 12", told)
+        self.assertIn("sleigh.mx = 0", told)
+        # the cart: its momenta ahead and round, those of both wheels, and the sum of all masses
+        self.assertIn("rank 7 of 30", self.conditions(CART, "force"))
+        # each wheel feels its own acceleration alone where m b^2 = I of all that turns about the middle of the axle
+        told = self.conditions(CART, "decoupled")
+        self.assertIn("-b^2 cart.m + cart.Izz + 2 b left.my + left.Izz - 2 b right.my", told)
+        apart = self.write("apart.yaml", config("rolling-cart.yaml", (r"com: \[d, 0, 0.05\], inertia: \[0.1, 0.2, 0.25\]",
+                                                                      "com: [0, 0, 0.05], inertia: [0.18, 0.2, 0.316]")))
+        self.assertIn("all are met", self.conditions(apart, "decoupled"))
+        at = "P.x=0.2,P.y=0,P.angle=0.3,A=1,B=2"
+        mass = json.loads(run("equations", apart, "--at", at, "--only", "inertia", "--json").stdout)
+        self.assertLess(abs(np.array(mass["M"])[0, 1]), 1e-14)
+
+    def test_equations_in_the_speeds_of_the_spec(self):
+        mass = json.loads(run("equations", CART, "--at", "end", "-t", "turn", "--only", "inertia", "--json").stdout)
+        told = mass["in_speeds"]
+        ahead = CART_MASS + 2 * WHEEL + 2 * SPIN / R ** 2
+        around = CART_INERTIA + CART_MASS * D * D + 2 * (ACROSS + WHEEL * B * B) + 2 * SPIN * B * B / R ** 2
+        self.near(np.array(told["M"]), np.diag([ahead, around]), 1e-10)
+
+    def test_a_design_keeps_what_the_blade_bears_small(self):
+        # the blade bears less the nearer the centre of mass: the limit decides
+        spec = self.write("limited.yaml", config("sleigh.yaml", ("a: 0.1", "a: {free: [0.02, 0.2], start: 0.1}")) + """
+design: {minimize: {rms: "torque[X]", along: pull}, subject_to: ["peak(constraint_force[blade], pull) <= 15"]}
+""")
+        done = run("design", spec)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_the_split_of_torques_adds_up(self):
+        for spec, trajectory in ((CART, "turn"), (DISC, "curve"), (SLEIGH, "pull")):
+            found = self.moved("simulate", spec, "-t", trajectory, "--split")
+            parts = sum(found[f"torque_{part}"] for part in ("inertia", "velocity", "friction", "weight", "spring", "load"))
+            self.near(parts, found["torque"], 1e-12 * np.max(np.abs(found["torque"])))
+
+
+if __name__ == "__main__":
+    unittest.main()
