@@ -15,6 +15,8 @@ ARM = os.path.join(CONFIGS, "planar-rrr.yaml")
 SPATIAL = os.path.join(CONFIGS, "spatial-rrr.yaml")
 FIVE_BAR = os.path.join(CONFIGS, "5r.yaml")
 RCCC = os.path.join(CONFIGS, "rccc.yaml")
+PRESS = os.path.join(CONFIGS, "spring-press.yaml")  # springs and a loop
+COIN = os.path.join(CONFIGS, "rolling-on-a-plane.yaml")
 SPRING = os.path.join(CONFIGS, "spring-balancer-two-link.yaml")
 
 
@@ -64,7 +66,7 @@ class Formulas(Case):
 
     @unittest.skipUnless(shutil.which("cc"), "no C compiler")
     def test_programs_in_c_pass_their_own_test(self):
-        for spec in (ARM, SPATIAL, FIVE_BAR, SPRING):
+        for spec in (ARM, SPATIAL, FIVE_BAR, SPRING, PRESS, COIN):
             with tempfile.TemporaryDirectory() as folder:
                 source, program = os.path.join(folder, "arm.c"), os.path.join(folder, "arm")
                 with open(source, "w") as file:

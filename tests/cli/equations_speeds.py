@@ -170,7 +170,7 @@ class Speeds(Case):
         spec = self.write("p.yaml", PENDULUM)
         pose = (spec, "--at", "A=0.3,B=0.5")
         self.refused(2, "as many as the degrees of freedom, 2; they are 1 and 0", *pose, "--speeds", "x: tool.x")
-        self.refused(2, "expected a joint coordinate or a component of the tool's motion", *pose, "--speeds", "x: tool.z, y: A")
+        self.refused(2, "expected a joint coordinate, or a component (x, y, u, v or angle) of the motion of the tool", *pose, "--speeds", "x: tool.z, y: A")
         self.refused(2, "--speeds", *pose, "--speeds", "x: {A: 1")
         self.refused(2, "at least one speed", *pose, "--speeds", "{}")
         self.refused(2, "found an empty text", *pose, "--speeds", "")

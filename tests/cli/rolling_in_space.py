@@ -29,6 +29,21 @@ trajectories: {go: {law: cycloid, drive: joints}}
 """
 
 
+# A plate, its lower side up, that rolls on a ball fixed to the ground: here the plane is what moves.
+PLATE = """
+space: spatial
+gravity: [0, 0, -9.81]
+ground: {points: {C: [0.1, 0.2, 0.5]}}
+bodies:
+  plate: {mass: 3, com: [0.05, 0.02, 0.1], inertia: [0.1, 0.12, 0.2], points: {P: [0.02, -0.03, 0]}}
+joints:
+  R: {type: rolling, shape: sphere, connects: [plate.P, ground.C], radius: 0.2, axis: [0, 0, -1], rpy: [0.2, -0.1, 0.4]}
+actuators: [R.x, R.y, R.3]
+motion: {duration: 1, samples: 2001, from: {joints: {R.x: 0, R.y: 0, R.3: 0}}, to: {joints: {R.x: 0.1, R.y: -0.2, R.3: 0.3}}}
+trajectories: {go: {law: cycloid, drive: joints}}
+"""
+
+
 def cycloid(t):
     """Of a duration of one second: the part of the way with its first two derivatives."""
     return (t - np.sin(2 * np.pi * t) / (2 * np.pi), 1 - np.cos(2 * np.pi * t), 2 * np.pi * np.sin(2 * np.pi * t))
@@ -138,6 +153,23 @@ trajectories: {{even: {{law: uniform, drive: joints}}}}
         for name, g in (("B.x", 3), ("B.y", -1)):
             self.near(found["q"][name], g / 1.36 * t ** 2 / 2, 1e-7)
         self.near(found["joint_force"][:, 0], 2 * np.array([3 / 1.36 - 3, -1 / 1.36 + 1, 9]), 1e-7)
+
+    def test_a_plate_rolls_on_a_ball_that_rests(self):
+        found = self.moved("simulate", self.write("plate.yaml", PLATE), "-t", "go", "--poses")
+        q = found["body_orientation"][:, 0]
+        w, x, y, z = q.T
+        axes = np.stack([np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], -1),
+                         np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], -1),
+                         np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], -1)], 1)
+        origin, h = found["body_position"][:, 0], found["time"][1]
+        rate = lambda a: (8 * (a[3:-1] - a[1:-3]) - (a[4:] - a[:-4])) / (12 * h)
+        normal = -axes[:, :, 2]
+        contact = np.array([0.1, 0.2, 0.5]) - 0.2 * normal
+        on_plate = contact - origin - axes @ [0.02, -0.03, 0]
+        self.near(np.sum(on_plate * normal, -1), 0, 1e-14)
+        # its point in touch stands still: fixed to the plate, at the place of every moment
+        fixed = np.einsum("tji,tj->ti", axes, contact - origin)[2:-2]
+        self.near(rate(origin) + np.einsum("tij,tj->ti", rate(axes), fixed), 0, 1e-10)
 
     def test_a_sleigh_left_alone_turns_as_chaplygin_found(self):
         # v' = a w², w' = −m a v w / (J + m a²): w = w₀ / cosh(k t) where it starts across, v₀ = 0

@@ -136,6 +136,25 @@ std::vector<Total> springs(const Run& run, long k) {
   return out;
 }
 
+std::vector<Total> keepers(const Run& run, long k) {
+  using Of = balance::SpeedTerm::Of;
+  std::vector<Total> out(run.mechanism.bodies.size());
+  for (std::size_t c = 0; c < run.mechanism.constraints.size(); ++c)
+    for (const balance::SpeedTerm& term : run.mechanism.constraints[c].terms) {
+      if (term.of == Of::coordinate) continue;
+      const Pose& pose = run.poses[k][term.body];
+      const bool own = term.of == Of::velocity_own || term.of == Of::turning_own;
+      const Vector3 axis = own ? Vector3(pose.R.col(term.index)) : Vector3(Vector3::Unit(term.index));
+      const Vector3 push = run.result.constraint_force(k, static_cast<long>(c)) * term.factor * axis;
+      const Vector3 P = pose.p + pose.R * term.position;
+      const bool turns = term.of == Of::turning || term.of == Of::turning_own;
+      const Vector3 none = Vector3::Zero();
+      out[term.body].add(turns ? none : push, P, turns ? push : none);
+      out[balance::ground].add(turns ? none : Vector3(-push), P, turns ? Vector3(-push) : none);
+    }
+  return out;
+}
+
 std::vector<Total> reactions(const Run& run, long k) {
   std::vector<Total> out(run.mechanism.bodies.size());
   for (std::size_t j = 0; j < run.mechanism.joints.size(); ++j) {

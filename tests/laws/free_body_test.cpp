@@ -33,10 +33,12 @@ TEST_CASE("joints, springs, loads and weight give every body the rate of its mom
     for (long k = 0; k < run.samples(); ++k) {
       if (!run.smooth[k]) continue;
       const auto rates = momentum_rates(run, points, k), weight = weights(run, points, k), load = loads(run, k),
-                 spring = springs(run, k), joint = reactions(run, k);
+                 spring = springs(run, k), joint = reactions(run, k), keeper = keepers(run, k);
       for (std::size_t b = 1; b < run.mechanism.bodies.size(); ++b) {
-        const Vector3 f = joint[b].force + spring[b].force + load[b].force + weight[b].force - rates[b].force;
-        const Vector3 m = joint[b].moment + spring[b].moment + load[b].moment + weight[b].moment - rates[b].moment;
+        const Vector3 f =
+            joint[b].force + keeper[b].force + spring[b].force + load[b].force + weight[b].force - rates[b].force;
+        const Vector3 m =
+            joint[b].moment + keeper[b].moment + spring[b].moment + load[b].moment + weight[b].moment - rates[b].moment;
         force.see((run.result.axes == 2 ? Vector3(f.x(), f.y(), 0) : f).norm() / scale, k);
         moment.see((run.result.axes == 2 ? Vector3(0, 0, m.z()) : m).norm() / (scale * run.length()), k);
       }
@@ -56,8 +58,8 @@ TEST_CASE("the ground's joints, springs and discs carry what the frame is said t
     for (long k = 0; k < run.samples(); ++k) {
       if (discs && !run.smooth[k]) continue;
       Total felt = reactions(run, k)[balance::ground];
-      const Total spring = springs(run, k)[balance::ground];
-      felt.force += spring.force, felt.moment += spring.moment;
+      for (const Total& other : {springs(run, k)[balance::ground], keepers(run, k)[balance::ground]})
+        felt.force += other.force, felt.moment += other.moment;
       if (discs) {
         const Total weight = weights(run, points, k)[balance::ground],
                     rate = momentum_rates(run, points, k)[balance::ground];

@@ -99,6 +99,8 @@ std::vector<Total> weights(const Run& run, const Cloud& cloud, long k);
 std::vector<Total> loads(const Run& run, long k);
 /// What springs between points do to each body.
 std::vector<Total> springs(const Run& run, long k);
+/// What keeps constraints on speeds, from the ground on each body, by the result's forces.
+std::vector<Total> keepers(const Run& run, long k);
 /// What joints do to each body, by the result's reactions.
 std::vector<Total> reactions(const Run& run, long k);
 

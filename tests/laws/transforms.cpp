@@ -95,7 +95,19 @@ void scale_forces(MechanismOf<T>& m, const Units& by) {
 
 template <class T>
 void scale_geometry(MechanismOf<T>& m, double L) {
-  for (auto& joint : m.joints) joint.point_first *= L, joint.point_second *= L;
+  for (auto& joint : m.joints) joint.point_first *= L, joint.point_second *= L, joint.radius *= L;
+  for (auto& constraint : m.constraints) {
+    const auto is_length = [&](const auto& term) {
+      using Of = typename SpeedTermOf<T>::Of;
+      return term.of == Of::coordinate ? m.coordinates[term.index].kind == CoordinateKind::length
+                                       : term.of == Of::velocity || term.of == Of::velocity_own;
+    };
+    const bool length = std::any_of(constraint.terms.begin(), constraint.terms.end(), is_length);
+    for (auto& term : constraint.terms) {
+      if (length && !is_length(term)) term.factor *= L;
+      term.position *= L;
+    }
+  }
   for (auto& coupling : m.couplings) {
     for (auto& term : coupling.leader.terms)
       if (m.coordinates[term.coordinate].kind == CoordinateKind::length) term.ratio /= L;
