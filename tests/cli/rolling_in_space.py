@@ -13,6 +13,7 @@ from _program import CONFIGS, Case, config, run
 CART = os.path.join(CONFIGS, "rolling-cart.yaml")
 DISC = os.path.join(CONFIGS, "rolling-on-a-plane.yaml")
 SLEIGH = os.path.join(CONFIGS, "sleigh.yaml")
+BICYCLE = os.path.join(CONFIGS, "bicycle.yaml")
 R, B, D, CART_MASS, WHEEL, SPIN, ACROSS, CART_INERTIA = 0.1, 0.2, 0.15, 8, 0.7, 0.0035, 0.002, 0.25
 
 BALL = """
@@ -208,6 +209,27 @@ constraints: {{together: {{T: 1, S1.H: -0.5, S2.sleigh.angle: -0.5}}}}
 """)
         told = json.loads(run("check", spec, "--json").stdout)
         self.assertEqual((told["configuration_freedoms"], told["degrees_of_freedom"]), (7, 4))
+
+    def test_the_benchmark_bicycle_rides_as_published(self):
+        # Meijaard, Papadopoulos, Ruina and Schwab (2007), eq. 5.3 and table 2: M q'' + v C q' + (g K0 + v^2 K2) q = 0 of lean and steer
+        mass = [[80.81722, 2.31941332208709], [2.31941332208709, 0.29784188199686]]
+        damping = [[0, 33.86641391492494], [-0.85035641456978, 1.68540397397560]]
+        weight = [[-80.95, -2.59951685249872], [-2.59951685249872, -0.80329488458618]]
+        speed = [[0, 76.59734589573222], [0, 2.65431523794604]]
+        v, start = 5, 1e-5
+        rates = np.zeros((4, 4))
+        rates[:2, 2:] = np.eye(2)
+        rates[2:, :2] = -np.linalg.solve(mass, 9.81 * np.array(weight) + v * v * np.array(speed))
+        rates[2:, 2:] = -np.linalg.solve(mass, v * np.array(damping))
+        values, modes = np.linalg.eig(rates)
+        self.near(np.sort_complex(values), np.sort_complex([-0.322866429004087, -0.775341882195845 - 4.46486771378823j,
+                                                            -0.775341882195845 + 4.46486771378823j, -14.0783896927982]), 1e-11)
+        found = self.moved("control", BICYCLE, "-t", "ride", "-c", "none", "--set", f"lean={start}")
+        parts = np.linalg.solve(modes, np.array([start, 0, 0, 0], complex))
+        linear = np.real(modes @ (parts[:, None] * np.exp(np.outer(values, found["time"]))))
+        # what is left is the cube of the start, and the integration's 1e-11 of a radian
+        self.near(found["q"]["L.lean"] / start, linear[0] / start, 1e-5)
+        self.near(-found["q"]["S"] / start, linear[1] / start, 1e-5)  # to the left, about the axis that points up
 
     def test_a_cart_needs_the_torques_of_a_unicycle(self):
         found = self.moved("simulate", CART, "-t", "turn")

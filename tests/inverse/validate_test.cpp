@@ -121,11 +121,25 @@ const std::vector<Spoiling>& mistakes() {
        K::not_finite, E::coupling, 0},
       {"negative mass", [](Mechanism& m) { m.attachments[0].mass = -1; }, K::mass_negative, E::attachment, 0},
       {"on nothing", [](Mechanism& m) { m.attachments[0].body = 5; }, K::index_out_of_range, E::attachment, 0},
-      {"empty constraint", [](Mechanism& m) { m.constraints = {{"c", {}}}; }, K::index_out_of_range, E::constraint, 0},
-      {"factor 0", [](Mechanism& m) { m.constraints = {{"c", {{.factor = 0}}}}; }, K::ratio_zero, E::constraint, 0},
-      {"no body", [](Mechanism& m) { m.constraints = {{"c", {{SpeedTerm::Of::velocity, 0, 1, 7}}}}; },
+      {"empty constraint",
+       [](Mechanism& m) {
+         m.constraints = {{"c", {}}};
+       },
        K::index_out_of_range, E::constraint, 0},
-      {"out of plane", [](Mechanism& m) { m.constraints = {{"c", {{SpeedTerm::Of::velocity, 2, 1, 1}}}}; },
+      {"factor 0",
+       [](Mechanism& m) {
+         m.constraints = {{"c", {{.factor = 0}}}};
+       },
+       K::ratio_zero, E::constraint, 0},
+      {"no body",
+       [](Mechanism& m) {
+         m.constraints = {{"c", {{SpeedTerm::Of::velocity, 0, 1, 7}}}};
+       },
+       K::index_out_of_range, E::constraint, 0},
+      {"out of plane",
+       [](Mechanism& m) {
+         m.constraints = {{"c", {{SpeedTerm::Of::velocity, 2, 1, 1}}}};
+       },
        K::out_of_plane, E::constraint, 0},
       {"two constraints",
        [](Mechanism& m) {

@@ -155,7 +155,8 @@ void add_notes(const Mechanism& mechanism, Sheet& sheet) {
   const SymbolicTree& tree = sheet.equations.tree;
   for (const std::string& left : tree.left_out)
     sheet.notes.push_back(left + " are not in these formulas: they are no functions of the pose");
-  if (binds_rates(mechanism)) sheet.notes.push_back("these are the equations of all coordinates, before rates are bound");
+  if (binds_rates(mechanism))
+    sheet.notes.push_back("these are the equations of all coordinates, before rates are bound");
   if (!mechanism.couplings.empty()) sheet.notes.push_back("coordinates that follow others are moved along with these");
   for (const Relation& relation : tree.relations) {
     std::string sum;

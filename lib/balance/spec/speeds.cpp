@@ -83,12 +83,14 @@ SpeedTermOf<Expression> term_of(const Cursor& at, const std::string& name, const
       point == std::string::npos ? nullptr : component_named(name.substr(point + 1), draft.planar());
   const std::optional<PointReference> place =
       component == nullptr ? std::nullopt : place_named(name.substr(0, point), draft);
+  const bool lacks_tool = name.starts_with("tool.") && !draft.mechanism().tool;
   if (!place)
     at.fail({.expected = fmt::format("a joint coordinate, or a component ({}) of the motion of the tool or of a body's "
                                      "point, as in 'tool.x' or 'body.point.x'",
                                      component_list(draft.planar())),
              .found = in_quotes(name),
-             .hint = nearest_is(name, all_names(draft))});
+             .hint = lacks_tool ? "speeds of the tool need a tool, which the spec lacks"
+                                : nearest_is(name, all_names(draft))});
   if (place->name.empty() && !is_turning(component->of))
     at.fail(
         {.expected = fmt::format("a point of the body, as in '{}.origin.{}'", name.substr(0, point), component->name),
