@@ -48,7 +48,7 @@ TEST_CASE("motors and loads supply what friction takes and the change of kinetic
     const Samples energy = run.result.kinetic_energy + run.result.potential_energy;
     const double h = run.step();
     Worst worst;
-    double scale = 0;
+    double scale = 1e-9 * energy.cwiseAbs().maxCoeff() / h;  // of a steady motion no power is to be seen
     for (long k = 0; k < run.samples(); ++k)
       if (run.smooth[k])
         scale = std::max({scale, run.result.power.row(k).cwiseAbs().sum(),
