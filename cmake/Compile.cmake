@@ -4,7 +4,7 @@ set(balance_warnings
     -Wall
     -Wextra
     -Wpedantic
-    -Wshadow
+    -Wshadow=local # in one go with others, a source sees the names that these keep to themselves
     -Wnon-virtual-dtor
     -Woverloaded-virtual
     -Wcast-qual

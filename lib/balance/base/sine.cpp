@@ -42,7 +42,7 @@ std::uint64_t digits_from(int first) {
 
 Reduced<double, long long> reduce_large(double x) {
   if (!std::isfinite(x)) return {std::numeric_limits<double>::quiet_NaN(), 0, 0};
-  using Wide = unsigned __int128;
+  __extension__ using Wide = unsigned __int128;
   int exponent;
   const auto mantissa = static_cast<std::uint64_t>(std::ldexp(std::frexp(std::abs(x), &exponent), 53));
   // |x| · 2/π = mantissa · 2^(exponent − 53) · 0.d₁d₂…: digits in front of these add multiples of four.

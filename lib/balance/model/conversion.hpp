@@ -25,9 +25,9 @@ MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number)
     for (const auto& v : list) out.push_back(vector(v));
     return out;
   };
-  const auto followed = [&](const FollowedOf<From>& from) {
+  const auto followed = [&](const FollowedOf<From>& sum) {
     std::vector<CoordinateTermOf<To>> terms;
-    for (const CoordinateTermOf<From>& term : from.terms) terms.push_back({term.coordinate, number(term.ratio)});
+    for (const CoordinateTermOf<From>& term : sum.terms) terms.push_back({term.coordinate, number(term.ratio)});
     return FollowedOf<To>(std::move(terms));
   };
   MechanismOf<To> to;
