@@ -3,6 +3,7 @@
 #include "balance/base/nearest.hpp"
 #include "balance/spec/sections.hpp"
 #include "balance/spec/table.hpp"
+#include "balance/spec/two_ends.hpp"
 
 #include <fmt/format.h>
 
@@ -152,22 +153,6 @@ void read_load(const Cursor& at, Draft& draft, LoadOf<Expression>& load) {
   if (!draft.problems.guard([&] { check_ways(at, text); })) return;
   if (text.place) draft.problems.guard([&] { load.point = read_place(*text.place, draft, text.body); });
   read_push(text, draft, load);
-}
-
-void read_ends(const Cursor& at, Draft& draft, SpringOf<Expression>& spring) {
-  const auto ends = at.items("two points [body.point, body.point]", 2);
-  PointReference first, second;
-  const bool first_read = draft.problems.guard([&] { first = read_reference(ends[0], draft); });
-  const bool second_read = draft.problems.guard([&] { second = read_reference(ends[1], draft); });
-  if (!first_read || !second_read) return;
-  if (first.body == second.body)
-    at.fail({.expected = "points of two bodies",
-             .found = fmt::format("two points of {}",
-                                  in_quotes(draft.mechanism().bodies[static_cast<std::size_t>(first.body)].name))});
-  spring.first = first.body;
-  spring.second = second.body;
-  spring.point_first = first.position;
-  spring.point_second = second.position;
 }
 
 /// What a spring is given by; units of its numbers hang on where it is.

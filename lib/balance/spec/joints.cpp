@@ -2,6 +2,7 @@
 #include "balance/spec/directions.hpp"
 #include "balance/spec/joint_type.hpp"
 #include "balance/spec/sections.hpp"
+#include "balance/spec/two_ends.hpp"
 
 #include <fmt/format.h>
 
@@ -95,22 +96,6 @@ void read_rotation(const JointText& text, Draft& draft, JointOf<Expression>& joi
   if (text.quaternion) joint.rotation = read_quaternion(*text.quaternion, draft);
 }
 
-void read_connects(const Cursor& at, Draft& draft, JointOf<Expression>& joint) {
-  const auto ends = at.items("two points [body.point, body.point]", 2);
-  PointReference first, second;
-  const bool first_read = draft.problems.guard([&] { first = read_reference(ends[0], draft); });
-  const bool second_read = draft.problems.guard([&] { second = read_reference(ends[1], draft); });
-  if (!first_read || !second_read) return;
-  if (first.body == second.body)
-    at.fail({.expected = "points of two bodies",
-             .found = fmt::format("two points of {}",
-                                  in_quotes(draft.mechanism().bodies[static_cast<std::size_t>(first.body)].name))});
-  joint.first = first.body;
-  joint.second = second.body;
-  joint.point_first = first.position;
-  joint.point_second = second.position;
-}
-
 /// The wheel's centre lies its radius to the left of the line, and goes along it as the wheel turns.
 /// @return the radius
 Expression read_wheel(const Cursor& radius, Draft& draft, JointOf<Expression>& joint) {
@@ -138,7 +123,7 @@ void read_joint(const Cursor& at, Draft& draft, JointOf<Expression>& joint, std:
                   joint.type = type.type;
                   text.rolls = type.rolls;
                 }},
-               {"connects", Need::required, [&](const Cursor& c) { read_connects(c, draft, joint); }},
+               {"connects", Need::required, [&](const Cursor& c) { read_ends(c, draft, joint); }},
                {"axis", Need::optional, keep(text.axis)},
                {"axis2", Need::optional, keep(text.axis2)},
                {"rpy", Need::optional, keep(text.rpy)},
