@@ -10,19 +10,19 @@ namespace balance {
 
 namespace {
 
-/// Singular vectors of the smallest value.
+/// Singular vectors of the smallest value, of which duals alone are in need.
 struct LeastDirections {
   VectorX left, right;
 };
 
-LeastDirections by_decomposition(const MatrixX& matrix) {
+[[maybe_unused]] LeastDirections by_decomposition(const MatrixX& matrix) {
   const Eigen::JacobiSVD<MatrixX> svd(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::Index last = svd.singularValues().size() - 1;
   return {svd.matrixU().col(last), svd.matrixV().col(last)};
 }
 
 /// Inverse iteration on the factors at hand. @return nothing where two values are near each other
-std::optional<LeastDirections> by_factors(BlockTriangular& factors) {
+[[maybe_unused]] std::optional<LeastDirections> by_factors(BlockTriangular& factors) {
   constexpr int most = 24;
   constexpr double settled = 1e-13;
   const int n = factors.size();
