@@ -1,4 +1,4 @@
-#include "balance/base/sine.hpp"
+#include "balance/base/lane_sine.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,6 @@
 """The same bytes whenever, wherever and however often something is computed, on one thread or many."""
 
+import glob
 import os
 import shutil
 import subprocess
@@ -9,6 +10,9 @@ import unittest
 from _program import CONFIGS, SPEC, Case, run
 
 SPECS = ["3rrr.yaml", "3rrr-redistributed.yaml", "5r-design.yaml", "delta.yaml", "four-bar-in-space.yaml", "rr-design.yaml"]
+
+# The system's library of mathematics then works without the instructions that fuse products with sums.
+OLD_PROCESSOR = "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX,-AVX512F"
 
 SUITE = """
 name: everything at once
@@ -44,7 +48,8 @@ class Determinism(Case):
         self.worlds = []
         plain = {"PATH": os.environ["PATH"]}
         rubbish = {**plain, **self.locale, "MALLOC_PERTURB_": "165", "MALLOC_ARENA_MAX": "1", "TZ": "Asia/Tokyo",
-                   "COLUMNS": "40", "HOME": "/nonexistent", "OMP_NUM_THREADS": "7", "TMPDIR": self.folder}
+                   "COLUMNS": "40", "HOME": "/nonexistent", "OMP_NUM_THREADS": "7", "TMPDIR": self.folder,
+                   "GLIBC_TUNABLES": OLD_PROCESSOR}
         for k, environment in enumerate((plain, rubbish, {**os.environ, "MALLOC_PERTURB_": "90"})):
             place = tempfile.mkdtemp(prefix="x" * (1 + 30 * k), dir=self.folder)
             os.mkdir(os.path.join(place, "specs"))
@@ -74,6 +79,17 @@ class Determinism(Case):
             self.everywhere("simulate", f"specs/{spec}", "--samples", "101", "-o", "run.h5", "--csv", "run.csv", "--force",
                             outputs=("run.h5", "run.csv"))
             self.everywhere("simulate", f"specs/{spec}", "--samples", "31", "--json")
+
+    def test_every_config_on_an_old_processor(self):
+        differing, specs = [], sorted(glob.glob(os.path.join(CONFIGS, "*.yaml")))
+        self.assertGreater(len(specs), 30)
+        for spec in specs:
+            runs = [run("simulate", spec, "--samples", "65", "--csv", "-", env=environment)
+                    for environment in (dict(os.environ), {**os.environ, "GLIBC_TUNABLES": OLD_PROCESSOR})]
+            self.assertEqual(runs[0].returncode, 0, spec)
+            if runs[0].stdout != runs[1].stdout:
+                differing.append(os.path.basename(spec))
+        self.assertEqual(differing, [])
 
     def test_checks_and_conditions(self):
         for spec in ("3rrr.yaml", "four-bar-in-space.yaml", "5r-design.yaml"):

@@ -2,7 +2,7 @@
 #include "probe.hpp"
 
 #include "balance/base/instruction_set.hpp"
-#include "balance/base/sine.hpp"
+#include "balance/base/lane_sine.hpp"
 
 #include <doctest/doctest.h>
 

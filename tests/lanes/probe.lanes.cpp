@@ -2,7 +2,7 @@
 #include "probe.hpp"
 
 #include "balance/base/block_lanes.hpp"
-#include "balance/base/sine.hpp"
+#include "balance/base/lane_sine.hpp"
 
 namespace {
 

@@ -52,9 +52,9 @@ struct Trial {
   /// What came out, after whatever was found has been held against the laws.
   /// @param distance from the singular configuration: round-off over its square is what directions are uncertain by
   MotionStatus run(const std::string& what, double distance = 1) const {
-    // the closures are solved to some twenty ulps
+    // the closures are solved to some thirty ulps: the sines of four angles are right to 0.8 of one
     const double tolerance =
-        std::clamp(20 * std::numeric_limits<double>::epsilon() / (distance * distance), 1e-7, 1e-3);
+        std::clamp(30 * std::numeric_limits<double>::epsilon() / (distance * distance), 1e-7, 1e-3);
     const Run one = attempt(what, study.mechanism, trajectory);
     const balance::MotionOutcome& outcome = one.result.outcome;
     INFO(what << ": " << outcome.reason);
@@ -174,9 +174,11 @@ TEST_CASE("a 3RRR turned until its couplers meet in a point is no longer held by
   for (const double e : distances) {
     trial.trajectory.to.angle = held - std::copysign(e, lost);
     // round-off of 1e-15 in the positions moves the smallest pivot, and so the last angle that holds, by some 1e-13
-    if (e >= 1e-12) CHECK(trial.run("up to " + std::to_string(e), e) == MotionStatus::done);
+    const bool sure = e >= 1e-12;
+    if (sure) CHECK(trial.run("up to " + std::to_string(e), e) == MotionStatus::done);
     trial.trajectory.to.angle = lost + std::copysign(e, lost);
-    CHECK(trial.run("beyond by " + std::to_string(e)) == MotionStatus::actuation_singularity);
+    const MotionStatus beyond = trial.run("beyond by " + std::to_string(e), e);
+    if (sure || e == 0) CHECK(beyond == MotionStatus::actuation_singularity);
   }
 }
 

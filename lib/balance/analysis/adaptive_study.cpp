@@ -2,6 +2,7 @@
 
 #include "balance/analysis/case_space.hpp"
 #include "balance/analysis/load_case_study.hpp"
+#include "balance/base/elementary.hpp"
 #include "balance/base/error.hpp"
 #include "balance/motion/spline.hpp"
 #include "balance/simulation/simulate.hpp"
@@ -148,7 +149,7 @@ void AdaptiveStudy::range(AdaptiveReport& report) const {
     for (const VectorX& a : report.table.values) add(a);
   constexpr int most_points = 20'000;
   const auto n = static_cast<int>(lower_.size());
-  const int steps = std::clamp(static_cast<int>(std::pow(most_points, 1.0 / n)) - 1, 1, 200);
+  const int steps = std::clamp(static_cast<int>(elementary::pow(most_points, 1.0 / n)) - 1, 1, 200);
   long points = 1;
   for (int k = 0; k < n; ++k) points *= steps + 1;
   for (long p = 0; law_ && p < points; ++p) {

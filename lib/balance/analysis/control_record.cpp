@@ -1,5 +1,6 @@
 #include "balance/analysis/control_record.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/rotation.hpp"
 
 #include <algorithm>
@@ -60,7 +61,7 @@ void ControlRecord::compare(Eigen::Index event) {
   }
   const Matrix3 gap = desired_.tool_rotation[static_cast<std::size_t>(event)] * s.tool_rotation.transpose();
   const Eigen::Vector4d turn = quaternion_of(gap);
-  s.tool_angle_error = 2 * std::atan2(turn.tail<3>().norm(), std::abs(turn[0]));
+  s.tool_angle_error = 2 * elementary::atan2(turn.tail<3>().norm(), std::abs(turn[0]));
 }
 
 }  // namespace balance

@@ -3,6 +3,7 @@
 #include "balance/analysis/front_study.hpp"
 #include "balance/analysis/load_case_study.hpp"
 #include "balance/analysis/offered.hpp"
+#include "balance/base/elementary.hpp"
 #include "balance/conditions/known_terms.hpp"
 
 #include <algorithm>
@@ -37,7 +38,7 @@ int middle_of(const Front& front) {
   const auto distance = [&](const FrontPoint& point) {
     double sum = 0;
     for (Eigen::Index j = 0; j < least.size(); ++j)
-      if (most[j] > least[j]) sum += std::pow((point.values[j] - least[j]) / (most[j] - least[j]), 2);
+      if (most[j] > least[j]) sum += elementary::pow((point.values[j] - least[j]) / (most[j] - least[j]), 2);
     return sum;
   };
   const auto nearest = std::min_element(front.points.begin(), front.points.end(),

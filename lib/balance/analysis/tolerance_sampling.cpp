@@ -1,5 +1,6 @@
 #include "balance/analysis/tolerance_sampling.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/model/validate.hpp"
 #include "balance/result/metrics.hpp"
 #include "balance/simulation/simulate.hpp"
@@ -24,8 +25,8 @@ class Dice {
   double draw(const ToleranceNumber& number) {
     if (number.spread == Spread::uniform) return number.width * (2 * unit() - 1);
     // Box and Muller; the second of the pair is left.
-    const double radius = std::sqrt(-2 * std::log1p(-unit()));
-    return number.width * radius * std::cos(2 * std::numbers::pi * unit());
+    const double radius = std::sqrt(-2 * elementary::log1p(-unit()));
+    return number.width * radius * elementary::cos(2 * std::numbers::pi * unit());
   }
 
  private:

@@ -1,6 +1,7 @@
 #include "balance/analysis/verify.hpp"
 
 #include "balance/analysis/start_pose.hpp"
+#include "balance/base/elementary.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/conditions.hpp"
 #include "balance/natural/momentum.hpp"
@@ -188,7 +189,8 @@ ConditionsVerification verify_conditions(const Study& study) {
   const Eigen::Index inertial = read_off.matrix.cols();
   VectorX unit(inertial);
   for (Eigen::Index p = 0; p < inertial; ++p)
-    unit[p] = std::pow(characteristic_length(mechanism), sampled.parameters[static_cast<std::size_t>(p)].length_power);
+    unit[p] =
+        elementary::pow(characteristic_length(mechanism), sampled.parameters[static_cast<std::size_t>(p)].length_power);
   found.apart = found.sampled == found.coefficients ? 0 : 1;
   if (found.sampled > 0 && found.sampled == found.coefficients) {
     const MatrixX a = row_space(sampled.matrix.leftCols(inertial), unit), b = row_space(read_off.matrix, unit);

@@ -2,6 +2,7 @@
 /// Numbers that carry their derivatives: forward differentiation, exact to round-off. Comparisons and branches look at the value
 /// alone.
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/types.hpp"
 
 #include <array>
@@ -96,37 +97,37 @@ Dual<N> chained(const Dual<N>& x, double value, double derivative) {
 
 template <int N>
 Dual<N> sin(const Dual<N>& x) {
-  return chained(x, std::sin(x.value), std::cos(x.value));
+  return chained(x, elementary::sin(x.value), elementary::cos(x.value));
 }
 template <int N>
 Dual<N> cos(const Dual<N>& x) {
-  return chained(x, std::cos(x.value), -std::sin(x.value));
+  return chained(x, elementary::cos(x.value), -elementary::sin(x.value));
 }
 template <int N>
 Dual<N> tan(const Dual<N>& x) {
-  const double t = std::tan(x.value);
+  const double t = elementary::tan(x.value);
   return chained(x, t, 1 + t * t);
 }
 template <int N>
 Dual<N> asin(const Dual<N>& x) {
-  return chained(x, std::asin(x.value), 1 / std::sqrt(1 - x.value * x.value));
+  return chained(x, elementary::asin(x.value), 1 / std::sqrt(1 - x.value * x.value));
 }
 template <int N>
 Dual<N> acos(const Dual<N>& x) {
-  return chained(x, std::acos(x.value), -1 / std::sqrt(1 - x.value * x.value));
+  return chained(x, elementary::acos(x.value), -1 / std::sqrt(1 - x.value * x.value));
 }
 template <int N>
 Dual<N> atan(const Dual<N>& x) {
-  return chained(x, std::atan(x.value), 1 / (1 + x.value * x.value));
+  return chained(x, elementary::atan(x.value), 1 / (1 + x.value * x.value));
 }
 template <int N>
 Dual<N> exp(const Dual<N>& x) {
-  const double e = std::exp(x.value);
+  const double e = elementary::exp(x.value);
   return chained(x, e, e);
 }
 template <int N>
 Dual<N> log(const Dual<N>& x) {
-  return chained(x, std::log(x.value), 1 / x.value);
+  return chained(x, elementary::log(x.value), 1 / x.value);
 }
 /// At zero, where the root has no derivative, those of zero: a length that vanishes with its whole neighbourhood has none to show.
 template <int N>
@@ -141,7 +142,7 @@ Dual<N> abs(const Dual<N>& x) {
 template <int N>
 Dual<N> atan2(const Dual<N>& y, const Dual<N>& x) {
   const double square = x.value * x.value + y.value * y.value;
-  Dual<N> out(std::atan2(y.value, x.value));
+  Dual<N> out(elementary::atan2(y.value, x.value));
   for (int i = 0; i < N; ++i) out.d[i] = (x.value * y.d[i] - y.value * x.d[i]) / square;
   return out;
 }
@@ -152,7 +153,7 @@ Dual<N> hypot(const Dual<N>& x, const Dual<N>& y) {
 /// x to a constant power.
 template <int N>
 Dual<N> pow(const Dual<N>& x, double power) {
-  return chained(x, std::pow(x.value, power), power == 0 ? 0 : power * std::pow(x.value, power - 1));
+  return chained(x, elementary::pow(x.value, power), power == 0 ? 0 : power * elementary::pow(x.value, power - 1));
 }
 template <int N>
 bool isfinite(const Dual<N>& x) {
@@ -161,11 +162,10 @@ bool isfinite(const Dual<N>& x) {
   return std::isfinite(x.value);
 }
 
-inline void sine_and_cosine(double x, double& s, double& c) { ::sincos(x, &s, &c); }
 template <int N>
 void sine_and_cosine(const Dual<N>& x, Dual<N>& s, Dual<N>& c) {
   double sine, cosine;
-  ::sincos(x.value, &sine, &cosine);
+  sine_and_cosine(x.value, sine, cosine);
   s = chained(x, sine, cosine);
   c = chained(x, cosine, -sine);
 }

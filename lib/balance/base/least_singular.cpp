@@ -1,5 +1,6 @@
 #include "balance/base/least_singular.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/factorizations.hpp"
 
 #include <algorithm>
@@ -116,7 +117,7 @@ std::optional<double> LeastSingular::of_factors(BlockTriangular& factors) {
   }
   if (static_cast<int>(guess_.size()) != n_) {
     guess_.resize(n_);
-    for (int i = 0; i < n_; ++i) guess_[i] = 1 + 0.3 * std::sin(i + 1);  // in no likely singular direction
+    for (int i = 0; i < n_; ++i) guess_[i] = 1 + 0.3 * elementary::sin(i + 1);  // in no likely singular direction
   }
   double value = INFINITY, change = INFINITY;
   for (int step = 0; step < most; ++step) {
@@ -131,7 +132,7 @@ std::optional<double> LeastSingular::of_factors(BlockTriangular& factors) {
     const double rate = std::abs(value - last) / change;
     change = std::abs(value - last);
     if (!(change <= settled * value)) {
-      if (step < 3 || std::pow(rate, most - step) * change <= settled * value) continue;
+      if (step < 3 || elementary::pow(rate, most - step) * change <= settled * value) continue;
       break;  // two values are near each other
     }
     if (!is_below_all((1 - proof) * value)) break;

@@ -5,8 +5,8 @@
 
 #include "balance/base/dual.hpp"
 #ifdef BALANCE_LANES_TABLE
+#include "balance/base/lane_sine.hpp"
 #include "balance/base/lane_system.hpp"
-#include "balance/base/sine.hpp"
 #endif
 
 namespace balance {

@@ -1,5 +1,7 @@
 #include "balance/base/piecewise_series.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -62,13 +64,14 @@ PiecewiseSeries PiecewiseSeries::integral() const {
   return PiecewiseSeries(std::move(panels));
 }
 
-double PiecewiseSeries::point(int k) { return -std::cos(std::numbers::pi * (2 * k + 1) / (2 * terms)); }
+double PiecewiseSeries::point(int k) { return -elementary::cos(std::numbers::pi * (2 * k + 1) / (2 * terms)); }
 
 const PiecewiseSeries::Transform& PiecewiseSeries::transform() {
   static const Transform matrix = [] {
     Transform m;
     for (int j = 0; j < terms; ++j)
-      for (int k = 0; k < terms; ++k) m(j, k) = (j == 0 ? 1.0 : 2.0) / terms * std::cos(j * std::acos(point(k)));
+      for (int k = 0; k < terms; ++k)
+        m(j, k) = (j == 0 ? 1.0 : 2.0) / terms * elementary::cos(j * elementary::acos(point(k)));
     return m;
   }();
   return matrix;

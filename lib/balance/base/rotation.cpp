@@ -1,5 +1,7 @@
 #include "balance/base/rotation.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <Eigen/Geometry>
 
 #include <cmath>
@@ -9,7 +11,7 @@ namespace balance {
 
 Matrix3 rotation_about(const Vector3& axis, double angle) {
   const Matrix3 k = skew(axis);
-  return Matrix3::Identity() + std::sin(angle) * k + (1 - std::cos(angle)) * k * k;
+  return Matrix3::Identity() + elementary::sin(angle) * k + (1 - elementary::cos(angle)) * k * k;
 }
 
 Matrix3 rotation_from_rpy(const Vector3& rpy) {
@@ -28,7 +30,7 @@ Vector3 rotation_vector_of(const Matrix3& rotation) {
   const Vector3 v = q.tail<3>();
   const double sine = v.norm();
   // near the identity angle / sin(angle / 2) tends to 2
-  return sine < 1e-9 ? Vector3(2 * v) : Vector3(2 * std::atan2(sine, q[0]) / sine * v);
+  return sine < 1e-9 ? Vector3(2 * v) : Vector3(2 * elementary::atan2(sine, q[0]) / sine * v);
 }
 
 Matrix3 rotation_from_vector(const Vector3& v) {

@@ -1,6 +1,7 @@
 #include "balance/base/sine.hpp"
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 

@@ -1,9 +1,9 @@
 #pragma once
-/// Sine and cosine of a number or of a pack, by IEEE 754's basic operations alone: the same bits on every machine and in every lane,
-/// whatever its library of mathematics. Error below 0.8 units in the last place for every finite argument.
+/// Sine and cosine by IEEE 754's basic operations alone: the same bits on every machine and in every lane, whatever its library of
+/// mathematics. Error below 0.8 units in the last place for every finite argument. In lanes: base/lane_sine.hpp.
 /// Source: S. Gal, W. Cody, W. Waite's reduction in three parts of π/2; polynomials of fdlibm (k_sin.c, k_cos.c).
 
-#include "balance/base/pack.hpp"
+#include <cstring>
 
 namespace balance {
 
@@ -76,29 +76,6 @@ inline SineCosine<Numbers> of_reduced(const Reduced<Numbers, Bits>& reduced) {
 inline SineCosine<double> sine_cosine(double x) {
   return sines::of_reduced(__builtin_fabs(x) <= sines::largest_small ? sines::reduce_small<double, long long>(x)
                                                                      : sines::reduce_large(x));
-}
-
-template <int W>
-inline SineCosine<Pack<W>> sine_cosine(const Pack<W>& x) {
-  using P = Pack<W>;
-  auto reduced = sines::reduce_small<typename P::Numbers, typename P::Bits>(x.v);
-  const Mask<W> small = abs(x) <= sines::largest_small;
-  if (!all(small)) {
-    for (int l = 0; l < W; ++l) {
-      if (small[l]) continue;
-      const auto lane = sines::reduce_large(x[l]);
-      reduced.y[l] = lane.y, reduced.t[l] = lane.t, reduced.quadrant[l] = lane.quadrant;
-    }
-  }
-  const auto both = sines::of_reduced(reduced);
-  return {P(both.sine), P(both.cosine)};
-}
-
-/// Under the name that the recursions call.
-template <int W>
-inline void sine_and_cosine(const Pack<W>& x, Pack<W>& sine, Pack<W>& cosine) {
-  const auto both = sine_cosine(x);
-  sine = both.sine, cosine = both.cosine;
 }
 
 }  // namespace balance

@@ -1,3 +1,4 @@
+#include "balance/base/elementary.hpp"
 #include "balance/conditions/geometric_place.hpp"
 
 #include <algorithm>
@@ -164,7 +165,7 @@ std::vector<PolarPoint> list_polar_points(const Mechanism& mechanism) {
                                 [&](const GeometricNumber& other) { return other.label == name + second; });
     if (y == numbers.end() || y->value == 0 || y->places.size() != x.places.size()) continue;
     PolarPoint point{{name + "r", "m", std::hypot(x.value, y->value), {}},
-                     {name + "angle", "rad", std::atan2(y->value, x.value), {}},
+                     {name + "angle", "rad", elementary::atan2(y->value, x.value), {}},
                      x.label,
                      y->label};
     for (std::size_t p = 0; p < x.places.size(); ++p) {
@@ -179,7 +180,7 @@ std::vector<PolarPoint> list_polar_points(const Mechanism& mechanism) {
 
 Mechanism turned(const Mechanism& mechanism, const GeometricNumber& angle, double by) {
   Mechanism result = mechanism;
-  const double c = std::cos(by), s = std::sin(by);
+  const double c = elementary::cos(by), s = elementary::sin(by);
   for (std::size_t p = 0; p + 1 < angle.places.size(); p += 2) {
     const double x = number_at(mechanism, angle.places[p]), y = number_at(mechanism, angle.places[p + 1]);
     number_at(result, angle.places[p]) = c * x - s * y;

@@ -1,5 +1,7 @@
 #include "balance/conditions/naming.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +27,7 @@ bool comparable(const Conditions& a, const Conditions& b) {
 Mechanism with_symbol(const Mechanism& mechanism, const Symbol& symbol, double factor) {
   if (symbol.angle) return turned(mechanism, symbol.uses.front().number, factor > 1 ? probe_angle : -probe_angle);
   Mechanism result = mechanism;
-  for (const Symbol::Use& use : symbol.uses) result = scaled(result, use.number, std::pow(factor, use.exponent));
+  for (const Symbol::Use& use : symbol.uses) result = scaled(result, use.number, elementary::pow(factor, use.exponent));
   return result;
 }
 

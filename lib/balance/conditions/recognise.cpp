@@ -1,5 +1,7 @@
 #include "balance/conditions/recognise.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
@@ -20,7 +22,7 @@ bool near(double a, double b, double scale) { return std::abs(a - b) <= same * s
 std::optional<int> exponent_of(const Response& r, Eigen::Index s) {
   const double up = r.up[s] / r.value, down = r.down[s] / r.value;
   if (!(up > 0) || !(down > 0) || !near(up * down, 1, 1)) return std::nullopt;
-  const double exponent = std::log(up / down) / (2 * std::log(probe_factor));
+  const double exponent = elementary::log(up / down) / (2 * elementary::log(probe_factor));
   const int whole = static_cast<int>(std::lround(exponent));
   // Divided by the step's logarithm, noise is sixty times larger.
   if (std::abs(exponent - whole) > 64 * same || std::abs(whole) > largest_exponent) return std::nullopt;
@@ -33,8 +35,8 @@ std::optional<int> multiple_of(const Response& r, Eigen::Index s, double quadrat
   const double scale = std::abs(r.value) + std::abs(r.up[s]) + std::abs(r.down[s]);
   if (near(r.up[s], r.value, scale) && near(r.down[s], r.value, scale)) return 0;
   for (int k = 1; k <= largest_multiple; ++k) {
-    if (!near(r.up[s] + r.down[s], 2 * r.value * std::cos(k * probe_angle), scale)) continue;
-    const double own = -(r.up[s] - r.down[s]) / (2 * std::sin(k * probe_angle));
+    if (!near(r.up[s] + r.down[s], 2 * r.value * elementary::cos(k * probe_angle), scale)) continue;
+    const double own = -(r.up[s] - r.down[s]) / (2 * elementary::sin(k * probe_angle));
     if (quadrature == 0) return k;
     for (const int sign : {1, -1})
       if (std::abs(own - sign * quadrature) < 1e-5 * (scale + std::abs(quadrature))) return sign * k;
@@ -65,7 +67,7 @@ class TwoTerms {
  private:
   /// The exponents i and k of the first symbol split the value into its two parts.
   std::optional<std::vector<Monomial>> with_first(int i, int k) const {
-    const double fi = std::pow(probe_factor, i), fk = std::pow(probe_factor, k);
+    const double fi = elementary::pow(probe_factor, i), fk = elementary::pow(probe_factor, k);
     const double first = (response_.up[changing_[0]] - response_.value * fk) / (fi - fk);
     const double second = response_.value - first;
     if (!follows(changing_[0], first, second, i, k)) return std::nullopt;
@@ -83,7 +85,7 @@ class TwoTerms {
 
   bool follows(int s, double first, double second, int i, int k) const {
     const double scale = std::abs(first) + std::abs(second);
-    const auto at = [&](double f) { return first * std::pow(f, i) + second * std::pow(f, k); };
+    const auto at = [&](double f) { return first * elementary::pow(f, i) + second * elementary::pow(f, k); };
     return near(at(probe_factor), response_.up[s], scale) && near(at(1 / probe_factor), response_.down[s], scale);
   }
 
@@ -112,14 +114,14 @@ class TwoTerms {
 
 double Monomial::value(const VectorX& symbols) const {
   double result = static_cast<double>(numerator) / denominator;
-  for (const SymbolPower& power : powers) result *= std::pow(symbols[power.symbol], power.exponent);
+  for (const SymbolPower& power : powers) result *= elementary::pow(symbols[power.symbol], power.exponent);
   return result;
 }
 
 double Wave::value(const VectorX& symbols) const {
   double sum = 0;
   for (const SymbolPower& angle : angles) sum += angle.exponent * symbols[angle.symbol];
-  return sine ? std::sin(sum) : std::cos(sum);
+  return sine ? elementary::sin(sum) : elementary::cos(sum);
 }
 
 double Formula::value(const VectorX& symbols) const {
@@ -180,12 +182,13 @@ std::optional<Formula> recognise_wave(const VectorX& symbols, const std::vector<
     if (!multiple) return std::nullopt;
     if (*multiple == 0) continue;
     if (wave.angles.empty())
-      quadrature = -(response.up[s] - response.down[s]) / (2 * std::sin(*multiple * probe_angle));
+      quadrature = -(response.up[s] - response.down[s]) / (2 * elementary::sin(*multiple * probe_angle));
     wave.angles.push_back({symbol, *multiple});
     turned += *multiple * symbols[s];
   }
   if (wave.angles.empty()) return std::nullopt;
-  const double quarters = (std::atan2(quadrature, f) - turned) / (std::numbers::pi / 2), whole = std::round(quarters);
+  const double quarters = (elementary::atan2(quadrature, f) - turned) / (std::numbers::pi / 2),
+               whole = std::round(quarters);
   // Near a crest the phase is known to half the digits.
   if (std::abs(quarters - whole) > 1e-5) return std::nullopt;
   const int quarter = ((static_cast<int>(whole) % 4) + 4) % 4;  // cos(x + quarter π/2)

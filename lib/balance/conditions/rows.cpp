@@ -1,5 +1,6 @@
 #include "balance/conditions/rows.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/kinematics/closure.hpp"
 #include "balance/motion/plan.hpp"
@@ -32,7 +33,7 @@ NaturalUnits::NaturalUnits(const Mechanism& mechanism, const std::vector<Paramet
   parameter.resize(static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t p = 0; p < parameters.size(); ++p)
     parameter[static_cast<Eigen::Index>(p)] =
-        std::pow(length, parameters[p].length_power) * unit_of(parameters[p].bearer, acceleration, length);
+        elementary::pow(length, parameters[p].length_power) * unit_of(parameters[p].bearer, acceleration, length);
 }
 
 template <class S>

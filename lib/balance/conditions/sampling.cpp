@@ -1,5 +1,6 @@
 #include "balance/conditions/sampling.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/motion/plan.hpp"
 
@@ -31,7 +32,7 @@ double Random::uniform(double lower, double upper) {
 VectorX Random::normal(Eigen::Index size) {
   VectorX values(size);
   for (double& value : values)
-    value = std::sqrt(-2 * std::log(1 - uniform(0, 1))) * std::cos(2 * std::numbers::pi * uniform(0, 1));
+    value = std::sqrt(-2 * elementary::log(1 - uniform(0, 1))) * elementary::cos(2 * std::numbers::pi * uniform(0, 1));
   return values;
 }
 

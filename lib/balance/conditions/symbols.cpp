@@ -1,5 +1,6 @@
 #include "balance/conditions/symbols.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/conditions/geometric_place.hpp"
 #include "balance/conditions/power_law.hpp"
 
@@ -109,7 +110,7 @@ class Namer {
     const double unit = numbers_[n].unit == "m" ? length_ : 1;
     const auto explains = [&](const Powers& powers) {
       double product = unit;
-      for (const auto& [p, e] : powers) product *= std::pow(parameters_[p].value.value(), e);
+      for (const auto& [p, e] : powers) product *= elementary::pow(parameters_[p].value.value(), e);
       return !powers.empty() && as_small_ratio(numbers_[n].value / product).has_value();
     };
     if (complete && explains(plain)) return plain;
@@ -126,7 +127,7 @@ class Namer {
   /// Whether a number is a small ratio of its symbols in SI too.
   bool is_simple(std::size_t n, const Powers& powers, const std::vector<Symbol>& symbols) const {
     double product = 1;
-    for (const auto& [p, e] : powers) product *= std::pow(symbols[p].value, e);
+    for (const auto& [p, e] : powers) product *= elementary::pow(symbols[p].value, e);
     return as_small_ratio(numbers_[n].value / product).has_value();
   }
 

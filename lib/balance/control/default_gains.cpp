@@ -1,5 +1,6 @@
 #include "balance/control/default_gains.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/factorizations.hpp"
 
 #include <algorithm>
@@ -43,11 +44,11 @@ double spectral_radius(MatrixX A) {
     const double size = A.norm();
     if (!(size > 0)) return 0;
     if (!std::isfinite(size)) return INFINITY;
-    logarithm += std::log(size) / std::ldexp(1.0, k);
+    logarithm += elementary::log(size) / std::ldexp(1.0, k);
     A /= size;
     A = A * A;
   }
-  return std::exp(logarithm);
+  return elementary::exp(logarithm);
 }
 
 class Linearised {
@@ -190,7 +191,7 @@ PdGains default_pd_gains(const Mechanism& believed, const Controller& controller
   for (int turn = 0; turn < most_tries; ++turn) {
     // the nominal one, then higher and lower ones in turn; a stated bandwidth is not exceeded
     const bool up = turn % 2 == 1;
-    const double frequency = nominal * std::pow(apart, up ? (turn + 1) / 2 : -turn / 2);
+    const double frequency = nominal * elementary::pow(apart, up ? (turn + 1) / 2 : -turn / 2);
     if (up && (controller.bandwidth || frequency * controller.period > highest)) continue;
     const double allowed = std::max(1.0, damped / std::max(controller.damping * frequency * controller.period, 1e-12));
     const VectorX inertia = most.cwiseMin(allowed * least);

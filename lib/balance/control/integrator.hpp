@@ -2,20 +2,35 @@
 /// One step after another of an ordinary differential equation, with error control: the seam to Boost.Odeint.
 /// Private to control.
 
+#include "balance/base/elementary.hpp"
+
 #include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
 #include <boost/numeric/odeint/stepper/generation/make_controlled.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
 
+#include <algorithm>
 #include <vector>
 
 namespace balance {
+
+/// How long the next step may be: Odeint's own rule, with powers that are the same on every processor.
+class StepRule : public boost::numeric::odeint::default_step_adjuster<double, double> {
+ public:
+  double decrease_step(double step, double error, int order) const {
+    return step * std::max(0.9 * elementary::pow(error, -1.0 / (order - 1)), 0.2);
+  }
+  double increase_step(double step, double error, int order) const {
+    if (error >= 0.5) return step;
+    return step * (0.9 * elementary::pow(std::max(elementary::pow(5, -order), error), -1.0 / order));
+  }
+};
 
 /// Dormand–Prince 5(4) (J. Comput. Appl. Math. 6, 1980): the derivative at a step's end is the next step's first.
 class Integrator {
  public:
   using State = std::vector<double>;
 
-  Integrator(double absolute, double relative) : stepper_(Checker(absolute, relative)) {}
+  Integrator(double absolute, double relative) : stepper_(Checker(absolute, relative), StepRule()) {}
 
   /// The right-hand side has changed: the last derivative is of no use.
   void restart() { stepper_.reset(); }
@@ -43,7 +58,7 @@ class Integrator {
   using Method = boost::numeric::odeint::runge_kutta_dopri5<State>;
   using Checker = boost::numeric::odeint::default_error_checker<double, boost::numeric::odeint::range_algebra,
                                                                 boost::numeric::odeint::default_operations>;
-  boost::numeric::odeint::controlled_runge_kutta<Method, Checker> stepper_;
+  boost::numeric::odeint::controlled_runge_kutta<Method, Checker, StepRule> stepper_;
   State slope_, new_slope_, end_;
 };
 

@@ -1,5 +1,7 @@
 #include "balance/control/sensor.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <cmath>
 
 namespace balance {
@@ -19,7 +21,7 @@ double Sensor::noise() {
     y = std::ldexp(static_cast<double>(random_() >> 11), -52) - 1;
     square = x * x + y * y;
   } while (square >= 1 || square == 0);
-  const double factor = std::sqrt(-2 * std::log(square) / square);
+  const double factor = std::sqrt(-2 * elementary::log(square) / square);
   spare_ = factor * y;
   has_spare_ = true;
   return factor * x;

@@ -1,5 +1,6 @@
 #include "balance/control/tree_state.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/base/rotation.hpp"
 
@@ -19,8 +20,8 @@ Matrix3 ball_axes(const Tree<S>& tree, const double* y, int ball) {
     const Node<S>& node = tree.nodes[n];
     const bool turns = node.motion == NodeMotion::turn;
     const double x = turns ? node.ratio * y[node.column] + node.offset : 0;
-    R *= to_matrix(turned(node.R_PF, std::cos(x), std::sin(x)));
-    if (turns) axes.col(n - ball) = node.ratio * R.col(2);
+    R *= to_matrix(turned(node.R_PF, elementary::cos(x), elementary::sin(x)));
+    if (turns) axes.col(n - spherical) = node.ratio * R.col(2);
   }
   return axes;
 }
@@ -47,8 +48,8 @@ void hold_line(const Mechanism& mechanism, const Tree<Spatial>& tree, const Idle
     const Vector3 s = axes.transpose() * line, ds = axes.transpose() * w_child.cross(line);
     const int first = tree.sources[c].terms[0].first, second = tree.sources[c + 1].terms[0].first;
     const double across = std::max(1e-12, s.y() * s.y() + s.z() * s.z());
-    y[first] = std::atan2(-s.y(), s.z());
-    y[second] = std::asin(std::clamp(s.x(), -1.0, 1.0));
+    y[first] = elementary::atan2(-s.y(), s.z());
+    y[second] = elementary::asin(std::clamp(s.x(), -1.0, 1.0));
     dy[first] = (s.y() * ds.z() - ds.y() * s.z()) / across;
     dy[second] = ds.x() / std::sqrt(across);
   }

@@ -1,5 +1,6 @@
 #include "balance/cost/trajectory_cost.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/cost/force_matrices.hpp"
 #include "balance/cost/rerun.hpp"
 #include "balance/cost/series.hpp"
@@ -71,7 +72,7 @@ class FixedMotion : public FigureSource {
     const auto count = static_cast<Eigen::Index>(parameters.size());
     units_.size.setOnes(count + 1);
     for (Eigen::Index p = 0; p < count; ++p)
-      units_.size[p] = std::pow(tree_.length, parameters[static_cast<std::size_t>(p)].length_power);
+      units_.size[p] = elementary::pow(tree_.length, parameters[static_cast<std::size_t>(p)].length_power);
     const Eigen::Index inertial = S::parameters * static_cast<Eigen::Index>(tree_.elements.size());
     units_.families = {0, inertial, count};
   }

@@ -1,5 +1,6 @@
 #include "balance/design/adaptive_law.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/design/context.hpp"
 #include "balance/design/solve.hpp"
@@ -103,7 +104,7 @@ VectorX AdaptiveLaw::at(const VectorX& loads) const {
   for (const Term& term : terms) {
     double product = 1;
     for (std::size_t k = 0; k < term.powers.size(); ++k)
-      product *= std::pow(loads[static_cast<Eigen::Index>(k)], term.powers[k]);
+      product *= elementary::pow(loads[static_cast<Eigen::Index>(k)], term.powers[k]);
     values += product * term.coefficients;
   }
   return values;
@@ -116,7 +117,7 @@ MatrixX AdaptiveLaw::slope(const VectorX& loads) const {
       if (term.powers[k] == 0) continue;
       double product = term.powers[k];
       for (std::size_t j = 0; j < term.powers.size(); ++j)
-        product *= std::pow(loads[static_cast<Eigen::Index>(j)], term.powers[j] - (j == k ? 1 : 0));
+        product *= elementary::pow(loads[static_cast<Eigen::Index>(j)], term.powers[j] - (j == k ? 1 : 0));
       slope.col(static_cast<Eigen::Index>(k)) += product * term.coefficients;
     }
   return slope;

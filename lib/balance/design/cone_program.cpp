@@ -1,5 +1,7 @@
 #include "balance/design/cone_program.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -77,7 +79,7 @@ class InteriorPoint {
     const Direction affine = direction(complementary, 1);
     if (!affine.x.allFinite() || !affine.s.allFinite() || !affine.z.allFinite()) return false;
     const double reach = std::min({1.0, cone_.longest_step(s_, affine.s), cone_.longest_step(z_, affine.z)});
-    const double centring = std::pow(1 - reach, 3);
+    const double centring = elementary::pow(1 - reach, 3);
     const Direction d = direction(complementary - cone_.product(affine.scaled_s, affine.scaled_z) +
                                       centring * gap_ / static_cast<double>(cone_.degree()) * unit_,
                                   1 - centring);

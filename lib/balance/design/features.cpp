@@ -1,5 +1,7 @@
 #include "balance/design/features.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -112,8 +114,8 @@ VectorX parameter_units(const Mechanism& mechanism, const LooseSprings& loose) {
   double stiffness = 0;  // of springs between points, and of torsion springs at an arm of the mechanism's length
   for (std::size_t p = 0; p < all.size(); ++p)
     if (all[p].bearer == Bearer::spring && all[p].kind == ParameterKind::stiffness)
-      stiffness =
-          std::max(stiffness, std::abs(values[static_cast<Eigen::Index>(p)]) / std::pow(length, all[p].length_power));
+      stiffness = std::max(
+          stiffness, std::abs(values[static_cast<Eigen::Index>(p)]) / elementary::pow(length, all[p].length_power));
   VectorX unit(values.size());
   for (std::size_t p = 0; p < all.size(); ++p) {
     if (is_known(all[p])) {
@@ -122,7 +124,7 @@ VectorX parameter_units(const Mechanism& mechanism, const LooseSprings& loose) {
       continue;
     }
     const double size = all[p].bearer == Bearer::spring ? stiffness : mass;
-    unit[static_cast<Eigen::Index>(p)] = (size > 0 ? size : 1) * std::pow(length, all[p].length_power);
+    unit[static_cast<Eigen::Index>(p)] = (size > 0 ? size : 1) * elementary::pow(length, all[p].length_power);
   }
   return unit;
 }

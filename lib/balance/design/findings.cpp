@@ -1,5 +1,6 @@
 #include "balance/design/findings.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/naming.hpp"
 #include "balance/conditions/text.hpp"
@@ -66,8 +67,8 @@ BoundedParameters bounded_parameters(const Context& context, const Polynomial& i
     const auto& term = terms[static_cast<std::size_t>(t)];
     double low = 1, high = 1;
     for (const auto& [variable, power] : term.monomial) {
-      const double a = std::pow(context.box.lower()[variable], power),
-                   b = std::pow(context.box.upper()[variable], power);
+      const double a = elementary::pow(context.box.lower()[variable], power),
+                   b = elementary::pow(context.box.upper()[variable], power);
       const bool through_zero =
           power % 2 == 0 && context.box.lower()[variable] < 0 && context.box.upper()[variable] > 0;
       const double least = through_zero ? 0 : std::min(a, b), most = std::max(a, b);

@@ -1,5 +1,6 @@
 #include "balance/design/fit.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/factorizations.hpp"
 
 #include <algorithm>
@@ -207,7 +208,7 @@ class Fit {
         vandermonde(r, c) = 1;
         for (std::size_t i = 0; i < v.size(); ++i)
           vandermonde(r, c) *=
-              std::pow(node(v[i], all[static_cast<std::size_t>(r)][i]), all[static_cast<std::size_t>(c)][i]);
+              elementary::pow(node(v[i], all[static_cast<std::size_t>(r)][i]), all[static_cast<std::size_t>(c)][i]);
       }
       const VectorX& sample = group.samples.at(setting_at(v, all[static_cast<std::size_t>(r)]));
       for (std::size_t f = 0; f < wanted.size(); ++f)

@@ -1,5 +1,7 @@
 #include "balance/design/places.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <cmath>
 #include <numbers>
 
@@ -37,7 +39,7 @@ MatrixX compass(int dimension) {
   MatrixX all(around, 2);
   for (int k = 0; k < around; ++k) {
     const double angle = 2 * std::numbers::pi * k / around;
-    all.row(k) << std::cos(angle), std::sin(angle);
+    all.row(k) << elementary::cos(angle), elementary::sin(angle);
   }
   return all;
 }

@@ -1,5 +1,6 @@
 #include "balance/design/seek.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/design/box.hpp"
 #include "balance/design/nlopt_search.hpp"
 
@@ -111,15 +112,15 @@ Sought seek(const Seek& task, Budget& budget) { return Seeker(task, budget).run(
 std::vector<VectorX> spread_points(int count, int size, std::uint64_t seed) {
   // multiples of powers of the root of x^(n+1) = x + 1, which for n = 1 is the golden ratio
   double root = 1.5;
-  for (int k = 0; k < 40; ++k) root = std::pow(1 + root, 1.0 / (size + 1));
-  Dice dice(seed);
-  const VectorX shift = dice.point(size, 0, 1);
+  for (int k = 0; k < 40; ++k) root = elementary::pow(1 + root, 1.0 / (size + 1));
+  RandomNumbers random(seed);
+  const VectorX shift = random.point(size, 0, 1);
   std::vector<VectorX> points;
   for (int k = 1; k <= count; ++k) {
     VectorX u(size);
     for (int i = 0; i < size; ++i) {
       double whole = 0;
-      u[i] = 2 * std::modf(shift[i] + k * std::pow(root, -(i + 1)), &whole) - 1;
+      u[i] = 2 * std::modf(shift[i] + k * elementary::pow(root, -(i + 1)), &whole) - 1;
     }
     points.push_back(u);
   }

@@ -1,5 +1,6 @@
 #include "balance/design/squares.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/conditions/linear_program.hpp"
 #include "balance/conditions/text.hpp"
 
@@ -65,7 +66,7 @@ class Products {
   void range(const Monomial& monomial, double& low, double& high) const {
     low = high = 1;
     for (const auto& [variable, power] : monomial) {
-      const double a = std::pow(lower_of(variable), power), b = std::pow(upper_of(variable), power);
+      const double a = elementary::pow(lower_of(variable), power), b = elementary::pow(upper_of(variable), power);
       const bool through_zero = power % 2 == 0 && lower_of(variable) < 0 && upper_of(variable) > 0;
       const double least = through_zero ? 0 : std::min(a, b), most = std::max(a, b);
       const auto [smallest, largest] = std::minmax({low * least, low * most, high * least, high * most});

@@ -1,5 +1,6 @@
 #include "balance/design/survey.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/error.hpp"
 #include "balance/design/solve.hpp"
 
@@ -79,8 +80,8 @@ Survey survey(const Box& box, const DesignProblem& problem) {
     u[i] = result.moved[i];
     std::optional<Mechanism> other = mechanism_or_none(box, problem, u);
     for (int k = 0; !other && k < most_tries; ++k) {
-      const double narrow = k < most_tries / 2 ? 1 : std::pow(0.7, k - most_tries / 2);
-      u[i] = std::clamp(result.base[i] + narrow * dice(-1, 1), -1.0, 1.0);
+      const double narrow = k < most_tries / 2 ? 1 : elementary::pow(0.7, k - most_tries / 2);
+      u[i] = std::clamp(result.base[i] + narrow * random(-1, 1), -1.0, 1.0);
       if (std::abs(u[i] - result.base[i]) > 1e-6) other = mechanism_or_none(box, problem, u);
     }
     result.moved[i] = u[i];

@@ -1,5 +1,6 @@
 #include "balance/dynamics/observer.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/number.hpp"
 #include "balance/dynamics/friction.hpp"
 #include "balance/dynamics/readings.hpp"
@@ -11,7 +12,7 @@
 
 namespace balance {
 
-using std::atan2;
+using elementary::atan2;
 
 template <class S>
 Observer<S>::Observer(const MechanismOf<T>& mechanism, const Tree<S>& tree, int freedoms,

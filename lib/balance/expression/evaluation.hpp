@@ -3,6 +3,7 @@
 /// graph, or whatever an algebra makes of operations.
 
 #include "balance/base/dual.hpp"
+#include "balance/base/elementary.hpp"
 #include "balance/expression/expression.hpp"
 
 #include <algorithm>
@@ -19,6 +20,7 @@ struct ScalarAlgebra {
 
   T constant(double value) const { return T(value); }
   T operate(const ExpressionNode& node, const T& a, const T& b, const T& c) const {
+    using elementary::atan2;
     switch (node.operation) {
       case Operation::constant:
       case Operation::input: break;
@@ -29,7 +31,7 @@ struct ScalarAlgebra {
       case Operation::divide: return a / b;
       case Operation::negate: return -a;
       case Operation::power: return power(a, b);
-      case Operation::atan2: return angle(a, b);
+      case Operation::atan2: return atan2(a, b);
       case Operation::minimum: return value_of(b) < value_of(a) ? b : a;
       case Operation::maximum: return value_of(a) < value_of(b) ? b : a;
       case Operation::less: return T(value_of(a) < value_of(b) ? 1.0 : 0.0);
@@ -55,13 +57,13 @@ struct ScalarAlgebra {
       return chained(x, value, derivative(x.value));
   }
   static T power(const T& a, const T& b) {
-    const double x = value_of(a), y = value_of(b), value = std::pow(x, y);
+    const double x = value_of(a), y = value_of(b), value = elementary::pow(x, y);
     if constexpr (std::is_same_v<T, double>) {
       return value;
     } else {
       // where the exponent stays as it is, its derivative by the logarithm of a negative number has no say
-      const double by_exponent = x > 0 ? value * std::log(x) : x == 0 ? 0 : NAN;
-      const T base = chained(a, value, y == 0 ? 0 : y * std::pow(x, y - 1));
+      const double by_exponent = x > 0 ? value * elementary::log(x) : x == 0 ? 0 : NAN;
+      const T base = chained(a, value, y == 0 ? 0 : y * elementary::pow(x, y - 1));
       return b == T(y) && is_fixed(b) ? base : base + chained(b, 0, by_exponent);
     }
   }
@@ -70,10 +72,6 @@ struct ScalarAlgebra {
       return true;
     else
       return std::all_of(x.d.begin(), x.d.end(), [](double d) { return d == 0; });
-  }
-  static T angle(const T& y, const T& x) {
-    using std::atan2;
-    return atan2(y, x);
   }
 };
 

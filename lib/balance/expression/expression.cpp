@@ -1,5 +1,7 @@
 #include "balance/expression/expression.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -61,11 +63,11 @@ Expression operator-(const Expression& a) { return Expression::made(Operation::n
 
 Expression power(const Expression& base, const Expression& exponent) {
   if (is(exponent, 1)) return base;
-  return Expression::made(Operation::power, std::pow(base.value(), exponent.value()), {&base, &exponent});
+  return Expression::made(Operation::power, elementary::pow(base.value(), exponent.value()), {&base, &exponent});
 }
 
 Expression atan2(const Expression& y, const Expression& x) {
-  return Expression::made(Operation::atan2, std::atan2(y.value(), x.value()), {&y, &x});
+  return Expression::made(Operation::atan2, elementary::atan2(y.value(), x.value()), {&y, &x});
 }
 
 Expression minimum(const Expression& a, const Expression& b) {

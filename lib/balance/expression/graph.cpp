@@ -1,5 +1,7 @@
 #include "balance/expression/graph.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -12,30 +14,32 @@ double sign(double x) { return x < 0 ? -1 : x > 0 ? 1 : 0; }
 double none(double /*x*/) { return 0; }
 
 constexpr std::array functions{
-    UnaryFunction{"sin", [](double x) { return std::sin(x); }, [](double x) { return std::cos(x); }},
-    UnaryFunction{"cos", [](double x) { return std::cos(x); }, [](double x) { return -std::sin(x); }},
-    UnaryFunction{"tan", [](double x) { return std::tan(x); }, [](double x) { return 1 + std::tan(x) * std::tan(x); }},
-    UnaryFunction{"asin", [](double x) { return std::asin(x); }, [](double x) { return 1 / std::sqrt(1 - x * x); }},
-    UnaryFunction{"acos", [](double x) { return std::acos(x); }, [](double x) { return -1 / std::sqrt(1 - x * x); }},
-    UnaryFunction{"atan", [](double x) { return std::atan(x); }, [](double x) { return 1 / (1 + x * x); }},
-    UnaryFunction{"sinh", [](double x) { return std::sinh(x); }, [](double x) { return std::cosh(x); }},
-    UnaryFunction{"cosh", [](double x) { return std::cosh(x); }, [](double x) { return std::sinh(x); }},
-    UnaryFunction{"tanh", [](double x) { return std::tanh(x); },
-                  [](double x) { return 1 - std::tanh(x) * std::tanh(x); }},
-    UnaryFunction{"asinh", [](double x) { return std::log(x + std::sqrt(x * x + 1)); },
+    UnaryFunction{"sin", [](double x) { return elementary::sin(x); }, [](double x) { return elementary::cos(x); }},
+    UnaryFunction{"cos", [](double x) { return elementary::cos(x); }, [](double x) { return -elementary::sin(x); }},
+    UnaryFunction{"tan", [](double x) { return elementary::tan(x); },
+                  [](double x) { return 1 + elementary::tan(x) * elementary::tan(x); }},
+    UnaryFunction{"asin", [](double x) { return elementary::asin(x); },
+                  [](double x) { return 1 / std::sqrt(1 - x * x); }},
+    UnaryFunction{"acos", [](double x) { return elementary::acos(x); },
+                  [](double x) { return -1 / std::sqrt(1 - x * x); }},
+    UnaryFunction{"atan", [](double x) { return elementary::atan(x); }, [](double x) { return 1 / (1 + x * x); }},
+    UnaryFunction{"sinh", [](double x) { return elementary::sinh(x); }, [](double x) { return elementary::cosh(x); }},
+    UnaryFunction{"cosh", [](double x) { return elementary::cosh(x); }, [](double x) { return elementary::sinh(x); }},
+    UnaryFunction{"tanh", [](double x) { return elementary::tanh(x); },
+                  [](double x) { return 1 - elementary::tanh(x) * elementary::tanh(x); }},
+    UnaryFunction{"asinh", [](double x) { return elementary::asinh(x); },
                   [](double x) { return 1 / std::sqrt(x * x + 1); }},
-    UnaryFunction{"acosh", [](double x) { return std::log(x + std::sqrt(x * x - 1)); },
+    UnaryFunction{"acosh", [](double x) { return elementary::acosh(x); },
                   [](double x) { return 1 / std::sqrt(x * x - 1); }},
-    UnaryFunction{"atanh", [](double x) { return 0.5 * std::log((1 + x) / (1 - x)); },
-                  [](double x) { return 1 / (1 - x * x); }},
+    UnaryFunction{"atanh", [](double x) { return elementary::atanh(x); }, [](double x) { return 1 / (1 - x * x); }},
     UnaryFunction{"sqrt", [](double x) { return std::sqrt(x); },
                   // of zero that of zero, as for all other scalars of this program
                   [](double x) { return x == 0 ? 0 : 0.5 / std::sqrt(x); }},
-    UnaryFunction{"exp", [](double x) { return std::exp(x); }, [](double x) { return std::exp(x); }},
-    UnaryFunction{"ln", [](double x) { return std::log(x); }, [](double x) { return 1 / x; }},
-    UnaryFunction{"log10", [](double x) { return std::log10(x); },
+    UnaryFunction{"exp", [](double x) { return elementary::exp(x); }, [](double x) { return elementary::exp(x); }},
+    UnaryFunction{"ln", [](double x) { return elementary::log(x); }, [](double x) { return 1 / x; }},
+    UnaryFunction{"log10", [](double x) { return elementary::log10(x); },
                   [](double x) { return 1 / (x * std::numbers::ln10); }},
-    UnaryFunction{"log2", [](double x) { return std::log(x) / std::log(2.0); },
+    UnaryFunction{"log2", [](double x) { return elementary::log2(x); },
                   [](double x) { return 1 / (x * std::numbers::ln2); }},
     UnaryFunction{"abs", [](double x) { return x >= 0 ? x : -x; }, sign},
     UnaryFunction{"sign", sign, none},

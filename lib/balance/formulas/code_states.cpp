@@ -1,5 +1,6 @@
 #include "balance/formulas/code_states.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/formulas/newton_euler.hpp"
 #include "balance/inverse/inverse_dynamics.hpp"
 #include "balance/model/spanning_tree.hpp"
@@ -58,7 +59,7 @@ struct NumberMaker {
   double circular(int angle, bool sine) const {
     const auto moving = angles.find(angle);
     const double x = moving != angles.end() ? moving->second : ring.angle(angle).value;
-    return sine ? std::sin(x) : std::cos(x);
+    return sine ? elementary::sin(x) : elementary::cos(x);
   }
   double symbol(int index) const { return slides.at(index); }
 };

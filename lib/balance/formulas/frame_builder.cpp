@@ -1,5 +1,7 @@
 #include "balance/formulas/frame_builder.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -22,18 +24,18 @@ bool quarter_turns(double angle, int& count) {
 Alignment align(const Vector3& u) {
   for (int k = 0; k < 3; ++k)
     if (std::abs(std::abs(u[k]) - 1) < tiny) return {{}, k, u[k] > 0 ? 1 : -1};
-  if (std::abs(u.z()) < tiny) return {{{2, std::atan2(u.y(), u.x())}}, 0, 1};
-  if (std::abs(u.x()) < tiny) return {{{0, std::atan2(u.z(), u.y())}}, 1, 1};
-  if (std::abs(u.y()) < tiny) return {{{1, -std::atan2(u.z(), u.x())}}, 0, 1};
-  return {{{2, std::atan2(u.y(), u.x())}, {1, -std::asin(std::clamp(u.z(), -1.0, 1.0))}}, 0, 1};
+  if (std::abs(u.z()) < tiny) return {{{2, elementary::atan2(u.y(), u.x())}}, 0, 1};
+  if (std::abs(u.x()) < tiny) return {{{0, elementary::atan2(u.z(), u.y())}}, 1, 1};
+  if (std::abs(u.y()) < tiny) return {{{1, -elementary::atan2(u.z(), u.x())}}, 0, 1};
+  return {{{2, elementary::atan2(u.y(), u.x())}, {1, -elementary::asin(std::clamp(u.z(), -1.0, 1.0))}}, 0, 1};
 }
 
 std::vector<FixedTurn> turns_of(const Matrix3& R) {
   std::vector<FixedTurn> turns;
-  const double pitch = std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
+  const double pitch = elementary::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
   const bool locked = std::hypot(R(0, 0), R(1, 0)) < tiny;
-  const double yaw = locked ? std::atan2(-R(0, 1), R(1, 1)) : std::atan2(R(1, 0), R(0, 0));
-  const double roll = locked ? 0 : std::atan2(R(2, 1), R(2, 2));
+  const double yaw = locked ? elementary::atan2(-R(0, 1), R(1, 1)) : elementary::atan2(R(1, 0), R(0, 0));
+  const double roll = locked ? 0 : elementary::atan2(R(2, 1), R(2, 2));
   for (const FixedTurn& turn : {FixedTurn{2, yaw}, FixedTurn{1, pitch}, FixedTurn{0, roll}})
     if (std::abs(turn.angle) > tiny) turns.push_back(turn);
   return turns;

@@ -1,5 +1,6 @@
 #include "balance/formulas/natural_check.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/formulas/text_value.hpp"
 #include "balance/natural/terms.hpp"
 
@@ -73,7 +74,7 @@ class NaturalComparison {
   double constraint_error() const {
     double worst = 0;
     for (std::size_t r = 0; r < natural_.constraint.size(); ++r) worst = std::max(worst, std::abs(constraint(r)));
-    return worst / std::pow(expected_.unit + reach(), 2);
+    return worst / elementary::pow(expected_.unit + reach(), 2);
   }
 
   /// Farthest point from the origin [m].

@@ -1,5 +1,7 @@
 #include "balance/formulas/polynomial.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -142,14 +144,14 @@ double value_of(const Polynomial& p, const std::vector<double>& symbols, const s
   for (const Term& term : p.terms()) {
     double product = term.factor.value();
     for (int k = 0; k < term.monomial.size(); ++k)
-      product *= std::pow(symbols[static_cast<std::size_t>(term.monomial.symbol(k))], term.monomial.exponent(k));
+      product *= elementary::pow(symbols[static_cast<std::size_t>(term.monomial.symbol(k))], term.monomial.exponent(k));
     const auto [at, fresh] = waves.try_emplace(term.wave, 1.0);
     if (fresh && term.wave != 0)
       for (const Circular& function : p.ring()->wave(term.wave)) {
         double argument = 0;
         for (const auto& [angle, multiple] : function.argument)
           argument += multiple * angles[static_cast<std::size_t>(angle)];
-        at->second *= function.sine ? std::sin(argument) : std::cos(argument);
+        at->second *= function.sine ? elementary::sin(argument) : elementary::cos(argument);
       }
     sum += product * at->second;
   }

@@ -1,5 +1,6 @@
 // Numbers, symbols, waves and products of them.
 
+#include "balance/base/elementary.hpp"
 #include "balance/formulas/printer.hpp"
 
 #include <algorithm>
@@ -211,7 +212,7 @@ std::string Printer::print_numbers(const Polynomial& p) const {
       if (symbol.kind >= SymbolKind::slide)
         kept.push(term.monomial.symbol(k), term.monomial.exponent(k));
       else
-        value *= std::pow(symbol.value, term.monomial.exponent(k));
+        value *= elementary::pow(symbol.value, term.monomial.exponent(k));
     }
     coefficients[{kept, term.wave}] += value;
   }

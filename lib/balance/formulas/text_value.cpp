@@ -1,5 +1,6 @@
 #include "balance/formulas/text_value.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/formulas/expression.hpp"
 
 #include <cmath>
@@ -20,9 +21,9 @@ struct ValueMaker {
   }
   static bool is_function(const std::string& name) { return name == "sin" || name == "cos" || name == "sqrt"; }
   static double call(const std::string& function, double x) {
-    return function == "sin" ? std::sin(x) : function == "cos" ? std::cos(x) : std::sqrt(x);
+    return function == "sin" ? elementary::sin(x) : function == "cos" ? elementary::cos(x) : std::sqrt(x);
   }
-  static double power(double base, int exponent) { return std::pow(base, exponent); }
+  static double power(double base, int exponent) { return elementary::pow(base, exponent); }
   static double quotient(double a, double b) { return a / b; }
 };
 

@@ -1,3 +1,4 @@
+#include "balance/base/elementary.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/import/simplify.hpp"
 
@@ -116,7 +117,7 @@ class Collapser {
 
   /// Where two lines in M meet; nothing if they do not.
   static std::optional<Vector3> crossing(const Vector3& p, const Vector3& u, const Vector3& q, const Vector3& v) {
-    const double square = 1 - std::pow(u.dot(v), 2);
+    const double square = 1 - elementary::pow(u.dot(v), 2);
     if (square < 1e-6) return {};
     const Vector3 d = q - p;
     const double s = (d.dot(u) - d.dot(v) * u.dot(v)) / square;

@@ -1,5 +1,6 @@
 #include "balance/import/lint.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/base/rotation.hpp"
@@ -168,7 +169,7 @@ class Linter {
   void density(int b, const Body& body, const Vector3& moments) {
     const double gyration = std::sqrt(moments.sum() / 3 / body.mass);  // of a ball about an axis
     const double radius = std::sqrt(2.5) * gyration;
-    const double implied = body.mass / (4.0 / 3 * std::numbers::pi * std::pow(radius, 3));
+    const double implied = body.mass / (4.0 / 3 * std::numbers::pi * elementary::pow(radius, 3));
     if (implied <= densest) return;
     const double of_water = std::cbrt(3 * body.mass / (4 * std::numbers::pi * water));
     tell(b, Level::warning, "density",

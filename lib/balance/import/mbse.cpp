@@ -1,5 +1,6 @@
 #include "balance/import/mbse.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/base/rotation.hpp"
 #include "balance/expression/parse.hpp"
@@ -161,7 +162,7 @@ class MbseReader {
     if (!(along.norm() > 0)) text.points->expected("a first and a second point that differ");
     lengths(at, text, ends);
     read_mass(text, body.body);
-    const double turn = std::atan2(along.y(), along.x());
+    const double turn = elementary::atan2(along.y(), along.x());
     Pose pose{rotation_about(Vector3::UnitZ(), turn), point(ends[0]).position};
     std::vector<Vector3> local;
     for (const int end : ends) local.push_back(pose.R.transpose() * (point(end).position - pose.p));

@@ -1,5 +1,6 @@
 #include "balance/import/spec_text.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/base/rotation.hpp"
@@ -128,7 +129,7 @@ class Writer : private SpecPage {
   void rotation(const RobotJoint& one) {
     const Matrix3& R = one.joint.rotation;
     if (R.isIdentity(0)) return;
-    if (planar()) return line(4, "angle: " + number(std::atan2(R(1, 0), R(0, 0))));
+    if (planar()) return line(4, "angle: " + number(elementary::atan2(R(1, 0), R(0, 0))));
     if (one.rpy) return line(4, "rpy: " + vector(*one.rpy));
     const Eigen::Vector4d q = quaternion_of(R);
     line(4, "quaternion: " + list({q[0], q[1], q[2], q[3]}));

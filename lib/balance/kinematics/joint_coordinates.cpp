@@ -1,5 +1,6 @@
 #include "balance/kinematics/joint_coordinates.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/number.hpp"
 #include "balance/base/rotation.hpp"
 
@@ -38,7 +39,8 @@ RelativeMotion<typename S::Scalar> relative_motion(const Tree<S>& tree, const St
 
 namespace {
 
-using std::atan2, std::cos, std::hypot, std::sin;
+using elementary::atan2, elementary::cos, elementary::sin;
+using std::hypot;
 
 template <class T>
 void read_angle(int k, const Vector3Of<T>& u, const RelativeMotion<T>& motion, JointReading<T>& reading) {

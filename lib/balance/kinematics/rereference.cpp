@@ -1,3 +1,4 @@
+#include "balance/base/elementary.hpp"
 #include "balance/kinematics/tree.hpp"
 
 #include <cmath>
@@ -11,8 +12,8 @@ void rereference(Tree<S>& tree, int ball, typename S::Scalar* y) {
     const Node<S>& node = tree.nodes[n];
     const bool turns = node.motion == NodeMotion::turn;  // the last of a held spin does not
     const double x = turns ? node.ratio * y[node.column] + node.offset : 0;
-    all *= to_matrix(turned(node.R_PF, std::cos(x), std::sin(x)));
-    if (n > ball) fixed *= to_matrix(node.R_PF);
+    all *= to_matrix(turned(node.R_PF, elementary::cos(x), elementary::sin(x)));
+    if (n > spherical) fixed *= to_matrix(node.R_PF);
     if (turns) y[node.column] = -node.offset / node.ratio;
   }
   // products of rotations drift; the nearest rotation does not

@@ -1,5 +1,7 @@
 #include "balance/motion/approach.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,13 +13,14 @@ double Approach::vanishes(double found) const {
   double best = found, least = 0.02 * (third.time - first.time);
   for (const double power : {0.5, 1.0, 2.0}) {
     const auto extrapolated = [power](const Moment& a, const Moment& b) {  // pivot^(1/power) is linear in the time
-      return b.time + (b.time - a.time) / (std::pow(a.pivot / b.pivot, 1 / power) - 1);
+      return b.time + (b.time - a.time) / (elementary::pow(a.pivot / b.pivot, 1 / power) - 1);
     };
     const double time = extrapolated(second, third);
     const double doubt = std::abs(time - extrapolated(first, second));
     if (!(doubt < least)) continue;
     // The trail may be that of another part, which comes to its own singularity a little later.
-    const double left = third.pivot * std::pow(std::max(0.0, (time - nearest_time_) / (time - third.time)), power);
+    const double left =
+        third.pivot * elementary::pow(std::max(0.0, (time - nearest_time_) / (time - third.time)), power);
     if (!(left <= nearest_ + 0.02 * third.pivot)) continue;
     least = doubt;
     best = time;

@@ -1,5 +1,6 @@
 #include "balance/motion/course.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/motion/offset.hpp"
 
 #include <algorithm>
@@ -46,8 +47,9 @@ Panel cubic_panel(const std::vector<double>& knots, const std::vector<double>& c
   const double middle = (panel.begin + panel.end) / 2, half = (panel.end - panel.begin) / 2;
   for (int k = 0; k < order; ++k) {
     const double angle = std::numbers::pi * (2 * k + 1) / (2 * order);
-    const double value = spline_value(knots, controls, j, middle + half * std::cos(angle));
-    for (int i = 0; i < order; ++i) panel.terms(i, 0) += (i == 0 ? 1.0 : 2.0) / order * value * std::cos(i * angle);
+    const double value = spline_value(knots, controls, j, middle + half * elementary::cos(angle));
+    for (int i = 0; i < order; ++i)
+      panel.terms(i, 0) += (i == 0 ? 1.0 : 2.0) / order * value * elementary::cos(i * angle);
   }
   return panel;
 }

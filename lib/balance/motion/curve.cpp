@@ -1,5 +1,7 @@
 #include "balance/motion/curve.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -38,7 +40,7 @@ void StraightCurve::fill(const LawValue& progress, DriveSample& sample) const {
 void CircularCurve::fill(const LawValue& progress, DriveSample& sample) const {
   rest.fill(progress, sample);
   const double rate = sweep * progress.ds, acceleration = sweep * progress.dds;
-  const double cosine = std::cos(sweep * progress.s), sine = std::sin(sweep * progress.s);
+  const double cosine = elementary::cos(sweep * progress.s), sine = elementary::sin(sweep * progress.s);
   for (int i = 0; i < dimensions; ++i) {
     const double outward = cosine * u[i] + sine * v[i], along = cosine * v[i] - sine * u[i];
     sample.value[i] = centre[i] + outward;
@@ -99,7 +101,7 @@ CircularCurve arc(const StraightCurve& rest, int dimensions, const ArcPath& path
       .rest = rest, .dimensions = dimensions, .centre = start + from_start, .u = -from_start, .v = {}, .sweep = 0};
   curve.v = n.normalized().cross(curve.u);
   const Vector3 end = b - from_start;
-  const double angle = std::atan2(end.dot(curve.v), end.dot(curve.u));
+  const double angle = elementary::atan2(end.dot(curve.v), end.dot(curve.u));
   curve.sweep = angle > 0 ? angle : angle + 2 * std::numbers::pi;
   return curve;
 }

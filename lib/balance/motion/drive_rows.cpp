@@ -1,3 +1,4 @@
+#include "balance/base/elementary.hpp"
 #include "balance/base/number.hpp"
 #include "balance/motion/plan.hpp"
 
@@ -16,8 +17,8 @@ LinearQuantityOf<typename S::Scalar> coordinate_row(const MechanismOf<typename S
 
 template <class T>
 LinearQuantityOf<T> tool_angle(const Tree<PlanarOf<T>>& tree, const FixedFrame<PlanarOf<T>>& tool) {
-  using std::atan2;
   LinearQuantityOf<T> angle;
+  using elementary::atan2;
   angle.constant = atan2(tool.R_N.s, tool.R_N.c);
   for (int n = tool.node; n > 0; n = tree.nodes[n].parent) {
     const Node<PlanarOf<T>>& node = tree.nodes[n];

@@ -1,5 +1,7 @@
 #include "balance/motion/law.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -25,7 +27,7 @@ double brake_start(const Law& law) {
 
 /// t − sin(2πt)/2π, written with the half angle: 1 − cos loses digits near the end, 2 sin² does not.
 LawValue cycloidal_half(double t) {
-  const double sine = std::sin(pi * t), cosine = std::cos(pi * t);
+  const double sine = elementary::sin(pi * t), cosine = elementary::cos(pi * t);
   return {t - sine * cosine / pi, 2 * sine * sine, 4 * pi * sine * cosine};
 }
 
@@ -46,8 +48,8 @@ LawValue polynomial_4567_half(double t) {
 
 /// (1 − cos πt)/2
 LawValue harmonic_half(double t) {
-  const double half = std::sin(pi * t / 2);
-  return {half * half, pi / 2 * std::sin(pi * t), pi * pi / 2 * std::cos(pi * t)};
+  const double half = elementary::sin(pi * t / 2);
+  return {half * half, pi / 2 * elementary::sin(pi * t), pi * pi / 2 * elementary::cos(pi * t)};
 }
 
 /// s'' is a quarter sine of period 1/2 up to 1/8, then a quarter sine of period 3/2, which is zero at 1/2. With s'' =
@@ -55,11 +57,11 @@ LawValue harmonic_half(double t) {
 LawValue modified_sine_half(double t) {
   constexpr double unit = 1 / (4 + pi);
   if (t < 0.125) {
-    const double sine = std::sin(2 * pi * t), cosine = std::cos(2 * pi * t);
+    const double sine = elementary::sin(2 * pi * t), cosine = elementary::cos(2 * pi * t);
     return {unit * (pi * t - sine * cosine / 2), 2 * pi * unit * sine * sine, 8 * pi * pi * unit * sine * cosine};
   }
   const double phase = pi / 3 * (4 * t + 1);
-  const double sine = std::sin(phase), cosine = std::cos(phase);
+  const double sine = elementary::sin(phase), cosine = elementary::cos(phase);
   return {unit * (2 + pi * t - 2.25 * sine), pi * unit * (1 - 3 * cosine), 4 * pi * pi * unit * sine};
 }
 
@@ -71,7 +73,7 @@ LawValue modified_trapezoidal_half(double t) {
   constexpr double ds_first = peak / w, s_first = ds_first * (0.125 - 1 / w);
   constexpr double ds_second = ds_first + peak / 4, s_second = s_first + ds_first / 4 + peak / 32;
   if (t < 0.125) {
-    const double sine = std::sin(w * t / 2), cosine = std::cos(w * t / 2);
+    const double sine = elementary::sin(w * t / 2), cosine = elementary::cos(w * t / 2);
     return {peak / w * (t - 2 * sine * cosine / w), 2 * peak / w * sine * sine, 2 * peak * sine * cosine};
   }
   if (t < 0.375) {
@@ -79,7 +81,7 @@ LawValue modified_trapezoidal_half(double t) {
     return {s_first + u * (ds_first + u * peak / 2), ds_first + u * peak, peak};
   }
   const double u = t - 0.375;
-  const double sine = std::sin(w * u), cosine = std::cos(w * u);
+  const double sine = elementary::sin(w * u), cosine = elementary::cos(w * u);
   return {s_second + u * ds_second + peak * (1 - cosine) / (w * w), ds_second + peak * sine / w, peak * cosine};
 }
 

@@ -1,5 +1,6 @@
 #include "balance/motion/offset.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/motion/course.hpp"
 
@@ -96,7 +97,8 @@ Normals::Normals(const Schedule::Request& request, int components, double width)
 MatrixX Normals::at(double s) const {
   if (!circle_) return straight_;
   const double angle = circle_->sweep * s;
-  const Vector3 outward = std::cos(angle) * circle_->u.normalized() + std::sin(angle) * circle_->v.normalized();
+  const Vector3 outward =
+      elementary::cos(angle) * circle_->u.normalized() + elementary::sin(angle) * circle_->v.normalized();
   MatrixX columns(components_, components_ - 1);
   columns.col(0) = outward.head(components_);
   if (components_ == 3) columns.col(1) = circle_->u.cross(circle_->v).normalized();

@@ -1,5 +1,6 @@
 #include "balance/motion/turn.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/rotation.hpp"
 
 #include <Eigen/Geometry>
@@ -25,8 +26,8 @@ struct ExponentialFactors {
 ExponentialFactors exponential_factors(double squared) {
   ExponentialFactors f;
   if (squared > 0.25) {
-    const double angle = std::sqrt(squared), sine = std::sin(angle);
-    f.a = (1 - std::cos(angle)) / squared;
+    const double angle = std::sqrt(squared), sine = elementary::sin(angle);
+    f.a = (1 - elementary::cos(angle)) / squared;
     f.b = (angle - sine) / (squared * angle);
     f.da = (sine / angle - 2 * f.a) / squared;
     f.db = (f.a - 3 * f.b) / squared;

@@ -46,7 +46,7 @@ Form operator*(Complex factor, Form form) {
 Form constant_form(Complex value) { return {value, {}}; }
 
 double Row::value(const Coordinates& position) const {
-  if (angle >= 0) return cross(std::polar(1.0, position.scalars[static_cast<std::size_t>(angle)]), right.at(position));
+  if (angle >= 0) return cross(unit_at(position.scalars[static_cast<std::size_t>(angle)]), right.at(position));
   double sum = dot(left.at(position), right.at(position)) - constant;
   for (const ScalarTerm& term : scalars)
     sum += term.coefficient * position.scalars[static_cast<std::size_t>(term.scalar)];
@@ -65,7 +65,7 @@ void Row::gradient(const Coordinates& position, int moving_points, Eigen::Ref<Ei
     }
   };
   if (angle >= 0) {
-    const Complex unit = std::polar(1.0, position.scalars[static_cast<std::size_t>(angle)]);
+    const Complex unit = unit_at(position.scalars[static_cast<std::size_t>(angle)]);
     add(right, imaginary * unit);
     out[2 * moving_points + angle] -= dot(unit, right.at(position));
     return;
@@ -78,7 +78,7 @@ void Row::gradient(const Coordinates& position, int moving_points, Eigen::Ref<Ei
 double Row::rate(const Coordinates& position, const Coordinates& velocity) const {
   if (angle >= 0) {
     const auto a = static_cast<std::size_t>(angle);
-    const Complex unit = std::polar(1.0, position.scalars[a]);
+    const Complex unit = unit_at(position.scalars[a]);
     return cross(unit, right.rate(velocity)) - velocity.scalars[a] * dot(unit, right.at(position));
   }
   double sum = dot(left.rate(velocity), right.at(position)) + dot(left.at(position), right.rate(velocity));
@@ -90,7 +90,7 @@ double Row::rate(const Coordinates& position, const Coordinates& velocity) const
 double Row::bias(const Coordinates& position, const Coordinates& velocity) const {
   if (angle < 0) return 2 * dot(left.rate(velocity), right.rate(velocity));
   const auto a = static_cast<std::size_t>(angle);
-  const Complex unit = std::polar(1.0, position.scalars[a]);
+  const Complex unit = unit_at(position.scalars[a]);
   const double spin = velocity.scalars[a];
   return -2 * spin * dot(unit, right.rate(velocity)) - spin * spin * cross(unit, right.at(position));
 }

@@ -2,6 +2,7 @@
 /// Complex arithmetic of the plane: a point (x, y) is x + iy, and everything rigid is linear in a few points.
 /// Lengths are in units of the mechanism's characteristic length. Private to natural.
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/types.hpp"
 
 #include <complex>
@@ -10,6 +11,9 @@
 namespace balance::natural {
 
 using Complex = std::complex<double>;
+
+/// e^(i angle).
+inline Complex unit_at(double angle) { return {elementary::cos(angle), elementary::sin(angle)}; }
 inline constexpr Complex imaginary{0, 1};
 
 inline double dot(Complex a, Complex b) { return a.real() * b.real() + a.imag() * b.imag(); }

@@ -1,5 +1,7 @@
 #include "balance/natural/model.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <cmath>
 #include <numbers>
 #include <queue>
@@ -21,7 +23,7 @@ int first_coordinate(const Mechanism& mechanism, int joint) {
   return -1;
 }
 
-double rest_angle(const Joint& joint) { return std::atan2(joint.rotation(1, 0), joint.rotation(0, 0)); }
+double rest_angle(const Joint& joint) { return elementary::atan2(joint.rotation(1, 0), joint.rotation(0, 0)); }
 
 std::vector<BodyPlace> place_bodies(const Mechanism& mechanism, const std::vector<double>& coordinates, double length) {
   std::vector<BodyPlace> places(mechanism.bodies.size());
@@ -48,10 +50,10 @@ std::vector<BodyPlace> place_bodies(const Mechanism& mechanism, const std::vecto
       BodyPlace& there = places[static_cast<std::size_t>(other)];
       if (joint.first == body) {
         there.angle = here.angle + turn;
-        there.origin = here.origin + std::polar(1.0, here.angle) * way - std::polar(1.0, there.angle) * Q;
+        there.origin = here.origin + unit_at(here.angle) * way - unit_at(there.angle) * Q;
       } else {
         there.angle = here.angle - turn;
-        there.origin = here.origin + std::polar(1.0, here.angle) * Q - std::polar(1.0, there.angle) * way;
+        there.origin = here.origin + unit_at(here.angle) * Q - unit_at(there.angle) * way;
       }
       placed[static_cast<std::size_t>(other)] = true;
       open.push(other);
@@ -106,8 +108,7 @@ class Builder {
     m_.start.points.resize(static_cast<std::size_t>(m_.basic.count()));
     for (std::size_t b = mechanism_.bodies.size(); b-- > 1;)
       for (const BodyPoint& p : m_.basic.bodies[b].points)
-        m_.start.points[static_cast<std::size_t>(p.point)] =
-            places_[b].origin + std::polar(1.0, places_[b].angle) * p.place;
+        m_.start.points[static_cast<std::size_t>(p.point)] = places_[b].origin + unit_at(places_[b].angle) * p.place;
     for (std::size_t k = 0; k < m_.basic.fixed.size(); ++k)
       m_.start.points[static_cast<std::size_t>(m_.basic.moving) + k] = m_.basic.fixed[k];
   }
@@ -209,9 +210,9 @@ class Builder {
     if (joint.type == JointType::prismatic || joint.type == JointType::pin_slot)  // nothing across the slide
       m_.constraints.push_back({.left = imaginary * axis(joint), .right = gap(joint)});
     if (joint.type == JointType::prismatic || joint.type == JointType::fixed)  // no rotation
-      m_.constraints.push_back({.left = imaginary * std::polar(1.0, rest_angle(joint)) *
-                                        m_.bodies[static_cast<std::size_t>(joint.first)].direction,
-                                .right = m_.bodies[static_cast<std::size_t>(joint.second)].direction});
+      m_.constraints.push_back(
+          {.left = imaginary * unit_at(rest_angle(joint)) * m_.bodies[static_cast<std::size_t>(joint.first)].direction,
+           .right = m_.bodies[static_cast<std::size_t>(joint.second)].direction});
   }
 
   void add_coupling(const Coupling& coupling) {

@@ -80,8 +80,7 @@ Eigen::MatrixXcd velocities(const Model& model, const Wanderer& wanderer) {
       const ScalarForm& angle = model.rotors[d].turn;
       double rate = 0;
       for (const ScalarTerm& term : angle.terms) rate += term.coefficient * motions(2 * moving + term.scalar, c);
-      out(moving + static_cast<Eigen::Index>(d), c) =
-          imaginary * rate * std::polar(1.0, angle.at(wanderer.position().scalars));
+      out(moving + static_cast<Eigen::Index>(d), c) = imaginary * rate * unit_at(angle.at(walk.position().scalars));
     }
   }
   return out;

@@ -115,8 +115,7 @@ class Collector {
     for (std::size_t d = 0; d < m_.discs.size(); ++d) {
       RowC rim = RowC::Zero(width());
       rim[moving_ + static_cast<Eigen::Index>(d)] = 1;
-      all.push_back(
-          {together_.disc(static_cast<int>(d)), rim, std::polar(1.0, model_.rotors[d].turn.at(places_.scalars))});
+      all.push_back({together_.disc(static_cast<int>(d)), rim, unit_at(model_.rotors[d].turn.at(places_.scalars))});
     }
     for (std::size_t k = 0; k < all.size(); ++k) {
       if (together_.stands_still(all[k].index)) {

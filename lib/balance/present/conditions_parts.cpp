@@ -1,5 +1,6 @@
 #include "balance/present/conditions_parts.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/conditions/latex.hpp"
 
 #include <cmath>
@@ -103,7 +104,7 @@ void add_conditions(Json& json, const ConditionsView& view) {
   const Conditions& c = view.conditions;
   json["rank"] = view.own_rows();
   json["gap"] = c.gap;
-  json["gap_decades"] = c.gap > 0 ? Json(std::log10(c.gap)) : Json(nullptr);
+  json["gap_decades"] = c.gap > 0 ? Json(elementary::log10(c.gap)) : Json(nullptr);
   json["singular_values"] = {{"smallest_kept", c.smallest_kept}, {"largest_dropped", c.largest_dropped}};
   json["samples"] = c.samples;
   json["parameters"] = Json::array();

@@ -1,5 +1,6 @@
 #include "balance/present/conditions_text.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/present/names.hpp"
 #include "balance/write/table.hpp"
 
@@ -56,7 +57,7 @@ std::string heading_text(const ConditionsView& view) {
   for (const Goal& goal : c.goals) text += in_words(goal) + "\n";
   text += fmt::format("\nrank {} of {}", view.own_rows(),
                       plural(static_cast<std::size_t>(c.own_columns()), "parameter", "parameters"));
-  if (c.rank > 0 && c.gap > 0) text += fmt::format(", gap {:.1f} decades", std::log10(c.gap));
+  if (c.rank > 0 && c.gap > 0) text += fmt::format(", gap {:.1f} decades", elementary::log10(c.gap));
   if (c.samples > 0) text += ", " + plural(static_cast<std::size_t>(c.samples), "sample", "samples");
   return text + "\n\n";
 }

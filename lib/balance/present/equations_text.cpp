@@ -1,3 +1,4 @@
+#include "balance/base/elementary.hpp"
 #include "balance/present/equation_tables.hpp"
 #include "balance/present/equations_view.hpp"
 #include "balance/write/table.hpp"
@@ -119,7 +120,7 @@ std::string parameters_text(const EquationsAt& at) {
   const Conditions& c = *at.parameters;
   std::string text =
       fmt::format("base parameters: {} of {} inertial parameters' combinations occur", c.rank, c.parameters.size());
-  if (c.rank > 0 && c.gap > 0) text += fmt::format(" (gap {:.1f} decades)", std::log10(c.gap));
+  if (c.rank > 0 && c.gap > 0) text += fmt::format(" (gap {:.1f} decades)", elementary::log10(c.gap));
   text += "\n";
   for (int row = 0; row < c.rank; ++row)
     text += fmt::format("  {:>3}  {}\n", row + 1, base_parameter_text(c, row, at.parameter_names));

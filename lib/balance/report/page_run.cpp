@@ -1,5 +1,6 @@
 #include "balance/report/page_run.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/report/base64.hpp"
 #include "balance/report/page_rows.hpp"
 #include "balance/result/body_poses.hpp"
@@ -30,7 +31,7 @@ Samples packed_poses(const Mechanism& mechanism, const Result& result) {
       auto pose = packed.row(k).segment(width * b, width);
       if (planar) {
         pose.head<2>() = poses.position.row(k).segment<2>(3 * b);
-        pose[2] = 2 * std::atan2(turn[3], turn[0]);
+        pose[2] = 2 * elementary::atan2(turn[3], turn[0]);
       } else {
         pose.head<3>() = poses.position.row(k).segment<3>(3 * b);
         pose.tail<4>() = turn;

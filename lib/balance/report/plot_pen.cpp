@@ -1,5 +1,7 @@
 #include "balance/report/plot_pen.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <cmath>
 
 namespace balance {
@@ -10,7 +12,7 @@ const std::vector<std::string> colours = {"#123a6b", "#d1495b", "#dd9a1f", "#1f8
 const std::vector<std::vector<double>> patterns = {{},    {8, 3}, {3, 2}, {10, 3, 2, 3}, {14, 4}, {10, 3, 2, 3, 2, 3},
                                                    {4, 5}};
 
-double linear(double s) { return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4); }
+double linear(double s) { return s <= 0.04045 ? s / 12.92 : elementary::pow((s + 0.055) / 1.055, 2.4); }
 
 }  // namespace
 

@@ -1,5 +1,6 @@
 #include "balance/report/plot_script.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/plain_text.hpp"
 #include "balance/report/plot_layout.hpp"
 
@@ -105,7 +106,7 @@ void equalise(AxisRange& x, AxisRange& y, const PanelPlace& place) {
 /// 1, 2 or 5 times a power of ten: the smallest that keeps tics apart by so many mm.
 double tic_step(const AxisRange& range, double length, double apart) {
   const double least = (range.high - range.low) * apart / length;
-  const double power = std::pow(10, std::floor(std::log10(least)));
+  const double power = elementary::pow(10, std::floor(elementary::log10(least)));
   for (const double factor : {1.0, 2.0, 5.0})
     if (factor * power >= least * (1 - 1e-9)) return factor * power;
   return 10 * power;

@@ -1,5 +1,6 @@
 #include "balance/result/body_poses.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/base/rotation.hpp"
 
 #include <cmath>
@@ -136,7 +137,7 @@ void add_body_poses(const Mechanism& mechanism, Result& result) {
       continue;
     }
     for (Eigen::Index k = 0; k < rows; ++k) {  // running on past ±π
-      const double angle = 2 * std::atan2(turns(k, 3), turns(k, 0));
+      const double angle = 2 * elementary::atan2(turns(k, 3), turns(k, 0));
       const double last = k == 0 ? 0 : result.body_orientation(k - 1, b);
       result.body_orientation(k, b) = last + std::remainder(angle - last, 2 * std::numbers::pi);
     }

@@ -1,3 +1,4 @@
+#include "balance/base/elementary.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/spec/directions.hpp"
 #include "balance/spec/joint_type.hpp"
@@ -59,9 +60,10 @@ void read_second_axis(const JointText& text, Draft& draft, JointOf<Expression>& 
   const Expression cosine = joint.axis.dot(joint.axis2);
   // Directions typed with ten digits pass; anything less square is a different joint.
   if (std::abs(cosine.value()) > 1e-9)
-    text.axis2->fail({.expected = "a direction at a right angle to 'axis'",
-                      .found = fmt::format("the angle {:.9g} degrees",
-                                           std::acos(std::clamp(cosine.value(), -1.0, 1.0)) * 180 / std::numbers::pi)});
+    text.axis2->fail(
+        {.expected = "a direction at a right angle to 'axis'",
+         .found = fmt::format("the angle {:.9g} degrees",
+                              elementary::acos(std::clamp(cosine.value(), -1.0, 1.0)) * 180 / std::numbers::pi)});
   // What is left of the tolerance is removed, so that every later step may rely on it.
   const Vector3E square = joint.axis2 - cosine * joint.axis;
   joint.axis2 = choose(less(0, square.squaredNorm()), normalized(square), perpendicular(joint.axis));

@@ -1,5 +1,7 @@
 #include "balance/spec/units.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -51,8 +53,8 @@ Dimension dimension_of_unit(const std::string& unit) {
 
 double Units::factor(Dimension d) const {
   const double newton = force.value_or(mass * length / (time * time));
-  return std::pow(length, d.length) * std::pow(mass, d.mass) * std::pow(time, d.time) * std::pow(angle, d.angle) *
-         std::pow(newton, d.force);
+  return elementary::pow(length, d.length) * elementary::pow(mass, d.mass) * elementary::pow(time, d.time) *
+         elementary::pow(angle, d.angle) * elementary::pow(newton, d.force);
 }
 
 Units read_units(const Cursor& section) {

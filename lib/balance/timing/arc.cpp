@@ -1,5 +1,7 @@
 #include "balance/timing/arc.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -73,7 +75,7 @@ class Follower {
         continue;
       }
       if (error_ > 1 && h > kink * longest_) {
-        h *= std::clamp(0.9 * std::pow(error_, -0.2), 0.15, 0.9);
+        h *= std::clamp(0.9 * elementary::pow(error_, -0.2), 0.15, 0.9);
         continue;
       }
       const bool capped = edge_ != Edge::slide && excess(next) > on_cap;
@@ -87,7 +89,7 @@ class Follower {
       if (capped) return ArcEnd::capped;
       if (last) return ArcEnd::arrived;
       longest_ = std::max(longest_, h);
-      h *= std::clamp(0.9 * std::pow(std::max(error_, 1e-12), -0.2), 0.3, 4.0);
+      h *= std::clamp(0.9 * elementary::pow(std::max(error_, 1e-12), -0.2), 0.3, 4.0);
     }
     return ArcEnd::blocked;
   }

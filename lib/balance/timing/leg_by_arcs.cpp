@@ -1,5 +1,7 @@
 #include "balance/timing/leg_by_arcs.hpp"
 
+#include "balance/base/elementary.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -205,7 +207,7 @@ class LegTiming {
       allowed_.go(last.s, leg_.stretches[k].first_panel, leg_.stretches[k].last_panel);
       if (!allowed_.at(last.v * last.v * (1 - 1e-12)).empty()) break;
       const ArcNode& before = rest[rest.size() - 2];
-      const double back = std::pow(10, tries - 8) * (leg_.end - leg_.begin);
+      const double back = elementary::pow(10, tries - 8) * (leg_.end - leg_.begin);
       if (last.s - back <= before.s) {
         rest.pop_back();
         continue;

@@ -1,5 +1,6 @@
 #include "balance/timing/swept.hpp"
 
+#include "balance/base/elementary.hpp"
 #include "balance/timing/kept_limits.hpp"
 
 #include <algorithm>
@@ -122,7 +123,7 @@ class Sweep {
     const double width = stretch(k).end - stretch(k).begin;
     const int cells = static_cast<int>(std::max(least_cells, std::ceil(first_cells * width / length_)));
     for (int i = 0; i < cells; ++i) {
-      const double part = std::pow(std::sin(std::numbers::pi * i / (2 * cells)), 2);
+      const double part = elementary::pow(elementary::sin(std::numbers::pi * i / (2 * cells)), 2);
       knots_.push_back({stretch(k).begin + width * part, i == 0 && k > 0 ? k - 1 : k, k});
     }
     if (k + 1 == leg_.stretches.size()) knots_.push_back({leg_.end, k, k});
@@ -231,7 +232,7 @@ class Sweep {
   static double duration(double h, double v0, double v1, double k) {
     const double omega = std::sqrt(std::abs(k)), z = omega * h / (v0 + v1);
     if (z < 1e-4) return 2 * h / (v0 + v1) * (1 + (k > 0 ? z * z : -z * z) / 3);
-    return 2 / omega * (k > 0 ? std::atanh(std::min(z, 1 - 1e-15)) : std::atan(z));
+    return 2 / omega * (k > 0 ? elementary::atanh(std::min(z, 1 - 1e-15)) : elementary::atan(z));
   }
 
   /// Whether limits are not kept between a cell's ends, or nowhere in it is one reached, which costs time.

@@ -1,0 +1,127 @@
+#include "balance/base/elementary.hpp"
+
+#include <cfloat>
+#include <cmath>
+
+// Numbers of 113 bits: `long double` where it has them, else glibc's own type, which GCC and clang work out without the processor's help.
+#if LDBL_MANT_DIG == 113
+#define BALANCE_WIDE(name) name##l
+namespace balance {
+using Wide = long double;
+}
+#elif defined(__SIZEOF_FLOAT128__) && defined(__GLIBC__)
+#define BALANCE_WIDE(name) name##f128
+namespace balance {
+__extension__ typedef __float128 Wide;
+}
+#define BALANCE_DECLARE(name) balance::Wide name##f128(balance::Wide) noexcept
+extern "C" {  // <cmath> shows them to GCC alone
+BALANCE_DECLARE(sinh);
+BALANCE_DECLARE(cosh);
+BALANCE_DECLARE(tanh);
+BALANCE_DECLARE(asinh);
+BALANCE_DECLARE(acosh);
+BALANCE_DECLARE(atanh);
+BALANCE_DECLARE(exp);
+BALANCE_DECLARE(log);
+BALANCE_DECLARE(log10);
+BALANCE_DECLARE(log2);
+BALANCE_DECLARE(log1p);
+balance::Wide powf128(balance::Wide, balance::Wide) noexcept;
+}
+#undef BALANCE_DECLARE
+#else  // other machines have their own last digits
+#define BALANCE_WIDE(name) name
+namespace balance {
+using Wide = double;
+}
+#endif
+
+namespace balance::elementary {
+
+namespace {
+
+constexpr double pi_high = 3.14159265358979311600e+00, pi_low = 1.2246467991473531772e-16;
+
+/// atan q for |q| ≤ 7/16, as q minus what it returns: the polynomial of fdlibm (s_atan.c).
+double below_argument(double q) {
+  const double z = q * q, w = z * z;
+  const double odd = z * (3.33333333333329318027e-01 +
+                          w * (1.42857142725034663711e-01 +
+                               w * (9.09088713343650656196e-02 +
+                                    w * (6.66107313738753120669e-02 +
+                                         w * (4.97687799461593236017e-02 + w * 1.62858201153657823623e-02)))));
+  const double even =
+      w *
+      (-1.99999999998764832476e-01 +
+       w * (-1.11111104054623557880e-01 +
+            w * (-7.69187620504482999495e-02 + w * (-5.83357013379057348645e-02 + w * -3.65315727442169155270e-02))));
+  return q * (odd + even);
+}
+
+/// atan(a/b) for 0 ≤ a ≤ b: the differences of what lies near each other are exact.
+double of_octant(double a, double b) {
+  if (16 * a < 7 * b) {
+    const double q = a / b;
+    return q - below_argument(q);
+  }
+  const bool middle = 16 * a < 11 * b;  // about atan(1/2), else about π/4
+  const double q = middle ? ((a + a) - b) / ((b + b) + a) : (a - b) / (a + b);
+  const double high = middle ? 4.63647609000806093515e-01 : pi_high / 4;
+  const double low = middle ? 2.26987774529616870924e-17 : pi_low / 4;
+  return high - ((below_argument(q) - low) - q);
+}
+
+}  // namespace
+
+double atan2(double y, double x) {
+  double a = std::fabs(y), b = std::fabs(x);
+  const double largest = std::fmax(a, b);
+  if (!(largest > 0 && largest < INFINITY) || std::isnan(y + x)) return std::atan2(y, x);  // multiples of π/4
+  if (largest > 0x1p1000) a *= 0x1p-100, b *= 0x1p-100;
+  if (largest < 0x1p-900) a *= 0x1p150, b *= 0x1p150;
+  const bool behind = std::signbit(x);
+  double angle = of_octant(std::fmin(a, b), std::fmax(a, b));
+  if (a > b)
+    angle = behind ? pi_high / 2 + (angle + pi_low / 2) : pi_high / 2 - (angle - pi_low / 2);
+  else if (behind)
+    angle = pi_high - (angle - pi_low);
+  return std::copysign(angle, y);
+}
+
+double atan(double x) { return atan2(x, 1); }
+double asin(double x) { return atan2(x, std::sqrt((1 - x) * (1 + x))); }
+double acos(double x) { return atan2(std::sqrt((1 - x) * (1 + x)), x); }
+double tan(double x) {
+  const auto both = sine_cosine(x);
+  return both.sine / both.cosine;
+}
+
+#define BALANCE_ROUNDED(name) \
+  double name(double x) { return static_cast<double>(BALANCE_WIDE(name)(x)); }
+BALANCE_ROUNDED(sinh)
+BALANCE_ROUNDED(cosh)
+BALANCE_ROUNDED(tanh)
+BALANCE_ROUNDED(asinh)
+BALANCE_ROUNDED(acosh)
+BALANCE_ROUNDED(atanh)
+BALANCE_ROUNDED(exp)
+BALANCE_ROUNDED(log)
+BALANCE_ROUNDED(log10)
+BALANCE_ROUNDED(log2)
+BALANCE_ROUNDED(log1p)
+#undef BALANCE_ROUNDED
+
+double pow(double x, double y) {
+  constexpr int most_products = 16;  // beyond that the general way is as quick
+  if (y == 2) return x * x;
+  if (std::fabs(y) <= most_products && y == std::nearbyint(y)) {
+    Wide product = 1;
+    for (int k = static_cast<int>(std::fabs(y)); k > 0; --k) product *= x;
+    return static_cast<double>(y < 0 ? 1 / product : product);
+  }
+  return static_cast<double>(BALANCE_WIDE(pow)(x, y));
+}
+#undef BALANCE_WIDE
+
+}  // namespace balance::elementary
