@@ -2,8 +2,11 @@
 /// Packs as scalars of Eigen's small vectors and matrices, mixed with numbers that are the same in every lane.
 
 #include "balance/base/pack.hpp"
+#include "balance/base/types.hpp"
 
-#include <Eigen/Core>
+/// A pack that lies across two lines of the processor's cache is read twice.
+template <int W>
+inline constexpr std::size_t balance::line_alignment<balance::Pack<W>> = sizeof(double) * W;
 
 template <int W>
 struct Eigen::NumTraits<balance::Pack<W>> : Eigen::NumTraits<double> {

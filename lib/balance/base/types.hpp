@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <cstddef>
+
 namespace balance {
 
 // Over any scalar.
@@ -16,6 +18,10 @@ template <class T>
 using Matrix3Of = Eigen::Matrix<T, 3, 3>;
 template <class T>
 using VectorXOf = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+
+/// What is made of such numbers begins at multiples of so many bytes; 0: wherever the compiler likes. See base/pack.hpp.
+template <class T>
+inline constexpr std::size_t line_alignment = 0;
 
 using Vector2 = Vector2Of<double>;
 using Vector3 = Vector3Of<double>;

@@ -10,7 +10,7 @@ namespace balance {
 
 /// What a node's parent exerts on the node and all it carries: node axes, moment about the node's origin.
 template <class S>
-struct Wrench {
+struct alignas(line_alignment<typename S::Scalar>) Wrench {
   typename S::Vector force = S::Vector::Zero();
   typename S::Angular moment = S::zero_angular();
 };

@@ -56,6 +56,7 @@ NodeState<S> motion_of(const NodeState<S>& node, const FixedFrame<S>& frame) {
   s.p_PN = frame.p_N;
   s.angular_velocity = unrotate(frame.R_N, node.angular_velocity);
   s.angular_acceleration = unrotate(frame.R_N, node.angular_acceleration);
+  s.turning = turning(s.angular_velocity, s.angular_acceleration);
   s.acceleration = unrotate(frame.R_N, own_acceleration(node, frame.p_N));
   return s;
 }

@@ -11,6 +11,12 @@ struct PlanarRotation {
   T c = 1, s = 0;
 };
 
+/// What the velocity and acceleration of a frame do to a vector fixed to it: v ↦ α × v + ω × (ω × v).
+template <class T>
+struct PlanarTurning {
+  T alpha, square;
+};
+
 template <class T>
 struct PlanarOf {
   static constexpr int dimension = 2;   ///< components of a vector
@@ -20,6 +26,7 @@ struct PlanarOf {
   using Vector = Vector2Of<T>;
   using Angular = T;
   using Rotation = PlanarRotation<T>;
+  using Turning = PlanarTurning<T>;
 
   /// About the origin of the frame it is given in.
   struct Inertia {
@@ -30,6 +37,7 @@ struct PlanarOf {
 
   static Vector slide_direction() { return Vector::UnitX(); }
   static T zero_angular() { return 0; }
+  static Turning no_turning() { return {0, 0}; }
 };
 
 template <class T>
@@ -88,11 +96,6 @@ inline T gyroscopic(const T&, const T&) {
   return 0;
 }
 
-/// What the velocity and acceleration of a frame do to a vector fixed to it: v ↦ α × v + ω × (ω × v).
-template <class T>
-struct PlanarTurning {
-  T alpha, square;
-};
 template <class T>
 inline Vector2Of<T> times(const PlanarTurning<T>& K, const Vector2Of<T>& v) {
   return {-K.alpha * v.y() - K.square * v.x(), K.alpha * v.x() - K.square * v.y()};

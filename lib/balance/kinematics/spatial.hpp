@@ -19,6 +19,7 @@ struct SpatialOf {
   using Vector = Vector3Of<T>;
   using Angular = Vector3Of<T>;
   using Rotation = SpatialRotation<T>;
+  using Turning = Matrix3Of<T>;  ///< what the velocity and acceleration of a frame do to a vector fixed to it
 
   struct Inertia {
     T mass = 0;
@@ -28,6 +29,7 @@ struct SpatialOf {
 
   static Vector slide_direction() { return Vector::UnitZ(); }
   static Vector zero_angular() { return Vector::Zero(); }
+  static Turning no_turning() { return Turning::Zero(); }
 };
 
 template <class T>

@@ -12,7 +12,7 @@ namespace balance {
 
 /// N's motion. Components without W are in N's own axes.
 template <class S>
-struct NodeState {
+struct alignas(line_alignment<typename S::Scalar>) NodeState {
   typename S::Rotation R_PN;  ///< in the parent's axes
   typename S::Vector p_PN = S::Vector::Zero();
   typename S::Rotation R_WN;  ///< in the world
@@ -22,6 +22,7 @@ struct NodeState {
   typename S::Angular angular_acceleration = S::zero_angular();
   typename S::Vector acceleration =
       S::Vector::Zero();  ///< of N's origin, gravity's field subtracted if the base was given −g
+  typename S::Turning turning = S::no_turning();  ///< of the angular velocity and acceleration
 };
 
 template <class S>
@@ -76,7 +77,7 @@ inline void set_velocity(const Node<S>& node, const typename S::Scalar* dy, cons
 /// Acceleration of a point fixed to a node, node axes.
 template <class S>
 inline typename S::Vector own_acceleration(const NodeState<S>& state, const typename S::Vector& p_N) {
-  return state.acceleration + times(turning(state.angular_velocity, state.angular_acceleration), p_N);
+  return state.acceleration + times(state.turning, p_N);
 }
 
 /// @param ddy null: the accelerations that velocities alone cause
@@ -95,6 +96,7 @@ inline void set_acceleration(const Node<S>& node, const typename S::Scalar* dy, 
   }
   state.acceleration = a;
   state.angular_acceleration = alpha;
+  state.turning = turning(state.angular_velocity, alpha);
 }
 
 template <class S>
@@ -158,8 +160,7 @@ inline typename S::Vector point_acceleration(const NodeState<S>& state, const ty
 /// Rate of a node's linear momentum, node axes.
 template <class S>
 inline typename S::Vector inertia_force(const typename S::Inertia& inertia, const NodeState<S>& state) {
-  return inertia.mass * state.acceleration +
-         times(turning(state.angular_velocity, state.angular_acceleration), inertia.moment);
+  return inertia.mass * state.acceleration + times(state.turning, inertia.moment);
 }
 
 }  // namespace balance

@@ -15,15 +15,15 @@ enum class NodeMotion { weld, turn, slide };
 /// Rigid frame N hanging on the frame P of its parent. Its displacement is x = ratio · y[column] + offset; one that is a sum of
 /// several columns' is made of as many nodes, about or along the same axis.
 template <class S>
-struct Node {
-  int parent = -1;  ///< −1 only for node 0, the world
-  NodeMotion motion = NodeMotion::weld;
-  int column = -1;  ///< of y; −1 for welds
+struct alignas(line_alignment<typename S::Scalar>) Node {
   typename S::Scalar ratio = 1;
   typename S::Scalar offset = 0;
   typename S::Rotation R_PF;  ///< N at x = 0; turns about its z axis, slides along S::slide_direction()
   typename S::Vector p_PF = S::Vector::Zero();
   typename S::Inertia inertia;  ///< of everything fixed to N, about N's origin, in N's axes
+  int parent = -1;              ///< −1 only for node 0, the world
+  NodeMotion motion = NodeMotion::weld;
+  int column = -1;  ///< of y; −1 for welds
   bool massless = true;
 };
 

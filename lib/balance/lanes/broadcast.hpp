@@ -45,14 +45,14 @@ Tree<L> broadcast(const Tree<S>& tree) {
   using T = typename L::Scalar;
   Tree<L> lanes;
   for (const Node<S>& node : tree.nodes)
-    lanes.nodes.push_back({.parent = node.parent,
-                           .motion = node.motion,
-                           .column = node.column,
-                           .ratio = T(node.ratio),
+    lanes.nodes.push_back({.ratio = T(node.ratio),
                            .offset = T(node.offset),
                            .R_PF = broadcast<T>(node.R_PF),
                            .p_PF = node.p_PF.template cast<T>(),
                            .inertia = broadcast<T>(node.inertia),
+                           .parent = node.parent,
+                           .motion = node.motion,
+                           .column = node.column,
                            .massless = node.massless});
   for (const FixedFrame<S>& body : tree.bodies) lanes.bodies.push_back(broadcast<L>(body));
   for (const Closure<S>& closure : tree.closures) lanes.closures.push_back(broadcast<L>(closure));

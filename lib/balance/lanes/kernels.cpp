@@ -16,19 +16,34 @@ namespace {
 
 using Lanes = Number;
 
-/// Rows k… of a table as lanes, one entry per column. Behind the last row it goes on with the last.
-void load(const double* table, int columns, long k, long count, Lanes* out) {
-  const double* row[Lanes::lanes];
-  for (int l = 0; l < Lanes::lanes; ++l) row[l] = table + std::min(k + l, count - 1) * columns;
-  for (int c = 0; c < columns; ++c)
-    for (int l = 0; l < Lanes::lanes; ++l) out[c].v[l] = row[l][c];
-}
+/// Rows of a table as lanes, one entry per column, and back. Number by number by way of memory of its own: a pack that is put
+/// together lane by lane waits for each.
+class Rows {
+ public:
+  Rows(int columns, long count) : columns_(columns), count_(count), numbers_(static_cast<std::size_t>(columns) * W) {}
 
-void store(const Lanes* in, int columns, long k, long count, double* table) {
-  const int kept = static_cast<int>(std::min<long>(Lanes::lanes, count - k));
-  for (int c = 0; c < columns; ++c)
-    for (int l = 0; l < kept; ++l) table[(k + l) * columns + c] = in[c][l];
-}
+  /// Rows k…; behind the last one it goes on with the last.
+  void load(const double* table, long k, Lanes* out) {
+    for (int l = 0; l < W; ++l) {
+      const double* row = table + std::min(k + l, count_ - 1) * columns_;
+      for (int c = 0; c < columns_; ++c) numbers_[c * W + l] = row[c];
+    }
+    for (int c = 0; c < columns_; ++c) out[c] = Lanes::load(&numbers_[c * W]);
+  }
+
+  void store(const Lanes* in, long k, double* table) {
+    for (int c = 0; c < columns_; ++c) in[c].store(&numbers_[c * W]);
+    const int kept = static_cast<int>(std::min<long>(W, count_ - k));
+    for (int l = 0; l < kept; ++l)
+      for (int c = 0; c < columns_; ++c) table[(k + l) * columns_ + c] = numbers_[c * W + l];
+  }
+
+ private:
+  static constexpr int W = Lanes::lanes;
+  int columns_;
+  long count_;
+  std::vector<double> numbers_;
+};
 
 template <class L, class S>
 void torques(const Tree<S>& tree, const typename S::Vector& gravity, const TorqueJob& job) {
@@ -37,14 +52,15 @@ void torques(const Tree<S>& tree, const typename S::Vector& gravity, const Torqu
   const typename L::Vector field = gravity.template cast<Lanes>();
   State<L> state(tree.nodes.size());
   std::vector<Wrench<L>> wrenches(tree.nodes.size());
+  Rows rows(columns, job.count);
   std::vector<Lanes> numbers(static_cast<std::size_t>(columns) * 4);
   Lanes *y = numbers.data(), *dy = y + columns, *ddy = dy + columns, *tau = ddy + columns;
   for (long k = 0; k < job.count; k += Lanes::lanes) {
-    load(job.y, columns, k, job.count, y);
-    load(job.dy, columns, k, job.count, dy);
-    load(job.ddy, columns, k, job.count, ddy);
+    rows.load(job.y, k, y);
+    rows.load(job.dy, k, dy);
+    rows.load(job.ddy, k, ddy);
     tree_torques<L>(lanes, y, dy, ddy, field, state, wrenches, tau);
-    store(tau, columns, k, job.count, job.tau);
+    rows.store(tau, k, job.tau);
   }
 }
 
