@@ -242,8 +242,7 @@ class Checker {
 }  // namespace
 
 CheckReport check(const Study& study, const std::function<void(double)>& progress) {
-  CheckReport report = study.mechanism.space == SpaceKind::planar ? Checker<Planar>(study, progress).run()
-                                                                  : Checker<Spatial>(study, progress).run();
+  CheckReport report = in_space(study.mechanism.space, [&]<class S>(S) { return Checker<S>(study, progress).run(); });
   if (report.outcome.status == MotionStatus::done && !(report.com.allFinite() && std::isfinite(report.total_mass)))
     report.outcome = numbers_overflow(0, "the centre of mass");
   for (const PassingPayload& payload : study.passing_payloads)

@@ -25,8 +25,7 @@ std::vector<CoordinateValue> find(const Mechanism& mechanism, const Trajectory& 
 std::vector<CoordinateValue> start_coordinates(const Study& study) {
   if (study.trajectories.empty()) return {};
   const Trajectory& trajectory = study.trajectories.front();
-  return study.mechanism.space == SpaceKind::planar ? find<Planar>(study.mechanism, trajectory)
-                                                    : find<Spatial>(study.mechanism, trajectory);
+  return in_space(study.mechanism.space, [&]<class S>(S) { return find<S>(study.mechanism, trajectory); });
 }
 
 Mechanism assembled_at(Mechanism mechanism, const std::vector<CoordinateValue>& coordinates) {

@@ -122,8 +122,7 @@ Conditions base_parameters(const Mechanism& mechanism, std::uint64_t seed) {
   massive.springs.clear();
   massive.loads.clear();
   massive.friction.clear();
-  return mechanism.space == SpaceKind::planar ? Identification<Planar>(massive, seed).run()
-                                              : Identification<Spatial>(massive, seed).run();
+  return in_space(mechanism.space, [&]<class S>(S) { return Identification<S>(massive, seed).run(); });
 }
 
 }  // namespace balance

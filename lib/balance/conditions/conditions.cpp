@@ -150,8 +150,7 @@ class Derivation {
 Conditions derive_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals,
                              const ConditionOptions& options) {
   if (goals.empty()) throw std::invalid_argument("conditions need a goal");
-  return mechanism.space == SpaceKind::planar ? Derivation<Planar>(mechanism, goals, options).run()
-                                              : Derivation<Spatial>(mechanism, goals, options).run();
+  return in_space(mechanism.space, [&]<class S>(S) { return Derivation<S>(mechanism, goals, options).run(); });
 }
 
 Eigen::Index Conditions::own_rows() const {

@@ -137,10 +137,8 @@ GoalResidual::GoalResidual(const Mechanism& mechanism, const std::vector<Goal>& 
                            const ConditionOptions& options) {
   const Conditions conditions = derive_conditions(mechanism, goals, options);
   if (conditions.status != ConditionsStatus::done) throw std::invalid_argument(conditions.reason);
-  if (mechanism.space == SpaceKind::planar)
-    implementation_ = std::make_unique<Stations<Planar>>(mechanism, conditions, options);
-  else
-    implementation_ = std::make_unique<Stations<Spatial>>(mechanism, conditions, options);
+  in_space(mechanism.space,
+           [&]<class S>(S) { implementation_ = std::make_unique<Stations<S>>(mechanism, conditions, options); });
 }
 
 GoalResidual::~GoalResidual() = default;

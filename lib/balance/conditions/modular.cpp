@@ -39,8 +39,7 @@ bool complete_assembly(Mechanism& mechanism) {
 }
 
 bool complete_assembly(Mechanism& mechanism) {
-  return mechanism.space == SpaceKind::planar ? complete_assembly<Planar>(mechanism)
-                                              : complete_assembly<Spatial>(mechanism);
+  return in_space(mechanism.space, [&]<class S>(S) { return complete_assembly<S>(mechanism); });
 }
 
 /// Why the strategy has nothing to say about the goals; empty if it has.

@@ -140,10 +140,8 @@ class NearbyRows : public NearbyConditions::Implementation {
 
 NearbyConditions::NearbyConditions(const Mechanism& mechanism, const Conditions& conditions,
                                    const ConditionOptions& options) {
-  if (mechanism.space == SpaceKind::planar)
-    implementation_ = std::make_unique<NearbyRows<Planar>>(mechanism, conditions, options);
-  else
-    implementation_ = std::make_unique<NearbyRows<Spatial>>(mechanism, conditions, options);
+  in_space(mechanism.space,
+           [&]<class S>(S) { implementation_ = std::make_unique<NearbyRows<S>>(mechanism, conditions, options); });
 }
 
 NearbyConditions::~NearbyConditions() = default;

@@ -41,8 +41,7 @@ ComLaw fit(const Mechanism& mechanism, GoalKind kind, const ConditionOptions& op
 
 ComLaw com_law(const Mechanism& mechanism, GoalKind kind, const ConditionOptions& options) {
   if (!mechanism.tool) return {};
-  return mechanism.space == SpaceKind::planar ? fit<Planar>(mechanism, kind, options)
-                                              : fit<Spatial>(mechanism, kind, options);
+  return in_space(mechanism.space, [&]<class S>(S) { return fit<S>(mechanism, kind, options); });
 }
 
 MatrixX com_per_tool(const Mechanism& mechanism, const ConditionOptions& options) {

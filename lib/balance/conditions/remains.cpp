@@ -287,8 +287,7 @@ std::string remainder_text(const Remainder& remainder, const Conditions& conditi
 std::vector<LargestEffort> efforts_at_rest(const Mechanism& mechanism, const Conditions& conditions,
                                            const Remainder& remainder, const ConditionOptions& options) {
   if (remainder.bearer == Bearer::friction) return {};
-  return mechanism.space == SpaceKind::planar ? resting<Planar>(mechanism, conditions, remainder, options)
-                                              : resting<Spatial>(mechanism, conditions, remainder, options);
+  return in_space(mechanism.space, [&]<class S>(S) { return resting<S>(mechanism, conditions, remainder, options); });
 }
 
 }  // namespace balance

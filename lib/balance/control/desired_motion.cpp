@@ -133,19 +133,17 @@ double duration_of(const Trajectory& trajectory) {
 DesiredMotion desired_motion(const Mechanism& mechanism, const Trajectory& trajectory,
                              const std::vector<double>& times) {
   if (times.empty() || times.front() != 0) throw std::invalid_argument("a desired motion begins at time 0");
-  return mechanism.space == SpaceKind::planar ? Tracing<Planar>(mechanism, trajectory).run(times)
-                                              : Tracing<Spatial>(mechanism, trajectory).run(times);
+  return in_space(mechanism.space, [&]<class S>(S) { return Tracing<S>(mechanism, trajectory).run(times); });
 }
 
 MotionOutcome start_position(const Mechanism& mechanism, const Trajectory& trajectory, VectorX& position) {
-  return mechanism.space == SpaceKind::planar ? find_start_position<Planar>(mechanism, trajectory, position)
-                                              : find_start_position<Spatial>(mechanism, trajectory, position);
+  return in_space(mechanism.space, [&]<class S>(S) { return find_start_position<S>(mechanism, trajectory, position); });
 }
 
 MotionOutcome displace_tool(const Mechanism& mechanism, const Trajectory& trajectory, const Vector3& displacement,
                             double angle, VectorX& position) {
-  return mechanism.space == SpaceKind::planar ? displace<Planar>(mechanism, trajectory, displacement, angle, position)
-                                              : displace<Spatial>(mechanism, trajectory, displacement, angle, position);
+  return in_space(mechanism.space,
+                  [&]<class S>(S) { return displace<S>(mechanism, trajectory, displacement, angle, position); });
 }
 
 }  // namespace balance

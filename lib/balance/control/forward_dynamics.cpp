@@ -142,10 +142,7 @@ ForwardDynamics::ForwardDynamics(const Mechanism& mechanism, const ForwardOption
   for (const int coordinate : options.preferred)
     if (coordinate < 0 || coordinate >= static_cast<int>(mechanism.coordinates.size()))
       throw std::invalid_argument("a preferred coordinate does not exist");
-  if (mechanism.space == SpaceKind::planar)
-    core_ = std::make_unique<CoreOf<Planar>>(mechanism, options);
-  else
-    core_ = std::make_unique<CoreOf<Spatial>>(mechanism, options);
+  in_space(mechanism.space, [&]<class S>(S) { core_ = std::make_unique<CoreOf<S>>(mechanism, options); });
 }
 
 ForwardDynamics::~ForwardDynamics() = default;

@@ -19,10 +19,7 @@ void PlantOptions::validate() const {
 
 Plant::Plant(const Mechanism& mechanism, const PlantOptions& options, const Vector3& about) {
   options.validate();
-  if (mechanism.space == SpaceKind::planar)
-    engine_ = make_engine<Planar>(mechanism, options, about);
-  else
-    engine_ = make_engine<Spatial>(mechanism, options, about);
+  in_space(mechanism.space, [&]<class S>(S) { engine_ = make_engine<S>(mechanism, options, about); });
 }
 
 Plant::~Plant() = default;

@@ -150,10 +150,8 @@ struct TrajectoryCost::Implementation {
 TrajectoryCost::TrajectoryCost(const Mechanism& mechanism, const Trajectory& trajectory, const LooseSprings& loose) {
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
   std::unique_ptr<const FigureSource> source;
-  if (mechanism.space == SpaceKind::planar)
-    source = std::make_unique<FixedMotion<Planar>>(mechanism, trajectory, loose);
-  else
-    source = std::make_unique<FixedMotion<Spatial>>(mechanism, trajectory, loose);
+  in_space(mechanism.space,
+           [&]<class S>(S) { source = std::make_unique<FixedMotion<S>>(mechanism, trajectory, loose); });
   implementation_ = std::make_shared<const Implementation>(Implementation{std::move(source)});
 }
 

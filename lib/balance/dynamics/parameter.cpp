@@ -153,14 +153,12 @@ std::vector<Parameter> list_parameters(const Mechanism& mechanism, const LooseSp
 }
 
 VectorX parameter_values(const Mechanism& mechanism, const LooseSprings& loose) {
-  const bool planar = mechanism.space == SpaceKind::planar;
   std::vector<double> values;
-  if (planar)
-    add_inertias<Planar>(mechanism, values);
-  else
-    add_inertias<Spatial>(mechanism, values);
-  for (std::size_t s = 0; s < mechanism.springs.size(); ++s)
-    add_spring_values(mechanism.springs[s], planar ? 2 : 3, is_loose(loose, s), values);
+  in_space(mechanism.space, [&]<class S>(S) {
+    add_inertias<S>(mechanism, values);
+    for (std::size_t s = 0; s < mechanism.springs.size(); ++s)
+      add_spring_values(mechanism.springs[s], S::dimension, is_loose(loose, s), values);
+  });
   return Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 

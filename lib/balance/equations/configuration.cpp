@@ -57,7 +57,7 @@ Configured find(const Mechanism& mechanism, const PoseTarget& pose) {
 }  // namespace
 
 Configured find_configuration(const Mechanism& mechanism, const PoseTarget& pose) {
-  return mechanism.space == SpaceKind::planar ? find<Planar>(mechanism, pose) : find<Spatial>(mechanism, pose);
+  return in_space(mechanism.space, [&]<class S>(S) { return find<S>(mechanism, pose); });
 }
 
 }  // namespace balance

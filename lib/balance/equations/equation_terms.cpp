@@ -14,8 +14,9 @@ std::unique_ptr<EquationTerms::Engine> make_engine(const Mechanism& mechanism, c
   require_valid(mechanism);
   if (!(options.time_scale > 0) || !std::isfinite(options.time_scale))
     throw std::invalid_argument("time_scale: expected a positive number");
-  if (mechanism.space == SpaceKind::planar) return std::make_unique<TermsEngine<Planar>>(mechanism, options);
-  return std::make_unique<TermsEngine<Spatial>>(mechanism, options);
+  return in_space(mechanism.space, [&]<class S>(S) -> std::unique_ptr<EquationTerms::Engine> {
+    return std::make_unique<TermsEngine<S>>(mechanism, options);
+  });
 }
 
 void check(const char* what, const VectorX& values, const std::vector<int>& independent) {

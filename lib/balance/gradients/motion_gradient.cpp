@@ -153,8 +153,7 @@ RunGradient differentiate(const MechanismOf<DualNumber>& mechanism, const Trajec
   if (binds_rates(values_of(mechanism)))
     throw std::invalid_argument(
         "there are no derivatives of a motion whose rates are bound, which all of the way decides");
-  return mechanism.space == SpaceKind::planar ? DualRun<Planar>(mechanism, trajectory, quantities).run()
-                                              : DualRun<Spatial>(mechanism, trajectory, quantities).run();
+  return in_space(mechanism.space, [&]<class S>(S) { return DualRun<S>(mechanism, trajectory, quantities).run(); });
 }
 
 }  // namespace balance

@@ -76,10 +76,9 @@ bool differentiate_state(const InverseDynamics& door, const Seeded& seeded, doub
                          Answer<StateGradient>& found) {
   const auto& engine = door.engine();
   std::vector<Sample>& derivatives = found.value.derivatives;
-  const bool held =
-      door.mechanism().space == SpaceKind::planar
-          ? add_derivatives(static_cast<const InverseEngine<Planar>&>(engine), seeded, time, count, derivatives)
-          : add_derivatives(static_cast<const InverseEngine<Spatial>&>(engine), seeded, time, count, derivatives);
+  const bool held = in_space(door.mechanism().space, [&]<class S>(S) {
+    return add_derivatives(static_cast<const InverseEngine<S>&>(engine), seeded, time, count, derivatives);
+  });
   if (held) return true;
   found.outcome.status = MotionStatus::actuation_singularity;
   found.outcome.reason = "actuation singularity: the efforts have no derivatives there";

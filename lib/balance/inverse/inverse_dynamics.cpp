@@ -71,8 +71,9 @@ std::unique_ptr<InverseDynamics::Engine> make_engine(const Mechanism& mechanism,
   if (!options.about.allFinite()) throw std::invalid_argument("about: expected finite numbers");
   if (!(options.time_scale > 0) || !std::isfinite(options.time_scale))
     throw std::invalid_argument("time_scale: expected a positive number");
-  if (mechanism.space == SpaceKind::planar) return std::make_unique<InverseEngine<Planar>>(mechanism, options);
-  return std::make_unique<InverseEngine<Spatial>>(mechanism, options);
+  return in_space(mechanism.space, [&]<class S>(S) -> std::unique_ptr<InverseDynamics::Engine> {
+    return std::make_unique<InverseEngine<S>>(mechanism, options);
+  });
 }
 
 }  // namespace

@@ -168,8 +168,7 @@ Result simulate(const Mechanism& mechanism, const Trajectory& trajectory, const 
   Result result;
   result.outcome = timed.outcome;
   if (timed.outcome.status != MotionStatus::done) return result;
-  result = mechanism.space == SpaceKind::planar ? Run<Planar>(mechanism, timed.trajectory, progress).run()
-                                                : Run<Spatial>(mechanism, timed.trajectory, progress).run();
+  result = in_space(mechanism.space, [&]<class S>(S) { return Run<S>(mechanism, timed.trajectory, progress).run(); });
   result.found_law = timed.found;
   result.found_corridor = timed.corridor;
   result.phase_plane.ceiling_place = timed.phase_plane.ceiling_place;

@@ -290,8 +290,8 @@ MotionOutcome keep_momentum(const Mechanism& mechanism, Trajectory& trajectory) 
   };
   if (std::none_of(trajectory.courses.begin(), trajectory.courses.end(), unknown))
     return {MotionStatus::done, 0, "", {}};
-  if (mechanism.space == SpaceKind::planar) return MomentumKeeper<Planar>(mechanism, trajectory).run(trajectory);
-  return MomentumKeeper<Spatial>(mechanism, trajectory).run(trajectory);
+  return in_space(mechanism.space,
+                  [&]<class S>(S) { return MomentumKeeper<S>(mechanism, trajectory).run(trajectory); });
 }
 
 }  // namespace balance

@@ -238,9 +238,9 @@ class PathSampler : public PathSource {
 
 std::unique_ptr<PathSource> make_path_source(const Mechanism& mechanism, const Trajectory& trajectory,
                                              const std::vector<LimitedQuantity>& quantities) {
-  if (mechanism.space == SpaceKind::planar)
-    return std::make_unique<PathSampler<Planar>>(mechanism, trajectory, quantities);
-  return std::make_unique<PathSampler<Spatial>>(mechanism, trajectory, quantities);
+  return in_space(mechanism.space, [&]<class S>(S) -> std::unique_ptr<PathSource> {
+    return std::make_unique<PathSampler<S>>(mechanism, trajectory, quantities);
+  });
 }
 
 }  // namespace balance
