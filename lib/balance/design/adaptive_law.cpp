@@ -66,6 +66,13 @@ std::optional<Polynomial> adapted_solution(const SeparatedConditions& conditions
   return collector.finish(variables, 1e-12);
 }
 
+/// Without the digits that differences of numbers of this size leave as round-off.
+double without_round_off(double value, double size) {
+  constexpr int digits = 13;
+  const double scale = size > 0 ? elementary::pow(10, digits - std::ceil(elementary::log10(size))) : 1;
+  return scale > 1 && std::isfinite(scale) ? std::round(value * scale) / scale : value;
+}
+
 AdaptiveLaw in_numbers(const Polynomial& units, const Box& box, int adapted) {
   const Polynomial loads = units.substituted(box.centre(), box.half());
   AdaptiveLaw law;
@@ -89,6 +96,14 @@ AdaptiveLaw in_numbers(const Polynomial& units, const Box& box, int adapted) {
       sum += next.coefficients[i];
       if (std::abs(sum) < 1e-13 * size) sum = 0;
     }
+  }
+  const VectorX size = box.centre().cwiseAbs() + box.half();
+  for (AdaptiveLaw::Term& term : law.terms) {
+    double load = 1;
+    for (std::size_t k = 0; k < term.powers.size(); ++k)
+      load *= elementary::pow(size[adapted + static_cast<Eigen::Index>(k)], term.powers[k]);
+    for (Eigen::Index i = 0; i < adapted; ++i)
+      term.coefficients[i] = without_round_off(term.coefficients[i], size[i] / load);
   }
   std::stable_sort(law.terms.begin(), law.terms.end(),
                    [&](const auto& a, const auto& b) { return degree(a) < degree(b); });
