@@ -70,7 +70,7 @@ Command setup_check(CLI::App& program) {
   parser->add_flag("--verify", options->verify,
                    "run all trajectories by both formulations; exit code 1 if they differ");
   parser->footer(
-      "Prints degrees of freedom, loops, redundant constraints, idle freedoms, mass, centre of\n"
+      "Prints degrees of freedom, loops, redundant constraints, passive freedoms, mass, centre of\n"
       "mass and the assembly modes found at the start pose, each with the line that picks it.\n\n"
       "--verify computes planar mechanisms a second time, in natural coordinates, which share nothing\n"
       "with the first way: every trajectory and the conditions for a force balance. Relative\n"

@@ -47,7 +47,7 @@ add_library(balance_duals OBJECT
   lib/balance/kinematics/joint_coordinates.cpp lib/balance/kinematics/joint_steps.cpp
   lib/balance/kinematics/rate_closures.cpp lib/balance/kinematics/tree.cpp
   lib/balance/motion/drive_rows.cpp lib/balance/motion/equations.cpp lib/balance/motion/equations_singular.cpp
-  lib/balance/dynamics/actuation.cpp lib/balance/dynamics/actuation_grip.cpp lib/balance/dynamics/external.cpp lib/balance/dynamics/observer.cpp)
+  lib/balance/dynamics/actuation.cpp lib/balance/dynamics/actuation_matrix.cpp lib/balance/dynamics/external.cpp lib/balance/dynamics/observer.cpp)
 target_link_libraries(balance_duals PRIVATE balance_core)
 target_compile_definitions(balance_duals PRIVATE BALANCE_DUALS)
 balance_compile_options(balance_duals)

@@ -1,4 +1,4 @@
-"""Result files as a stranger would make them to do harm: bytes changed, or structures that no honest writer has, under an intact seal."""
+"""Result files as a stranger would make them to do harm: bytes changed, or structures that no honest writer has, under an intact checksum."""
 
 import os
 import struct
@@ -8,25 +8,25 @@ import zlib
 import h5py
 import numpy
 
-SEAL = 16  # bytes behind the last one of HDF5
+CHECKSUM = 16  # bytes behind the last one of HDF5
 
 
-def sealed(content):
+def checked(content):
     return content + f"balance:{zlib.crc32(content):08x}".encode()
 
 
-def seal(path):
-    """Seals what h5py has changed; whatever stood behind the end of HDF5 is gone."""
+def add_checksum(path):
+    """Adds a checksum to what h5py has changed; whatever stood behind the end of HDF5 is gone."""
     with open(path, "rb") as file:
         content = file.read()
-    if content[-SEAL:].startswith(b"balance:"):
-        content = content[:-SEAL]
+    if content[-CHECKSUM:].startswith(b"balance:"):
+        content = content[:-CHECKSUM]
     with open(path, "wb") as file:
-        file.write(sealed(content))
+        file.write(checked(content))
 
 
 def spoil_bytes(content, random):
-    """Some bytes of a file without seal changed: bits, bytes, numbers that sizes and addresses are likely to be; cut, moved, repeated."""
+    """Some bytes of a file without checksum changed: bits, bytes, numbers that sizes and addresses are likely to be; cut, moved, repeated."""
     spoilt = bytearray(content)
     # What steers the library stands between the numbers and before them.
     places = [i for i in range(0, len(content) - 8, 8) if any(content[i:i + 8])]

@@ -253,9 +253,9 @@ trajectories: {recorded: {drive: joints, path: {file: joints.csv}}}
                          ('"files": []', '"files": [\n    {\n      "name": "../suite.yaml",\n      "sha256": "SUM"\n    }\n  ]')):
             with open(suite, "rb") as file:
                 new = new.replace("SUM", hashlib.sha256(file.read()).hexdigest())
-            changed = honest[:honest.rindex(",\n  \"seal\"")].replace(old, new)
-            seal = hashlib.sha256((changed + "\n}\n").encode()).hexdigest()
-            self.write("out/a.case.json", f'{changed},\n  "seal": "{seal}"\n}}\n')
+            changed = honest[:honest.rindex(",\n  \"sha256\"")].replace(old, new)
+            digest = hashlib.sha256((changed + "\n}\n").encode()).hexdigest()
+            self.write("out/a.case.json", f'{changed},\n  "sha256": "{digest}"\n}}\n')
             self.assert_quiet_success(self.batch(suite, "--metrics-only"))
             self.assertEqual(content(path).decode(), honest)
 

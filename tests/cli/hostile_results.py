@@ -1,4 +1,4 @@
-"""Result files and tables that were made to do harm, under an intact seal: a message, in little time and memory, or an honest answer."""
+"""Result files and tables that were made to do harm, under an intact checksum: a message, in little time and memory, or an honest answer."""
 
 import os
 import random
@@ -20,11 +20,11 @@ class HostileResults(Case):
         self.bad = self.path("bad.h5")
 
     def changed(self, change, *arguments):
-        """A copy with an intact seal, changed by h5py."""
+        """A copy with an intact checksum, changed by h5py."""
         shutil.copy(self.good, self.bad)
         with h5py.File(self.bad, "r+") as file:
             change(file, *arguments)
-        _hostile.seal(self.bad)
+        _hostile.add_checksum(self.bad)
 
     def commands(self):
         out = self.path("out")
@@ -44,21 +44,21 @@ class HostileResults(Case):
             codes.append(code)
         return codes
 
-    def test_bytes_spoilt_under_an_intact_seal_do_no_harm(self):  # (C2)
+    def test_bytes_spoilt_under_an_intact_checksum_do_no_harm(self):  # (C2)
         with open(self.good, "rb") as file:
-            content = file.read()[:-_hostile.SEAL]
+            content = file.read()[:-_hostile.CHECKSUM]
         refused = 0
         for seed in range(40):
             with open(self.bad, "wb") as file:
-                file.write(_hostile.sealed(_hostile.spoil_bytes(content, random.Random(seed))))
+                file.write(_hostile.checked(_hostile.spoil_bytes(content, random.Random(seed))))
             commands = self.commands()
             refused += self.assert_harmless(f"seed {seed}", [commands[seed % 4]])[0] == 5
         self.assertGreater(refused, 5)
 
-    def test_sealed_files_that_crashed_the_library_do_no_harm(self):  # (C2)
+    def test_files_with_a_checksum_that_crashed_the_library_do_no_harm(self):  # (C2)
         """Lengths, addresses and kinds of messages in the library's own tables, each changed alone."""
         with open(self.good, "rb") as file:
-            content = file.read()[:-_hostile.SEAL]
+            content = file.read()[:-_hostile.CHECKSUM]
         heads = [i for i in range(len(content)) if content[i:i + 4] in (b"OHDR", b"OCHK", b"FRHP", b"BTHD", b"TREE", b"HEAP", b"GCOL")]
         self.assertTrue(heads)
         dice = random.Random(7)
@@ -67,7 +67,7 @@ class HostileResults(Case):
             for _ in range(3):
                 spoilt[at + dice.randrange(4, 40)] = dice.choice([0, 0x7F, 0xFF, dice.randrange(256)])
             with open(self.bad, "wb") as file:
-                file.write(_hostile.sealed(bytes(spoilt)))
+                file.write(_hostile.checked(bytes(spoilt)))
             self.assert_harmless(f"header at {at}", [self.commands()[at % 4]])
 
     def test_structures_that_no_honest_writer_has_do_no_harm(self):  # (C2)

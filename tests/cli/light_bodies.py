@@ -1,4 +1,4 @@
-"""Bodies without mass and point masses, inertias kept as given, idle spins of legs that slide."""
+"""Bodies without mass and point masses, inertias kept as given, passive freedoms of legs that slide."""
 
 import json
 import unittest
@@ -100,14 +100,14 @@ class Legs(Case):
 
     def test_a_leg_spins_about_its_line(self):
         found = self.check()
-        self.assertEqual((found["degrees_of_freedom"], len(found["idle"])), (1, 1))
-        self.assertIn("could spin", found["idle"][0])
+        self.assertEqual((found["degrees_of_freedom"], len(found["passive_freedoms"])), (1, 1))
+        self.assertIn("could spin", found["passive_freedoms"][0])
 
     def test_a_leg_off_its_line_does_not(self):
         self.assertEqual(self.check(rod="mass: 0.5, com: [0.01, 0, -0.1], inertia: [0.01, 0.01, 0.001]")["degrees_of_freedom"], 2)
 
     def test_a_rod_without_mass_spins(self):
-        self.assertEqual(len(self.check(rod="mass: 0")["idle"]), 1)
+        self.assertEqual(len(self.check(rod="mass: 0")["passive_freedoms"]), 1)
 
     def test_efforts_of_a_held_leg(self):
         """The power of the drive is the rate of energy: the held spin takes none."""

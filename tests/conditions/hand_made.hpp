@@ -59,9 +59,9 @@ inline Conditions conditions(const Mechanism& mechanism, const std::vector<Terms
 }
 
 /// Numbers of its own, the same with every standard library.
-class Dice {
+class RandomNumbers {
  public:
-  explicit Dice(unsigned seed) : bits_(seed) {}
+  explicit RandomNumbers(unsigned seed) : bits_(seed) {}
   double number(double low, double high) {
     return low + (high - low) * (static_cast<double>(bits_()) + 0.5) / 4294967296.0;
   }
@@ -75,15 +75,15 @@ class Dice {
 };
 
 /// Bodies of random shape: each a cloud of heavy points, so that it is physical by construction.
-inline void reshape(Mechanism& m, Dice& dice) {
+inline void reshape(Mechanism& m, RandomNumbers& random) {
   for (std::size_t b = 1; b < m.bodies.size(); ++b) {
     Body& body = m.bodies[b];
     const Vector3 flat(1, 1, m.space == SpaceKind::planar ? 0 : 1);
-    body.mass = dice.number(0.2, 3);
-    body.com = dice.place(1).cwiseProduct(flat);
+    body.mass = random.number(0.2, 3);
+    body.com = random.place(1).cwiseProduct(flat);
     Matrix3 second = Matrix3::Zero();
     for (int i = 0; i < 5; ++i) {
-      const Vector3 r = dice.place(0.8);
+      const Vector3 r = random.place(0.8);
       second += 0.2 * body.mass * r * r.transpose();
     }
     body.inertia = second.trace() * Matrix3::Identity() - second;

@@ -19,10 +19,10 @@ void check_proof(const Impossibility& proof, const Conditions& conditions, Mecha
   const VectorX combined = conditions.matrix.transpose() * proof.combination;
   // Round-off of a few terms of size one.
   CHECK((combined - proof.coefficients).cwiseAbs().maxCoeff() < 1e-8 * proof.coefficients.cwiseAbs().maxCoeff());
-  Dice dice(7);
+  RandomNumbers random(7);
   double least = 1e300;
   for (int i = 0; i < 2000; ++i) {
-    reshape(mechanism, dice);
+    reshape(mechanism, random);
     const VectorX pi = parameter_values(mechanism, LooseSprings(mechanism.springs.size(), true));
     least = std::min(least, proof.coefficients.dot(pi));
   }
@@ -191,18 +191,18 @@ TEST_CASE("conditions that some bodies meet are never proved impossible") {
   for (const SpaceKind space : {SpaceKind::planar, SpaceKind::spatial})
     for (unsigned seed = 1; seed <= 60; ++seed) {
       CAPTURE(seed);
-      Dice dice(seed);
+      RandomNumbers random(seed);
       Mechanism m = bodies(space, 1 + static_cast<int>(seed % 3));
       if (seed % 2 == 0)
-        m.attachments.push_back({"cw", AttachmentKind::counterweight, 1, dice.place(1), 0.5, Matrix3::Zero()});
-      reshape(m, dice);
+        m.attachments.push_back({"cw", AttachmentKind::counterweight, 1, random.place(1), 0.5, Matrix3::Zero()});
+      reshape(m, random);
       const VectorX pi = parameter_values(m);
-      const Eigen::Index n = 1 + static_cast<Eigen::Index>(dice.number(0, 0.9) * static_cast<double>(pi.size()));
-      MatrixX rows = dice.matrix(n, pi.size());
+      const Eigen::Index n = 1 + static_cast<Eigen::Index>(random.number(0, 0.9) * static_cast<double>(pi.size()));
+      MatrixX rows = random.matrix(n, pi.size());
       if (seed % 3 == 0) rows = rows.cwiseAbs();  // tempting: all of one sign but for what follows
       rows -= (rows * pi) * pi.transpose() / pi.squaredNorm();
       Mechanism other = m;
-      reshape(other, dice);  // the proof must not lean on the present numbers
+      reshape(other, random);  // the proof must not lean on the present numbers
       CHECK_FALSE(prove_impossible(with_matrix(other, rows), other));
     }
 }
@@ -212,14 +212,14 @@ TEST_CASE("conditions mixed from an impossible one are proved impossible") {
   for (const SpaceKind space : {SpaceKind::planar, SpaceKind::spatial})
     for (unsigned seed = 1; seed <= 30; ++seed) {
       CAPTURE(seed);
-      Dice dice(seed);
+      RandomNumbers random(seed);
       Mechanism m = bodies(space, 2);
       const Conditions all = with_matrix(m, MatrixX());
       const auto count = static_cast<Eigen::Index>(all.parameters.size());
       // Row 0: the integral of a squared linear polynomial over each body. Rows mixed: the span stays the same.
-      MatrixX rows = dice.matrix(4, count);
+      MatrixX rows = random.matrix(4, count);
       VectorX positive = VectorX::Zero(count);
-      const Vector3 a = dice.place(1), b = dice.place(1);
+      const Vector3 a = random.place(1), b = random.place(1);
       for (const auto& [name, at] : {std::pair{"1", a}, std::pair{"2", b}}) {
         const std::string of(name);
         positive[find(all, of + ".m")] = at.head(space == SpaceKind::planar ? 2 : 3).squaredNorm();
@@ -233,7 +233,7 @@ TEST_CASE("conditions mixed from an impossible one are proved impossible") {
         }
       }
       rows.row(0) = positive.transpose();
-      const auto proof = prove(m, with_matrix(m, dice.matrix(4, 4) * rows));
+      const auto proof = prove(m, with_matrix(m, random.matrix(4, 4) * rows));
       proved += proof.has_value();
     }
   CHECK(proved == 60);
@@ -275,22 +275,22 @@ TEST_CASE("conditions that a point within the bounds meets are never proved impo
   int proved = 0;
   for (unsigned seed = 1; seed <= 200; ++seed) {
     CAPTURE(seed);
-    Dice dice(seed);
+    RandomNumbers random(seed);
     const Mechanism m = bodies(SpaceKind::planar, 3);
-    Conditions c = with_matrix(m, dice.matrix(1 + seed % 6, 12));
+    Conditions c = with_matrix(m, random.matrix(1 + seed % 6, 12));
     const Eigen::Index n = 1 + seed % 5;
-    BoundedParameters p{dice.matrix(12, 1), dice.matrix(12, n), -dice.matrix(n, 1).cwiseAbs(),
-                        dice.matrix(n, 1).cwiseAbs()};
+    BoundedParameters p{random.matrix(12, 1), random.matrix(12, n), -random.matrix(n, 1).cwiseAbs(),
+                        random.matrix(n, 1).cwiseAbs()};
     VectorX z = seed % 2 == 0 ? p.lower : p.upper;  // a corner: the hardest place
     const VectorX pi = p.constant + p.gradient * z;
     c.matrix -= (c.matrix * pi) * pi.transpose() / pi.squaredNorm();
     CHECK_FALSE(prove_impossible(c, p));
     // The same conditions with another constant: if there is a proof, no random point contradicts it.
-    p.constant += 0.5 * dice.matrix(12, 1);
+    p.constant += 0.5 * random.matrix(12, 1);
     if (const auto proof = prove_impossible(c, p)) {
       ++proved;
       for (int i = 0; i < 200; ++i) {
-        for (Eigen::Index j = 0; j < n; ++j) z[j] = dice.number(p.lower[j], p.upper[j]);
+        for (Eigen::Index j = 0; j < n; ++j) z[j] = random.number(p.lower[j], p.upper[j]);
         CHECK(proof->coefficients.dot(p.constant + p.gradient * z) > 0);
       }
     }

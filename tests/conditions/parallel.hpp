@@ -7,7 +7,7 @@ namespace hand_made {
 
 class ParallelMaker {
  public:
-  ParallelMaker(SpaceKind space, unsigned seed) : dice_(seed), planar_(space == SpaceKind::planar) {
+  ParallelMaker(SpaceKind space, unsigned seed) : random_(seed), planar_(space == SpaceKind::planar) {
     m_.name = "random";
     m_.space = space;
     m_.gravity = 9 * place(1);
@@ -37,7 +37,7 @@ class ParallelMaker {
     }
     m_.coordinates = list_coordinates(m_.space, m_.joints);
     for (std::size_t c = 0; c < m_.coordinates.size(); ++c) m_.assembly.push_back({static_cast<int>(c), 0});
-    reshape(m_, dice_);
+    reshape(m_, random_);
     return m_;
   }
 
@@ -58,7 +58,9 @@ class ParallelMaker {
   }
 
  private:
-  Vector3 place(double size) { return planar_ ? dice_.place(size).cwiseProduct(Vector3(1, 1, 0)) : dice_.place(size); }
+  Vector3 place(double size) {
+    return planar_ ? random_.place(size).cwiseProduct(Vector3(1, 1, 0)) : random_.place(size);
+  }
 
   int add_body(const std::string& name) {
     m_.bodies.emplace_back();
@@ -98,7 +100,7 @@ class ParallelMaker {
     m_.discs.push_back(disc);
   }
 
-  Dice dice_;
+  RandomNumbers random_;
   bool planar_;
   int platform_ = 0, slide_leg_ = -1;
   Mechanism m_;

@@ -118,7 +118,7 @@ actuators: [W]
   CHECK(std::abs(plant.acceleration(values({-9.81 * 0.1}))[0]) < 1e-10);
 }
 
-TEST_CASE("a heavy top spins on in steady precession through every orientation of its ball joint") {
+TEST_CASE("a heavy top spins on in steady precession through every orientation of its spherical joint") {
   const Mechanism top = spec(R"(
 space: spatial
 gravity: [0, 0, -9.81]

@@ -15,8 +15,8 @@ using namespace balance::designing;
 
 TEST_CASE("the scaling takes the multipliers to the scaled slacks, and its inverse undoes it") {
   const SecondOrderCone cone(2, {3, 1, 4});
-  Dice dice(3);
-  const VectorX s = dice.point(10) + 3 * cone.unit(), z = dice.point(10) + 3 * cone.unit(), v = dice.point(10);
+  RandomNumbers random(3);
+  const VectorX s = random.point(10) + 3 * cone.unit(), z = random.point(10) + 3 * cone.unit(), v = random.point(10);
   REQUIRE(cone.margin(s) > 0);
   REQUIRE(cone.margin(z) > 0);
   const ConeScaling scaling(cone, s, z);
@@ -69,10 +69,10 @@ ConeProgram distance(const MatrixX& a, const VectorX& b) {
 }
 
 TEST_CASE("a least distance within bounds meets the conditions of optimality") {
-  Dice dice(7);
+  RandomNumbers random(7);
   for (int trial = 0; trial < 20; ++trial) {
-    const MatrixX a = dice.point(7 * 4).reshaped(7, 4);
-    const VectorX b = 3 * dice.point(7);
+    const MatrixX a = random.point(7 * 4).reshaped(7, 4);
+    const VectorX b = 3 * random.point(7);
     const ConeProgram program = distance(a, b);
     const ConeSolution found = minimise(program);
     REQUIRE(found.status == ConeStatus::solved);
@@ -88,9 +88,9 @@ TEST_CASE("a least distance within bounds meets the conditions of optimality") {
 }
 
 TEST_CASE("equations that can be met leave a distance at round-off") {
-  Dice dice(11);
-  const MatrixX a = dice.point(6 * 4).reshaped(6, 4);
-  const VectorX x = 0.5 * dice.point(4);
+  RandomNumbers random(11);
+  const MatrixX a = random.point(6 * 4).reshaped(6, 4);
+  const VectorX x = 0.5 * random.point(4);
   const ConeSolution found = minimise(distance(a, a * x));
   REQUIRE(found.status == ConeStatus::solved);
   CHECK(found.value < 1e-9);
@@ -98,10 +98,10 @@ TEST_CASE("equations that can be met leave a distance at round-off") {
 }
 
 TEST_CASE("without cones it is linear programming") {
-  Dice dice(5);
+  RandomNumbers random(5);
   for (int trial = 0; trial < 10; ++trial) {
-    const MatrixX a = dice.point(12 * 4).reshaped(12, 4);
-    const VectorX cost = dice.point(4);
+    const MatrixX a = random.point(12 * 4).reshaped(12, 4);
+    const VectorX cost = random.point(4);
     ConeRows rows(4);
     rows.at_most(a, VectorX::Ones(12));
     rows.at_most(MatrixX::Identity(4, 4), VectorX::Constant(4, 5));

@@ -12,20 +12,20 @@ using namespace balance::designing;
 
 namespace {
 
-MatrixX random_matrix(Dice& dice, Eigen::Index rows, Eigen::Index columns) {
+MatrixX random_matrix(RandomNumbers& random, Eigen::Index rows, Eigen::Index columns) {
   MatrixX m(rows, columns);
   for (Eigen::Index i = 0; i < rows; ++i)
-    for (Eigen::Index j = 0; j < columns; ++j) m(i, j) = dice(-1, 1);
+    for (Eigen::Index j = 0; j < columns; ++j) m(i, j) = random(-1, 1);
   return m;
 }
 
 }  // namespace
 
 TEST_CASE("bounded least squares leave a gradient that points out of the box wherever a bound is active") {
-  Dice dice(3);
+  RandomNumbers random(3);
   for (int trial = 0; trial < 50; ++trial) {
-    const MatrixX a = random_matrix(dice, 9, 6);
-    const VectorX b = 3 * dice.point(9), lower = VectorX::Constant(6, -0.5), upper = VectorX::Constant(6, 0.7);
+    const MatrixX a = random_matrix(random, 9, 6);
+    const VectorX b = 3 * random.point(9), lower = VectorX::Constant(6, -0.5), upper = VectorX::Constant(6, 0.7);
     VectorX x = VectorX::Zero(6);
     bounded_least_squares(a, b, lower, upper, x);
     const VectorX gradient = a.transpose() * (a * x - b);
@@ -41,19 +41,19 @@ TEST_CASE("bounded least squares leave a gradient that points out of the box whe
 }
 
 TEST_CASE("quadratic programs end where the multipliers say so") {
-  Dice dice(5);
+  RandomNumbers random(5);
   for (int trial = 0; trial < 50; ++trial) {
     const Eigen::Index n = 6;
-    const MatrixX root = random_matrix(dice, n, n);
+    const MatrixX root = random_matrix(random, n, n);
     QuadraticProgram p;
     p.hessian = root * root.transpose() + 0.1 * MatrixX::Identity(n, n);
-    p.gradient = 3 * dice.point(6);
-    p.equalities = random_matrix(dice, 2, n);
+    p.gradient = 3 * random.point(6);
+    p.equalities = random_matrix(random, 2, n);
     p.equalities.conservativeResize(3, n);
     p.equalities.row(2) = p.equalities.row(0) - 2 * p.equalities.row(1);  // follows from the others
-    const VectorX inside = 0.3 * dice.point(6);
+    const VectorX inside = 0.3 * random.point(6);
     p.equal_to = p.equalities * inside;
-    p.inequalities = random_matrix(dice, 10, n);
+    p.inequalities = random_matrix(random, 10, n);
     p.at_least = p.inequalities * inside - VectorX::Constant(10, 0.1);
     const auto optimum = solve(p);
     REQUIRE(optimum);
@@ -124,9 +124,9 @@ TEST_CASE("masses and inertias are polynomials, and few mechanisms suffice to fi
   CHECK_FALSE(seen.any_geometric());
   // 20 monomials of m, x, y; the counterweight's six and most pairs come along with them
   CHECK(built < 40);
-  Dice dice(8);
+  RandomNumbers random(8);
   for (int k = 0; k < 5; ++k) {
-    const VectorX u = dice.point(box.size());
+    const VectorX u = random.point(box.size());
     VectorX values, exact = map.exact(u);
     MatrixX jacobian;
     map.evaluate(u, values, &jacobian);
@@ -152,9 +152,9 @@ TEST_CASE("a polynomial says the same in unit coordinates and in the numbers the
   p.add({{1, 1}}, {{0, 0.25}});
   const VectorX centre = VectorX{{3, -1}}, half = VectorX{{0.5, 2}};
   const Polynomial q = p.substituted(centre, half);
-  Dice dice(2);
+  RandomNumbers random(2);
   for (int k = 0; k < 5; ++k) {
-    const VectorX u = dice.point(2), x = centre + half.cwiseProduct(u);
+    const VectorX u = random.point(2), x = centre + half.cwiseProduct(u);
     VectorX a, b;
     p.evaluate(u, a, nullptr);
     q.evaluate(x, b, nullptr);

@@ -85,7 +85,7 @@ class Platform(ImportCase):
             time, power, energy = result["time"][:], result["power"][:].sum(1), result["kinetic_energy"][:]
             height = result["com_position"][:, 2]
         check = json.loads(run("check", self.path("moved.yaml"), "--json").stdout)
-        self.assertEqual((check["degrees_of_freedom"], len(check["loops"]), len(check["idle"])), (6, 5, idle))
+        self.assertEqual((check["degrees_of_freedom"], len(check["loops"]), len(check["passive_freedoms"])), (6, 5, idle))
         mass = 5 + 6 * 1.6
         self.assertAlmostEqual(check["total_mass"], mass, places=12)
         gained = energy + mass * 9.81 * height

@@ -143,7 +143,7 @@ TEST_CASE("a check finds the same freedoms, loops and assembly modes in every si
       CHECK(a.outcome.status == b.outcome.status);
       CHECK(a.degrees_of_freedom == b.degrees_of_freedom);
       CHECK(a.redundant == b.redundant);
-      CHECK(a.idle == b.idle);
+      CHECK(a.passive_freedoms == b.passive_freedoms);
       CHECK(b.total_mass == doctest::Approx(a.total_mass * by.mass).epsilon(1e-12));
       CHECK((b.com / by.length - a.com).norm() < 1e-9 * balance::characteristic_length(study.mechanism));
       REQUIRE(a.modes.size() == b.modes.size());

@@ -165,7 +165,7 @@ Experiment displaced(const Experiment& from, const Matrix3& R, const Vector3& d)
 }
 
 bool can_be_displaced(const Experiment& from) {
-  const auto ball_on_ground = [](const Joint& joint) {
+  const auto spherical_on_ground = [](const Joint& joint) {
     return joint.type == JointType::spherical && joint.first == ground;
   };
   // with fewer freedoms than directions only x, or x and y, are driven; with four or five only some of the rotations about
@@ -175,7 +175,7 @@ bool can_be_displaced(const Experiment& from) {
   const bool whole = freedoms >= directions && (planar || (freedoms != 4 && freedoms != 5));
   const bool free = from.trajectory.drive == DriveKind::joints || whole;
   return free && from.trajectory.components.empty() &&
-         std::none_of(from.mechanism.joints.begin(), from.mechanism.joints.end(), ball_on_ground);
+         std::none_of(from.mechanism.joints.begin(), from.mechanism.joints.end(), spherical_on_ground);
 }
 
 Experiment scaled(const Experiment& from, const Units& by) { return in_units(from, by); }

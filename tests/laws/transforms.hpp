@@ -17,7 +17,7 @@ using Experiment = ExperimentOf<double>;
 /// The ground with everything on it, gravity, loads and targets displaced by x ↦ R x + d.
 /// @param R planar mechanisms: about z
 Experiment displaced(const Experiment& from, const balance::Matrix3& R, const balance::Vector3& d);
-/// False where the displaced experiment cannot be stated: a drive on single directions, a ball on the ground (its angles are about the
+/// False where the displaced experiment cannot be stated: a drive on single directions, a spherical joint on the ground (its angles are about the
 /// ground's axes).
 bool can_be_displaced(const Experiment& from);
 

@@ -133,10 +133,10 @@ TEST_CASE("a file of ours that was damaged anywhere is refused") {
         folder("bad.h5") + ": expected a whole HDF5 file, found one that is damaged or cut off");
 }
 
-TEST_CASE("a file that lost its seal is read with care: refused or a run, and never anything worse") {
+TEST_CASE("a file that lost its checksum is read with care: refused or a run, and never anything worse") {
   const Folder folder;
   write_result(folder("run.h5"), run_of("four-bar.yaml"), {.title = "t"});
-  const std::string sealed = bytes_of(folder("run.h5")), bare = sealed.substr(0, sealed.size() - 16);
+  const std::string checked = bytes_of(folder("run.h5")), bare = checked.substr(0, checked.size() - 16);
   std::ofstream(folder("bare.h5"), std::ios::binary) << bare;
   CHECK(read_result_file(folder("bare.h5")).title == "t");
   CHECK(refused_of(bare, 60, folder("bad.h5")) >= 30);  // every one that is cut off at least

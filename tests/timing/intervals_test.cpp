@@ -114,7 +114,7 @@ TEST_CASE("limits beside a law that does not ask for them change nothing") {
   CHECK_FALSE(told.found_law.has_value());
 }
 
-TEST_CASE("a path of ball joints, whose axes turn on the way, is looked at as often as it takes") {
+TEST_CASE("a path of spherical joints, whose axes turn on the way, is looked at as often as it takes") {
   const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/stewart.yaml");
   Trajectory trajectory = named(study, "legs");
   trajectory.law.kind = LawKind::fastest;

@@ -73,7 +73,7 @@ TEST_CASE("the check names degrees of freedom, redundant constraints and the lin
   const std::string text = check_text(report(), mechanism());
   for (const std::string part :
        {"degrees of freedom  2 (4 coordinates - 2 independent of 3 closure equations); by counting 1",
-        "redundant           weld: moment about x", "idle freedoms       none", "total mass          2.5 kg",
+        "redundant           weld: moment about x", "passive freedoms    none", "total mass          2.5 kg",
         "(0.25, -0.5) m", "A = 0.5 rad, S = 0.125 m", "  * assembly: {A: 0.5}", "    assembly: {A: -0.5}"}) {
     CHECK_MESSAGE(text.find(part) != std::string::npos, part, "\n", text);
   }

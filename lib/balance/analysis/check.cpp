@@ -98,7 +98,7 @@ class Checker {
     report_.configuration_freedoms = tree_.columns - report_.closure_rank;
     report_.degrees_of_freedom = tree_.columns - rank;
     if (tree_.closure_rows > rank) name_redundant(y, rank);
-    find_idle();
+    find_passive_freedoms();
   }
 
   /// Rows of the closures that depend on the others; which of a dependent set is called redundant is a choice: the last ones.
@@ -132,12 +132,12 @@ class Checker {
     return std::string("moment about ") + names[3 - row.i - row.j] + " of the joint's axes";
   }
 
-  void find_idle() {
-    for (const IdleSpin& spin : tree_.held_spins)
-      report_.idle.push_back(mechanism_.bodies[spin.body].name +
-                             " could spin about the line between its spherical joints " +
-                             mechanism_.joints[spin.joints[0]].name + " and " + mechanism_.joints[spin.joints[1]].name +
-                             "; it is held as if one of them were universal, and not counted");
+  void find_passive_freedoms() {
+    for (const PassiveFreedom& spin : tree_.locked_freedoms)
+      report_.passive_freedoms.push_back(
+          mechanism_.bodies[spin.body].name + " could spin about the line between its spherical joints " +
+          mechanism_.joints[spin.joints[0]].name + " and " + mechanism_.joints[spin.joints[1]].name +
+          "; it is held as if one of them were universal, and not counted");
   }
 
   void describe_start(const VectorX& y) {

@@ -40,7 +40,7 @@ struct CheckReport {
   int degrees_of_freedom_by_counting = 0;  ///< Grübler–Kutzbach
   std::vector<std::string> redundant;      ///< one line per redundant constraint: "D1: moment about x of the loop …"
   std::vector<std::string>
-      idle;  ///< spins that nothing else notices, held and not counted: "rod1 could spin about the line …"
+      passive_freedoms;  ///< spins that nothing else notices, held and not counted: "rod1 could spin about the line …"
   double total_mass = 0;          ///< [kg]
   Vector3 com = Vector3::Zero();  ///< at the start pose [m]
   std::vector<double> start;      ///< coordinates at the start pose

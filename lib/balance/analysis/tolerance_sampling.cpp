@@ -18,9 +18,9 @@ namespace {
 constexpr std::array all_figures = {Figure::peak, Figure::rms, Figure::mean, Figure::range};
 
 /// Numbers that are the same with every standard library.
-class Dice {
+class RandomNumbers {
  public:
-  explicit Dice(std::uint64_t seed) : bits_(seed) {}
+  explicit RandomNumbers(std::uint64_t seed) : bits_(seed) {}
 
   double draw(const ToleranceNumber& number) {
     if (number.spread == Spread::uniform) return number.width * (2 * unit() - 1);
@@ -77,7 +77,7 @@ class Draws {
  public:
   Draws(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
         const std::vector<std::string>& quantities, std::uint64_t seed)
-      : space_(space), numbers_(numbers), quantities_(quantities), samples_(trajectory.samples), dice_(seed) {
+      : space_(space), numbers_(numbers), quantities_(quantities), samples_(trajectory.samples), random_(seed) {
     const auto& all = space.start.trajectories;
     const auto same = [&](const Trajectory& one) { return one.name == trajectory.name; };
     which_ = static_cast<std::size_t>(std::find_if(all.begin(), all.end(), same) - all.begin());
@@ -87,7 +87,7 @@ class Draws {
     DesignSpace drawn = space_;
     std::string why;
     for (const ToleranceNumber& number : numbers_) {
-      const double off = dice_.draw(number);
+      const double off = random_.draw(number);
       drawn.inputs[static_cast<std::size_t>(number.input)] += off;
       if (number.positive && number.value + off < 0) why = number.path + " below zero";
     }
@@ -143,7 +143,7 @@ class Draws {
   const std::vector<std::string>& quantities_;
   long samples_;
   std::size_t which_ = 0;
-  Dice dice_;
+  RandomNumbers random_;
   std::vector<Column> columns_;
   SampledTolerance out_;
 };

@@ -21,16 +21,16 @@ struct LaguerreSums {
 /// By the pivots of T − x and their derivatives with respect to x.
 LaguerreSums laguerre_sums(const std::vector<double>& diagonal, const std::vector<double>& beside, double x) {
   LaguerreSums sums;
-  double pivot = 1, slope = 0, bend = 0;  // the last pivot, its derivatives by the pivot
+  double pivot = 1, slope = 0, curvature = 0;  // the last pivot, its derivatives by the pivot
   for (std::size_t i = 0; i < diagonal.size(); ++i) {
     const double passed = i > 0 ? beside[i - 1] * beside[i - 1] / pivot : 0;
-    const double first = -1 + passed * slope, second = passed * (bend - 2 * slope * slope);
+    const double first = -1 + passed * slope, second = passed * (curvature - 2 * slope * slope);
     pivot = diagonal[i] - x - passed;
     if (!(pivot > 0)) return {0, 0, false};
     slope = first / pivot;
-    bend = second / pivot;
+    curvature = second / pivot;
     sums.first -= slope;
-    sums.second -= bend - slope * slope;
+    sums.second -= curvature - slope * slope;
   }
   return sums;
 }

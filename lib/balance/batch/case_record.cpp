@@ -44,7 +44,7 @@ Metric metric_of(const Json& json) {
   return metric;
 }
 
-constexpr const char* seal_key = "seal";
+constexpr const char* digest_key = "sha256";
 
 /// Of what is worth remembering.
 bool is_status(const std::string& word) {
@@ -111,10 +111,10 @@ std::string encode(const CaseRecord& record) {
   for (const RecordedFile& file : record.files) json["files"].push_back({{"name", file.name}, {"sha256", file.sha256}});
   // the last key, written by hand: numbers take long to become digits
   std::string text = dump(json);
-  const std::string seal = sha256(text);
+  const std::string digest = sha256(text);
   constexpr std::string_view end = "\n}\n";
   text.resize(text.size() - end.size());
-  return text.append(",\n  \"").append(seal_key).append("\": \"").append(seal).append("\"").append(end);
+  return text.append(",\n  \"").append(digest_key).append("\": \"").append(digest).append("\"").append(end);
 }
 
 std::optional<CaseRecord> decode(const std::string& text) {

@@ -53,7 +53,7 @@ struct CaseRecord {
   int exit_code() const;
 };
 
-/// JSON with a seal at its end, the SHA-256 of all that stands before: it tells what was damaged or edited from what was written.
+/// JSON whose last entry, the SHA-256 of all that stands before, tells what was damaged or edited from what was written.
 std::string encode(const CaseRecord& record);
 
 /// Nothing if the text is not, byte for byte, what encode makes of a record.

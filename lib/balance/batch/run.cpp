@@ -21,9 +21,9 @@ namespace balance {
 namespace {
 
 /// Looks for what is finished in threads, then computes the others in processes, which are started when there are no threads any more.
-class Crew {
+class WorkerPool {
  public:
-  Crew(const Plan& plan, const BatchOptions& options, const BatchFolder& folder, std::vector<std::size_t> cases)
+  WorkerPool(const Plan& plan, const BatchOptions& options, const BatchFolder& folder, std::vector<std::size_t> cases)
       : plan_(plan), options_(options), folder_(folder), cases_(std::move(cases)), records_(cases_.size()) {
     progress_.total = cases_.size();
     const std::size_t most = std::max<std::size_t>(cases_.size(), 1);
@@ -214,7 +214,7 @@ BatchOutcome run_batch(const Plan& plan, const BatchOptions& options) {
     names.push_back(name);
   }
   const BatchFolder folder(options.folder, options.shard, names, options.force);
-  BatchOutcome outcome = Crew(plan, options, folder, std::move(cases)).run();
+  BatchOutcome outcome = WorkerPool(plan, options, folder, std::move(cases)).run();
   folder.sync();
   return outcome;
 }

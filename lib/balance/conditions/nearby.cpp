@@ -62,10 +62,11 @@ class NearbyRows : public NearbyConditions::Implementation {
   Told solve_for_pivots(const Mechanism& mechanism, MatrixX& matrix) const override {
     if (!useful_) return Told::nothing;
     Tree<S> tree = compile<S>(mechanism, mechanism.actuators);
-    if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows || tree.balls != tree_.balls)
+    if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows ||
+        tree.spherical_joints != tree_.spherical_joints)
       return Told::nothing;
-    for (const int ball : tree_.balls)
-      tree.nodes[static_cast<std::size_t>(ball)].R_PF = tree_.nodes[static_cast<std::size_t>(ball)].R_PF;
+    for (const int spherical : tree_.spherical_joints)
+      tree.nodes[static_cast<std::size_t>(spherical)].R_PF = tree_.nodes[static_cast<std::size_t>(spherical)].R_PF;
     const NaturalUnits units(mechanism, known.parameters);
     MatrixX rows;
     return stack(mechanism, tree, units, rows) ? solve(rows, units, matrix) : Told::nothing;

@@ -148,7 +148,7 @@ class RestingEfforts {
 
   /// From a pose up to where the effort is largest around it, by parabolas along the freedoms in turn.
   double climb(const Amounts& amounts, Eigen::Index actuator, VectorX y, double most) {
-    if (!tree_.balls.empty()) return most;  // their coordinates may have changed their meaning since
+    if (!tree_.spherical_joints.empty()) return most;  // their coordinates may have changed their meaning since
     System<S> closures(tree_, Drive<S>{});
     Configuration here;
     EffortRows rows;

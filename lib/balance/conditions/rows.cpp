@@ -201,20 +201,20 @@ void GoalRows<S>::add_inertia() {
   if (!decoupled && !fully_) return;
   const VectorX rest = VectorX::Zero(tree_.columns);
   const Eigen::Index n = actuated_.cols();
-  MatrixX felt(n * (n + 1) / 2, inertial_), coupling(n * (n - 1) / 2, inertial_);
+  MatrixX apparent(n * (n + 1) / 2, inertial_), coupling(n * (n - 1) / 2, inertial_);
   Eigen::Index f = 0, c = 0;
   for (Eigen::Index s = 0; s < n; ++s) {
     const MatrixX column = actuated_.transpose() * scale_.asDiagonal() * regress(rest, actuated_.col(s), false).torque;
     for (Eigen::Index r = 0; r <= s; ++r) {
-      felt.row(f++) = column.row(r);
+      apparent.row(f++) = column.row(r);
       if (r < s) coupling.row(c++) = column.row(r) / (actuated_.col(r).norm() * actuated_.col(s).norm());
     }
   }
   const double unit = units_.length * units_.length;
   if (decoupled && n > 1) add(coupling, unit);
   if (!fully_) return;
-  if (inertia_reference_.size() == 0) inertia_reference_ = felt;
-  add(felt - inertia_reference_, unit);
+  if (inertia_reference_.size() == 0) inertia_reference_ = apparent;
+  add(apparent - inertia_reference_, unit);
 }
 
 /// force, moment, dynamic, proportional, affine: momenta per unit of the allowed velocities.

@@ -20,7 +20,8 @@ constexpr double short_step = 0.02;  ///< as long as steps get where loops are i
 constexpr double steady =
     0.1;                     ///< change of the smallest singular value after which the next step may be twice as long
 constexpr double reach = 4;  ///< slides stay within so many characteristic lengths
-constexpr double ball_limit = 1.25;  ///< of a spherical joint's second angle [rad]: its coordinates degenerate at π/2
+constexpr double spherical_limit =
+    1.25;  ///< of a spherical joint's second angle [rad]: its coordinates degenerate at π/2
 
 }  // namespace
 
@@ -68,7 +69,7 @@ bool Sampler<S>::start() {
   const Solution found = find_pose(mechanism_, tree_, closures_, {});
   if (!found.found) return false;
   y_ = found.y;
-  for (const int ball : tree_.balls) rereference(tree_, ball, y_.data());
+  for (const int spherical : tree_.spherical_joints) rereference(tree_, spherical, y_.data());
   rank_ = generic_closure_rank(tree_, y_);
   freedoms_ = tree_.columns - rank_;
   if (freedoms_ == 0) return false;
@@ -138,9 +139,10 @@ template <class S>
 bool Sampler<S>::out_of_range(const VectorX& y) const {
   for (int c = 0; c < tree_.columns; ++c)
     if (tree_.column_kind_length[static_cast<std::size_t>(c)] != 0 && std::abs(y[c]) > reach * scale_[c]) return true;
-  for (const int ball : tree_.balls) {
-    const Node<S>& middle = tree_.nodes[static_cast<std::size_t>(ball) + 1];
-    if (middle.motion != NodeMotion::weld && std::abs(middle.ratio * y[middle.column] + middle.offset) > ball_limit)
+  for (const int spherical : tree_.spherical_joints) {
+    const Node<S>& middle = tree_.nodes[static_cast<std::size_t>(spherical) + 1];
+    if (middle.motion != NodeMotion::weld &&
+        std::abs(middle.ratio * y[middle.column] + middle.offset) > spherical_limit)
       return true;
   }
   return false;

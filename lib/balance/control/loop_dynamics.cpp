@@ -31,7 +31,7 @@ LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& 
       wrenches_(full_.nodes.size()) {
   options.validate();
   const int n = columns();
-  for (const int ball : full_.balls) reference_.push_back(full_.nodes[ball].R_PF);
+  for (const int spherical : full_.spherical_joints) reference_.push_back(full_.nodes[spherical].R_PF);
   for (int c = 0; c < n; ++c) scale_.push_back(full_.column_kind_length[c] ? full_.length : 1);
   for (std::size_t a = 0; a < mechanism.actuators.size(); ++a)
     for (const auto& [column, ratio] : full_.sources[mechanism.actuators[a]].terms)
@@ -39,8 +39,8 @@ LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& 
   for (const Friction& friction : mechanism.friction) {
     const LinearQuantity& source = full_.sources[friction.coordinate];
     const double unit = source.is_length ? full_.length : 1;
-    rubbing_.push_back({friction, source, unit, options.friction_width * unit});
-    if (!rubbing_.back().dry()) continue;
+    frictions_.push_back({friction, source, unit, options.friction_width * unit});
+    if (!frictions_.back().dry()) continue;
     dry_ = true;
     if (!source.depends_on_one())
       throw std::invalid_argument("dry friction in '" + mechanism.coordinates[friction.coordinate].name +
@@ -152,7 +152,7 @@ void LoopDynamics<S>::prepare(double time, const double* dy) {
   if (!external_.none()) external_.subtract(state_, time, wrenches_, total, loads);
   inverse_dynamics(tree_, state_, wrenches_, tau_.data());
   for (int c = 0; c < columns(); ++c) tau_[c] += joint_springs_[c];
-  if (!rubbing_.empty()) add_friction(dy);
+  if (!frictions_.empty()) add_friction(dy);
   composite_.fill(tree_, state_, mass_.data());
 }
 

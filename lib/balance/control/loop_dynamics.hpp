@@ -2,7 +2,7 @@
 /// Forward dynamics in tree coordinates with the loops solved for: what ForwardDynamics and Plant are made of. Private to control.
 
 #include "balance/control/forward_dynamics.hpp"
-#include "balance/control/rubbing.hpp"
+#include "balance/control/joint_friction.hpp"
 #include "balance/control/stiction.hpp"
 #include "balance/control/tree_mass.hpp"
 #include "balance/dynamics/external.hpp"
@@ -17,7 +17,7 @@ class LoopDynamics {
  public:
   LoopDynamics(const Mechanism& mechanism, const ForwardOptions& options);
 
-  /// With all closures. Only its balls' reference orientations ever change.
+  /// With all closures. Only its spherical joints' reference orientations ever change.
   const Tree<S>& tree() const { return full_; }
   int columns() const { return full_.columns; }
   int freedoms() const { return freedoms_; }                        ///< −1 before assemble()
@@ -75,7 +75,7 @@ class LoopDynamics {
   double mobility();
 
   // Dry friction (loop_friction.cpp). A joint that sticks holds its column at rest, which is chosen to be independent:
-  const std::vector<Rubbing>& rubbing() const { return rubbing_; }
+  const std::vector<JointFriction>& frictions() const { return frictions_; }
   bool dry() const { return dry_; }                                 ///< some joint has it
   bool any_stuck() const { return !stuck_.empty(); }                ///< some joint sticks
   bool stuck_share() const { return held_count_ < stuck_.size(); }  ///< their friction is one of many that hold them
@@ -91,8 +91,8 @@ class LoopDynamics {
   void add_stuck_friction(const double* efforts, const double* ddy);
   double friction_power(const double* dy) const;
 
-  /// Rereferences every ball whose middle angle is beyond the limit [rad]. Then close() must follow.
-  bool turn_balls_back(double limit, double* y, double* dy);
+  /// Rereferences every spherical joint whose middle angle is beyond the limit [rad]. Then close() must follow.
+  bool rereference_spherical_joints(double limit, double* y, double* dy);
 
  private:
   /// A column that an actuator loads with ratio times its effort.
@@ -107,7 +107,7 @@ class LoopDynamics {
   void unit_rows(int k, std::vector<double>& rows) const;
   void take_column(int k, const std::vector<double>& rates);
   void add_friction(const double* dy);
-  double sliding_part(const Rubbing& rub, double rate) const;
+  double sliding_part(const JointFriction& joint, double rate) const;
   StickProblem stick_problem(const double* efforts, const std::vector<int>& at_rest);
   StickAnswer ask_those_at_rest(double time, const double* dy, const double* efforts, const std::vector<int>& at_rest);
   void forget_friction();
@@ -121,7 +121,7 @@ class LoopDynamics {
   const Mechanism& mechanism_;
   ForwardOptions options_;
   Tree<S> full_, tree_;                          ///< tree_: with as many independent closure rows as the rank
-  std::vector<typename S::Rotation> reference_;  ///< of every ball, as compiled
+  std::vector<typename S::Rotation> reference_;  ///< of every spherical joint, as compiled
   std::vector<double> scale_, weight_;
   Drive<S> drive_;  ///< holds the independent columns
   std::optional<Equations<S>> equations_;
@@ -135,9 +135,9 @@ class LoopDynamics {
   std::vector<int> columns_;
   std::vector<bool> depends_;  ///< per node: its column is not independent
   std::vector<Driven> driven_;
-  std::vector<Rubbing> rubbing_;
+  std::vector<JointFriction> frictions_;
   bool dry_ = false;
-  std::vector<int> stuck_, at_rest_, new_stuck_;  ///< of rubbing_; the last two are scratch
+  std::vector<int> stuck_, at_rest_, new_stuck_;  ///< of frictions_; the last two are scratch
   std::vector<bool> held_;                        ///< per independent column: a joint that sticks keeps it
   std::size_t held_count_ = 0;
   State<S> state_;

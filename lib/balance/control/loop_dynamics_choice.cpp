@@ -17,9 +17,9 @@ namespace {
 
 constexpr double regular = 1e-5;  // smallest relative pivot of closures that have their full rank
 constexpr double usable = 1e-5;   // the same that preferred coordinates must leave
-// What makes a column a dependent one where there is a choice: being a ball's, whose own coordinates mean little, and taking part in
+// What makes a column a dependent one where there is a choice: being a spherical joint's, whose own coordinates mean little, and taking part in
 // one loop only, which lets the loops be solved one by one.
-constexpr double ball_weight = 10;
+constexpr double spherical_weight = 10;
 constexpr double own_loop_weight = 3;
 
 MotionOutcome stopped(MotionStatus status, double time, std::string reason) {
@@ -51,9 +51,9 @@ void LoopDynamics<S>::weigh_columns() {
     for (int c = 0; c < columns(); ++c)
       if (seen[c] && ++loops[c] > 1) weight_[c] = 1;
   }
-  for (const int ball : full_.balls)
-    for (int k = ball; k < ball + 3; ++k)
-      if (full_.nodes[k].column >= 0) weight_[full_.nodes[k].column] = ball_weight;
+  for (const int spherical : full_.spherical_joints)
+    for (int k = spherical; k < spherical + 3; ++k)
+      if (full_.nodes[k].column >= 0) weight_[full_.nodes[k].column] = spherical_weight;
 }
 
 template <class S>
@@ -137,11 +137,11 @@ void LoopDynamics<S>::take_rows(const std::vector<int>& rows) {
 
 template <class S>
 MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, VectorX& y, VectorX& dy) {
-  for (std::size_t b = 0; b < full_.balls.size(); ++b)
-    full_.nodes[full_.balls[b]].R_PF = tree_.nodes[full_.balls[b]].R_PF = reference_[b];
+  for (std::size_t b = 0; b < full_.spherical_joints.size(); ++b)
+    full_.nodes[full_.spherical_joints[b]].R_PF = tree_.nodes[full_.spherical_joints[b]].R_PF = reference_[b];
   forget_friction();
   to_tree(mechanism_, full_, q, dq, y, dy);
-  turn_balls_back(0.5, y.data(), dy.data());
+  rereference_spherical_joints(0.5, y.data(), dy.data());
   System<S> closures(full_, Drive<S>{});
   const Solution nearest = solve(closures, y, {});
   if (!nearest.found)
@@ -164,7 +164,7 @@ MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, Vec
     return stopped(MotionStatus::not_assembled, 0,
                    "the loops do not close with the independent joint coordinates as given");
   y = exact.y;
-  turn_balls_back(1, y.data(), dy.data());
+  rereference_spherical_joints(1, y.data(), dy.data());
   if (!choose(y.data(), true) || !close(y.data(), dy.data())) return singular();
   return {MotionStatus::done, 0, "", {}};
 }
@@ -209,16 +209,16 @@ void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, cons
 }
 
 template <class S>
-bool LoopDynamics<S>::turn_balls_back(double limit, double* y, double* dy) {
+bool LoopDynamics<S>::rereference_spherical_joints(double limit, double* y, double* dy) {
   bool any = false;
-  for (const int ball : full_.balls) {
-    const double middle = std::remainder(y[full_.nodes[ball + 1].column], 2 * std::numbers::pi);
+  for (const int spherical : full_.spherical_joints) {
+    const double middle = std::remainder(y[full_.nodes[spherical + 1].column], 2 * std::numbers::pi);
     if (std::abs(middle) < limit) continue;
     const Tree<S> before = full_;
     const VectorX y_before = Eigen::Map<const VectorX>(y, columns());
-    rereference(full_, ball, y);
-    tree_.nodes[ball].R_PF = full_.nodes[ball].R_PF;
-    carry_ball_rates(before, y_before.data(), full_, y, ball, dy);
+    rereference(full_, spherical, y);
+    tree_.nodes[spherical].R_PF = full_.nodes[spherical].R_PF;
+    carry_spherical_rates(before, y_before.data(), full_, y, spherical, dy);
     any = true;
   }
   return any;
@@ -237,7 +237,7 @@ double LoopDynamics<S>::residual() const {
 }
 
 #define BALANCE_INSTANTIATE(S)                                                                          \
-  template bool LoopDynamics<S>::turn_balls_back(double, double*, double*);                             \
+  template bool LoopDynamics<S>::rereference_spherical_joints(double, double*, double*);                \
   template double LoopDynamics<S>::residual() const;                                                    \
   template void LoopDynamics<S>::weigh_columns();                                                       \
   template std::vector<int> LoopDynamics<S>::preferred_columns() const;                                 \

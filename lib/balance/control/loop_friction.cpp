@@ -23,33 +23,33 @@ double smooth_sign(double speed, double width) {
 
 /// What a joint that moves resists with.
 template <class S>
-double LoopDynamics<S>::sliding_part(const Rubbing& rub, double rate) const {
-  if (rub.width > 0) return rub.law.viscous * rate + rub.law.coulomb * smooth_sign(rate, rub.width);
-  return sliding_friction(rub.law, rate, rub.sign);
+double LoopDynamics<S>::sliding_part(const JointFriction& joint, double rate) const {
+  if (joint.width > 0) return joint.law.viscous * rate + joint.law.coulomb * smooth_sign(rate, joint.width);
+  return sliding_friction(joint.law, rate, joint.sign);
 }
 
 template <class S>
 void LoopDynamics<S>::add_friction(const double* dy) {
-  for (const Rubbing& rub : rubbing_) rub.coordinate.load(sliding_part(rub, rub.rate(dy)), tau_.data());
+  for (const JointFriction& joint : frictions_) joint.coordinate.load(sliding_part(joint, joint.rate(dy)), tau_.data());
 }
 
 template <class S>
 double LoopDynamics<S>::friction_power(const double* dy) const {
   double sum = 0;
-  for (const Rubbing& rub : rubbing_) sum += rub.rate(dy) * sliding_part(rub, rub.rate(dy));
+  for (const JointFriction& joint : frictions_) sum += joint.rate(dy) * sliding_part(joint, joint.rate(dy));
   return sum;
 }
 
 template <class S>
 void LoopDynamics<S>::forget_friction() {
   stuck_.clear();
-  for (Rubbing& rub : rubbing_) rub.stuck = false, rub.sign = 0, rub.slack = 0;
+  for (JointFriction& joint : frictions_) joint.stuck = false, joint.sign = 0, joint.slack = 0;
 }
 
 template <class S>
 std::vector<bool> LoopDynamics<S>::stuck_columns() const {
   std::vector<bool> out(static_cast<std::size_t>(columns()), false);
-  for (const int r : stuck_) out[rubbing_[r].column()] = true;
+  for (const int r : stuck_) out[frictions_[r].column()] = true;
   return out;
 }
 
@@ -91,12 +91,12 @@ StickProblem LoopDynamics<S>::stick_problem(const double* efforts, const std::ve
   MatrixX G(m, d);
   StickProblem out{{}, VectorX(m), VectorX(m), VectorX(m), VectorX(m)};
   for (Eigen::Index i = 0; i < m; ++i) {
-    const Rubbing& rub = rubbing_[at_rest[static_cast<std::size_t>(i)]];
-    for (int k = 0; k < d; ++k) G(i, k) = rub.ratio() * C_[rub.column() * d + k];
-    out.free[i] = G.row(i).dot(free) + rub.ratio() * ddy0_[rub.column()];
-    out.round_off[i] = still * largest * rub.unit;
-    out.at_rest[i] = rub.law.static_limit();
-    out.sliding[i] = rub.law.coulomb;
+    const JointFriction& joint = frictions_[at_rest[static_cast<std::size_t>(i)]];
+    for (int k = 0; k < d; ++k) G(i, k) = joint.ratio() * C_[joint.column() * d + k];
+    out.free[i] = G.row(i).dot(free) + joint.ratio() * ddy0_[joint.column()];
+    out.round_off[i] = still * largest * joint.unit;
+    out.at_rest[i] = joint.law.static_limit();
+    out.sliding[i] = joint.law.coulomb;
   }
   out.response = G * mass.solve(G.transpose());
   return out;
@@ -114,34 +114,34 @@ template <class S>
 FrictionChange LoopDynamics<S>::decide_friction(double time, double* dy, const double* efforts, double rest) {
   at_rest_.clear(), new_stuck_.clear();
   bool turned = false;
-  for (std::size_t r = 0; r < rubbing_.size(); ++r) {
-    Rubbing& rub = rubbing_[r];
-    rub.last_sign = rub.sign;
-    const double rate = rub.rate(dy) / rub.unit;
-    const bool stands = rub.dry() && (std::abs(rate) <= rest || rub.sign * rate < 0);
-    rub.slack = noise * rest;
-    rub.sign = stands || rate == 0 ? 0 : rate > 0 ? 1 : -1;
+  for (std::size_t r = 0; r < frictions_.size(); ++r) {
+    JointFriction& joint = frictions_[r];
+    joint.last_sign = joint.sign;
+    const double rate = joint.rate(dy) / joint.unit;
+    const bool stands = joint.dry() && (std::abs(rate) <= rest || joint.sign * rate < 0);
+    joint.slack = noise * rest;
+    joint.sign = stands || rate == 0 ? 0 : rate > 0 ? 1 : -1;
     if (!stands) continue;
-    rub.slack = std::max(rub.slack, 2 * std::abs(rate));
+    joint.slack = std::max(joint.slack, 2 * std::abs(rate));
     at_rest_.push_back(static_cast<int>(r));
   }
   if (!at_rest_.empty()) {
     const StickAnswer answer = ask_those_at_rest(time, dy, efforts, at_rest_);
     for (std::size_t i = 0; i < at_rest_.size(); ++i) {
-      Rubbing& rub = rubbing_[at_rest_[i]];
-      rub.sign = answer.slips[i];
-      rub.friction = answer.friction[static_cast<Eigen::Index>(i)];
-      if (rub.sign == 0) new_stuck_.push_back(at_rest_[i]);
+      JointFriction& joint = frictions_[at_rest_[i]];
+      joint.sign = answer.slips[i];
+      joint.friction = answer.friction[static_cast<Eigen::Index>(i)];
+      if (joint.sign == 0) new_stuck_.push_back(at_rest_[i]);
     }
   }
   const bool same = new_stuck_ == stuck_;
   stuck_ = new_stuck_;
-  for (Rubbing& rub : rubbing_) {
-    rub.stuck = false;
-    turned = turned || rub.sign != rub.last_sign;
+  for (JointFriction& joint : frictions_) {
+    joint.stuck = false;
+    turned = turned || joint.sign != joint.last_sign;
   }
-  for (const int r : stuck_) rubbing_[r].stuck = true;
-  for (const int r : stuck_) dy[rubbing_[r].column()] = 0;
+  for (const int r : stuck_) frictions_[r].stuck = true;
+  for (const int r : stuck_) dy[frictions_[r].column()] = 0;
   return !same ? FrictionChange::sticks : turned ? FrictionChange::slips : FrictionChange::none;
 }
 
@@ -149,13 +149,13 @@ template <class S>
 double LoopDynamics<S>::friction_margin(double time, const double* dy, const double* efforts, double fastest) {
   double margin = 1;
   const double unit = fastest > 0 ? fastest : 1;
-  for (const Rubbing& rub : rubbing_) {
-    if (!rub.dry()) continue;
-    const double rate = rub.rate(dy) / rub.unit;
-    if (rub.stuck)  // a joint that others cannot keep at rest
+  for (const JointFriction& joint : frictions_) {
+    if (!joint.dry()) continue;
+    const double rate = joint.rate(dy) / joint.unit;
+    if (joint.stuck)  // a joint that others cannot keep at rest
       margin = std::min(margin, rate == 0 ? 1 : 1e-9 - std::abs(rate) / unit);
     else
-      margin = std::min(margin, (rub.sign * rate + rub.slack) / unit);
+      margin = std::min(margin, (joint.sign * rate + joint.slack) / unit);
   }
   if (stuck_.empty() || margin < 0) return margin;
   return std::min(margin, ask_those_at_rest(time, dy, efforts, stuck_).margin);
@@ -177,26 +177,26 @@ void LoopDynamics<S>::add_stuck_friction(const double* efforts, const double* dd
   }
   for (const Driven& driven : driven_) lacking[driven.column] += driven.ratio * efforts[driven.actuator];
   MatrixX G(h, m);
-  for (Eigen::Index i = 0; i < m; ++i) friction[i] = rubbing_[stuck_[static_cast<std::size_t>(i)]].friction;
+  for (Eigen::Index i = 0; i < m; ++i) friction[i] = frictions_[stuck_[static_cast<std::size_t>(i)]].friction;
   for (Eigen::Index k = 0; k < h; ++k) {
     const int row = held[static_cast<std::size_t>(k)];
     needed[k] = 0;
     for (int i = 0; i < n; ++i) needed[k] += C_[i * d + row] * lacking[i];
     for (Eigen::Index i = 0; i < m; ++i) {
-      const Rubbing& rub = rubbing_[stuck_[static_cast<std::size_t>(i)]];
-      G(k, i) = rub.ratio() * C_[rub.column() * d + row];
+      const JointFriction& joint = frictions_[stuck_[static_cast<std::size_t>(i)]];
+      G(k, i) = joint.ratio() * C_[joint.column() * d + row];
     }
   }
   if (h > 0) friction += Eigen::CompleteOrthogonalDecomposition<MatrixX>(G).solve(needed - G * friction);
   for (Eigen::Index i = 0; i < m; ++i) {
-    Rubbing& rub = rubbing_[stuck_[static_cast<std::size_t>(i)]];
-    rub.friction = friction[i];
-    rub.coordinate.load(friction[i], tau_.data());
+    JointFriction& joint = frictions_[stuck_[static_cast<std::size_t>(i)]];
+    joint.friction = friction[i];
+    joint.coordinate.load(friction[i], tau_.data());
   }
 }
 
 #define BALANCE_INSTANTIATE(S)                                                                      \
-  template double LoopDynamics<S>::sliding_part(const Rubbing&, double) const;                      \
+  template double LoopDynamics<S>::sliding_part(const JointFriction&, double) const;                \
   template void LoopDynamics<S>::add_friction(const double*);                                       \
   template double LoopDynamics<S>::friction_power(const double*) const;                             \
   template void LoopDynamics<S>::forget_friction();                                                 \

@@ -38,7 +38,7 @@ EngineOf<S>::EngineOf(const Mechanism& mechanism, const PlantOptions& options, c
       about_(to_vector<S>(about)),
       loops_(mechanism, with_actuated(mechanism, options.dynamics)),
       leaders_(leaders(loops_.tree())),
-      bending_(columns_in_loops(loops_.tree())),
+      matrix_columns_(columns_in_loops(loops_.tree())),
       integrator_(options.absolute_tolerance, options.relative_tolerance),
       step_(std::min(1e-3, options.longest_step)) {
   const int n = loops_.columns();
@@ -48,7 +48,7 @@ EngineOf<S>::EngineOf(const Mechanism& mechanism, const PlantOptions& options, c
   for (const Load& load : mechanism.loads) kinks_.insert(kinks_.end(), load.time.begin(), load.time.end());
   std::sort(kinks_.begin(), kinks_.end());
   // coordinates that are read off poses must not turn by half a turn between two looks
-  reads_each_step_ = !loops_.tree().balls.empty() || (S::dimension == 3 && !loops_.open_tree());
+  reads_each_step_ = !loops_.tree().spherical_joints.empty() || (S::dimension == 3 && !loops_.open_tree());
 }
 
 template <class S>
@@ -167,7 +167,7 @@ template <class S>
 void EngineOf<S>::make_notes() {
   notes_.clear();
   if (loops_.redundant()) notes_.push_back(over_constrained());
-  for (const IdleSpin& spin : loops_.tree().held_spins) notes_.push_back(held_spin(mechanism_, spin));
+  for (const PassiveFreedom& spin : loops_.tree().locked_freedoms) notes_.push_back(locked_freedom(mechanism_, spin));
 }
 
 template class EngineOf<Planar>;

@@ -87,7 +87,7 @@ class EngineOf : public Plant::Engine {
   typename S::Vector about_;
   LoopDynamics<S> loops_;
   std::vector<int> leaders_, independent_;
-  std::vector<int> bending_;  ///< tree columns that the closures' matrix depends on
+  std::vector<int> matrix_columns_;  ///< tree columns that the closures' matrix depends on
   std::optional<Observer<S>> observer_;
   std::optional<TermMeter<S>> meter_;
   Integrator integrator_;

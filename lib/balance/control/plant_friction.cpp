@@ -68,12 +68,12 @@ bool EngineOf<S>::leap(double at) {
 template <class S>
 double EngineOf<S>::dip(double step) const {
   double first = 0;
-  for (const Rubbing& rub : loops_.rubbing()) {
-    if (!rub.dry() || rub.stuck) continue;
-    const double unit = rub.sign * rub.ratio();
-    const double begin = unit * last_x_[loops_.columns() + rub.column()] * loops_.scale()[rub.column()],
-                 gain = unit * dy_[rub.column()] - begin;
-    const double falls = unit * step * start_ddy_[rub.column()], rises = unit * step * ddy_[rub.column()];
+  for (const JointFriction& joint : loops_.frictions()) {
+    if (!joint.dry() || joint.stuck) continue;
+    const double unit = joint.sign * joint.ratio();
+    const double begin = unit * last_x_[loops_.columns() + joint.column()] * loops_.scale()[joint.column()],
+                 gain = unit * dy_[joint.column()] - begin;
+    const double falls = unit * step * start_ddy_[joint.column()], rises = unit * step * ddy_[joint.column()];
     if (!(falls < 0 && rises > 0)) continue;
     // begin + falls p + square p² + cube p³
     const double square = 3 * gain - 2 * falls - rises, cube = falls + rises - 2 * gain;

@@ -109,7 +109,7 @@ MotionOutcome EngineOf<S>::go(double end) {
       step_ = tried < whole ? std::max(step_, step) : step;
       if (event_ && !pass_event()) return stop(MotionStatus::constraint_singularity);
       grow_fastest();
-      if (loops_.turn_balls_back(1, y_.data(), dy_.data())) {  // other coordinates, other rates
+      if (loops_.rereference_spherical_joints(1, y_.data(), dy_.data())) {  // other coordinates, other rates
         fresh = choose_anew();
         store();
         last_x_ = x_;
@@ -155,11 +155,11 @@ template <class S>
 bool EngineOf<S>::may_have_been_singular(double step) {
   double way = 0;  // of any coordinate, by the rates at both ends too, for it may turn back in between
   const int n = loops_.columns();
-  for (const int c : bending_) {
+  for (const int c : matrix_columns_) {
     const double rate = std::max(std::abs(dy_[c]) / loops_.scale()[c], std::abs(last_x_[n + c]));
     way = std::max(way, std::max(std::abs(y_[c] / loops_.scale()[c] - last_x_[c]), step * rate));
   }
-  return !(way * way <= most_bend * loops_.regularity()) || !loops_.near_kept(most_change);
+  return !(way * way <= most_curvature * loops_.regularity()) || !loops_.near_kept(most_change);
 }
 
 template <class S>

@@ -12,11 +12,11 @@ namespace balance {
 
 namespace {
 
-/// Angular velocity of what a ball carries against its parent, per unit rate of each of its nodes: parent's axes.
+/// Angular velocity of what a spherical joint carries against its parent, per unit rate of each of its nodes: parent's axes.
 template <class S>
-Matrix3 ball_axes(const Tree<S>& tree, const double* y, int ball) {
+Matrix3 spherical_axes(const Tree<S>& tree, const double* y, int spherical) {
   Matrix3 axes = Matrix3::Zero(), R = Matrix3::Identity();
-  for (int n = ball; n < ball + 3; ++n) {
+  for (int n = spherical; n < spherical + 3; ++n) {
     const Node<S>& node = tree.nodes[n];
     const bool turns = node.motion == NodeMotion::turn;
     const double x = turns ? node.ratio * y[node.column] + node.offset : 0;
@@ -27,7 +27,7 @@ Matrix3 ball_axes(const Tree<S>& tree, const double* y, int ball) {
 }
 
 /// A held spin's two turns from the joint's three: they must bring the line where the joint brings it.
-void hold_line(const Mechanism& mechanism, const Tree<Spatial>& tree, const IdleSpin& spin, const VectorX& q,
+void hold_line(const Mechanism& mechanism, const Tree<Spatial>& tree, const PassiveFreedom& spin, const VectorX& q,
                const VectorX& dq, VectorX& y, VectorX& dy) {
   for (const int j : spin.joints) {
     if (tree.joint_nodes[j] < 0 || tree.joint_nodes[j] != tree.bodies[spin.body].node) continue;
@@ -76,7 +76,7 @@ void to_tree(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& q, 
   take(false);
   take(true);  // whose word counts where several coordinates move together
   if constexpr (std::is_same_v<S, Spatial>)
-    for (const IdleSpin& spin : tree.held_spins) hold_line(mechanism, tree, spin, q, dq, y, dy);
+    for (const PassiveFreedom& spin : tree.locked_freedoms) hold_line(mechanism, tree, spin, q, dq, y, dy);
   for (int c = 0; c < tree.columns; ++c) {
     if (!std::isfinite(y[c])) y[c] = 0;
     if (!std::isfinite(dy[c])) dy[c] = 0;
@@ -111,21 +111,22 @@ void from_tree(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& 
 }
 
 template <class S>
-void carry_ball_rates(const Tree<S>& before, const double* y, const Tree<S>& after, const double* y_after, int ball,
-                      double* dy) {
-  const Matrix3 old_axes = ball_axes(before, y, ball), new_axes = ball_axes(after, y_after, ball);
+void carry_spherical_rates(const Tree<S>& before, const double* y, const Tree<S>& after, const double* y_after,
+                           int spherical, double* dy) {
+  const Matrix3 old_axes = spherical_axes(before, y, spherical), new_axes = spherical_axes(after, y_after, spherical);
   Vector3 w = Vector3::Zero();
   for (int k = 0; k < 3; ++k)
-    if (before.nodes[ball + k].motion == NodeMotion::turn) w += dy[before.nodes[ball + k].column] * old_axes.col(k);
+    if (before.nodes[spherical + k].motion == NodeMotion::turn)
+      w += dy[before.nodes[spherical + k].column] * old_axes.col(k);
   Vector3 rates;
-  if (after.nodes[ball + 2].motion == NodeMotion::turn) {
+  if (after.nodes[spherical + 2].motion == NodeMotion::turn) {
     rates = new_axes.inverse() * w;
   } else {  // the part along the held line is not kept
     rates = Vector3(new_axes.col(0).dot(w) / new_axes.col(0).squaredNorm(),
                     new_axes.col(1).dot(w) / new_axes.col(1).squaredNorm(), 0);
   }
   for (int k = 0; k < 3; ++k)
-    if (after.nodes[ball + k].motion == NodeMotion::turn) dy[after.nodes[ball + k].column] = rates[k];
+    if (after.nodes[spherical + k].motion == NodeMotion::turn) dy[after.nodes[spherical + k].column] = rates[k];
 }
 
 std::string configuration_text(const Mechanism& mechanism, const VectorX& q) {
@@ -142,7 +143,7 @@ std::string configuration_text(const Mechanism& mechanism, const VectorX& q) {
   template void to_tree<S>(const Mechanism&, const Tree<S>&, const VectorX&, const VectorX&, VectorX&, VectorX&); \
   template void from_tree<S>(const Mechanism&, const Tree<S>&, const State<S>&, const double*, const double*,     \
                              const double*, VectorX&, VectorX&, VectorX&);                                        \
-  template void carry_ball_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*, int, double*);
+  template void carry_spherical_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*, int, double*);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)
 #undef BALANCE_INSTANTIATE

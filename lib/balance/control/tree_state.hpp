@@ -8,7 +8,7 @@
 namespace balance {
 
 /// Tree coordinates and rates that the joint coordinates mean. Rates that are no numbers count as zero.
-/// @param tree with the balls' reference orientations as compiled
+/// @param tree with the spherical joints' reference orientations as compiled
 /// @param q, dq per mechanism coordinate; those of cut joints are left out
 template <class S>
 void to_tree(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& q, const VectorX& dq, VectorX& y,
@@ -33,11 +33,11 @@ std::vector<int> leaders(const Tree<S>& tree) {
   return out;
 }
 
-/// Takes a ball's rates over to another reference orientation: the relative angular velocity stays.
+/// Takes a spherical joint's rates over to another reference orientation: the relative angular velocity stays.
 /// @param before the tree and y before rereference(), `after` and y_after those after it
 template <class S>
-void carry_ball_rates(const Tree<S>& before, const double* y, const Tree<S>& after, const double* y_after, int ball,
-                      double* dy);
+void carry_spherical_rates(const Tree<S>& before, const double* y, const Tree<S>& after, const double* y_after,
+                           int spherical, double* dy);
 
 /// "J1 0.3, J2 -1.2, …", the first dozen.
 std::string configuration_text(const Mechanism& mechanism, const VectorX& q);
@@ -47,7 +47,8 @@ std::string configuration_text(const Mechanism& mechanism, const VectorX& q);
                                   VectorX&);                                                                         \
   extern template void from_tree<S>(const Mechanism&, const Tree<S>&, const State<S>&, const double*, const double*, \
                                     const double*, VectorX&, VectorX&, VectorX&);                                    \
-  extern template void carry_ball_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*, int, double*);
+  extern template void carry_spherical_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*, int,   \
+                                                double*);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)
 #undef BALANCE_DECLARE

@@ -32,9 +32,9 @@ class Box {
 inline VectorX clipped(const VectorX& u) { return u.cwiseMax(-1.0).cwiseMin(1.0); }
 
 /// Uniform numbers that are the same with every compiler.
-class Dice {
+class RandomNumbers {
  public:
-  explicit Dice(std::uint64_t seed) : engine_(seed) {}
+  explicit RandomNumbers(std::uint64_t seed) : engine_(seed) {}
   double operator()(double lower, double upper) {
     return lower + (upper - lower) * static_cast<double>(engine_() >> 11) * 0x1p-53;
   }

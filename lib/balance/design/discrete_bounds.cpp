@@ -43,7 +43,7 @@ DiscreteBounds::Place::Place(const DesignProblem& whole, const Branch& branch)
       continue;
     }
     fixed_left = std::hypot(fixed_left, at_start[k]);
-    if (k < conditions.own_rows() && !(std::abs(at_start[k]) < 1e-10)) hopeless = true;
+    if (k < conditions.own_rows() && !(std::abs(at_start[k]) < 1e-10)) impossible = true;
   }
   const auto terms =
       static_cast<Eigen::Index>(list_terms(context.survey.at_base, context.options.loose_springs).size());
@@ -95,7 +95,7 @@ DiscreteBounds::Answer DiscreteBounds::operator()(const Branch& branch, const Na
   const Place* here = place(branch);
   if (here == nullptr) return answer;
   answer.known = true;
-  if (wanted == Wanted::exact && here->hopeless) {
+  if (wanted == Wanted::exact && here->impossible) {
     answer.possible = false;
     return answer;
   }

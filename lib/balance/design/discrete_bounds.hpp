@@ -42,8 +42,8 @@ class DiscreteBounds {
     Context context;
     Conditions conditions;
     std::optional<Relaxation> relaxation;
-    bool hopeless = false;  ///< a condition on parameters is not met, and no number changes it
-    double fixed_left = 0;  ///< what is left of conditions that no number changes
+    bool impossible = false;  ///< a condition on parameters is not met, and no number changes it
+    double fixed_left = 0;    ///< what is left of conditions that no number changes
     VectorX outer;
   };
   const Place* place(const Branch& branch);

@@ -53,16 +53,16 @@ bool is_exact(const Context& context, const Equations& equations, const VectorX&
 
 ExactSearch find_exact(const Context& context, const Equations& equations, const Effort& effort) {
   ExactSearch search;
-  Dice dice(context.problem.search.seed);
+  RandomNumbers random(context.problem.search.seed);
   int idle = 0;  // starts since the last new solution
   const std::vector<VectorX> first = effort.first.empty() ? std::vector<VectorX>{context.box.start()} : effort.first;
   const int known = static_cast<int>(first.size());
   for (int k = 0; k < known + effort.restarts && static_cast<int>(search.solutions.size()) < effort.wanted; ++k) {
     if (k > 0 && context.budget.spent()) break;
-    if (idle++ == idle_limit &&
-        (!search.solutions.empty() || (search.unusable.empty() && effort.hopeless && effort.hopeless())))
+    if (idle++ == idle_limit && (!search.solutions.empty() ||
+                                 (search.unusable.empty() && effort.proved_impossible && effort.proved_impossible())))
       break;
-    const VectorX from = k < known ? first[static_cast<std::size_t>(k)] : dice.point(context.box.size());
+    const VectorX from = k < known ? first[static_cast<std::size_t>(k)] : random.point(context.box.size());
     ++context.budget.starts;
     Descent descent = gauss_newton(equations, from, 100, [&] { return context.budget.spent(); });
     if (descent.largest < met && is_exact(context, equations, descent.u) && is_new(search.solutions, descent.u)) {

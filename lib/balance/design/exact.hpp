@@ -20,9 +20,9 @@ struct ExactSearch {
 
 /// How long to look for solutions.
 struct Effort {
-  int restarts = 0;                ///< at most
-  int wanted = 1;                  ///< solutions that are enough
-  std::function<bool()> hopeless;  ///< asked once after a few failures: it is proved that there is no solution
+  int restarts = 0;                         ///< at most
+  int wanted = 1;                           ///< solutions that are enough
+  std::function<bool()> proved_impossible;  ///< asked once after a few failures: it is proved that there is no solution
   std::function<bool(const VectorX& u)> usable;  ///< a solution counts; null: all do
   std::vector<VectorX> first = {};               ///< starts before the random ones; none: the start values
 };

@@ -104,10 +104,10 @@ std::string FigureOfMerit::trouble(const VectorX& u) const {
 bool FigureOfMerit::depends_affinely() const {
   const auto& polynomial = context_.map.polynomial();
   if (!polynomial) return false;
-  Dice dice(1);
+  RandomNumbers random(1);
   for (int sample = 0; sample < 3; ++sample) {
     VectorX features, slope;
-    context_.map.evaluate(dice.point(context_.box.size()), features, nullptr);
+    context_.map.evaluate(random.point(context_.box.size()), features, nullptr);
     if (!features.allFinite()) return false;
     objective_.of_parameters(features(parameters_), &slope);
     for (std::size_t p = 0; p < parameters_.size(); ++p)

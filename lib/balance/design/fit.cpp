@@ -229,8 +229,8 @@ class Fit {
   }
 
   std::pair<VectorX, VectorX> check_point(int which) {
-    Dice dice(static_cast<std::uint64_t>(which));
-    const VectorX u = dice.point(n_);
+    RandomNumbers random(static_cast<std::uint64_t>(which));
+    const VectorX u = random.point(n_);
     return {u, features_(u)};
   }
 

@@ -63,13 +63,13 @@ class Designer {
     const VectorX zero = VectorX::Zero(static_cast<Eigen::Index>(changeable.size()));
     const Equations equations = fixed_equations(context_, rows, changeable, zero);
     const auto exact = [&](const VectorX& u) { return VectorX(rows.exact(u)(changeable)); };
-    const auto hopeless = [&] {
+    const auto proved_impossible = [&] {
       if (!context_.problem.inner) out_.proof = find_proof(context_, out_.conditions, rows, at_start);
       return out_.proof.has_value();
     };
     const bool convex = affine && context_.convex();
     convex_ = convex && merit_ && merit_->convex();
-    const VectorX u = search(equations, exact, convex, hopeless);
+    const VectorX u = search(equations, exact, convex, proved_impossible);
     if (!finish(u)) return;
     const bool unmet = out_.status == DesignStatus::compromise || out_.status == DesignStatus::impossible;
     if (unmet && !out_.proof && !context_.problem.inner) {
@@ -122,9 +122,10 @@ class Designer {
   }
 
   /// Exact solutions, the best of them; or a compromise.
-  VectorX search(const Equations& equations, const Exact& exact, bool convex, const std::function<bool()>& hopeless) {
+  VectorX search(const Equations& equations, const Exact& exact, bool convex,
+                 const std::function<bool()>& proved_impossible) {
     if (context_.problem.goals.empty()) return tidy(equations, least_objective(start_));
-    ExactSearch found = find_exact(context_, equations, effort(convex, hopeless));
+    ExactSearch found = find_exact(context_, equations, effort(convex, proved_impossible));
     const auto back = [&](const VectorX& u) { return polished(equations, u, exact); };
     if (found.solutions.empty() && !found.unusable.empty()) {
       give_up(found.unusable.front(), "for any numbers that were found to meet the conditions");
@@ -169,9 +170,10 @@ class Designer {
                        [&](int k) { return k < out_.conditions.own_rows(); });
   }
 
-  Effort effort(bool convex, const std::function<bool()>& hopeless) const {
+  Effort effort(bool convex, const std::function<bool()>& proved_impossible) const {
     const int restarts = context_.problem.search.restarts;
-    Effort effort{restarts, context_.problem.inner ? starts_of_inner : starts_of_optimisation, hopeless, {}, {}};
+    Effort effort{
+        restarts, context_.problem.inner ? starts_of_inner : starts_of_optimisation, proved_impossible, {}, {}};
     if (merit_) effort.usable = [this](const VectorX& u) { return finite_value(u); };
     if (!merit_ || (convex && merit_->convex()))
       effort.wanted = 1;

@@ -63,13 +63,13 @@ Survey survey(const Box& box, const DesignProblem& problem) {
   Survey result;
   const int n = box.size();
   // inside the bounds, where masses are positive; not too near the other values, so that differences are clear
-  Dice dice(problem.search.seed);
-  result.base = dice.point(n, 0.1, 0.4);
-  result.moved = dice.point(n, -0.8, -0.5);
+  RandomNumbers random(problem.search.seed);
+  result.base = random.point(n, 0.1, 0.4);
+  result.moved = random.point(n, -0.8, -0.5);
   std::optional<Mechanism> at_base = mechanism_or_none(box, problem, result.base);
   for (int k = 0; !at_base && k < most_tries; ++k) {
-    result.base = k < most_tries / 2 ? dice.point(n, -0.95, 0.95)
-                                     : clipped(box.start() + dice.point(n) / (k + 2 - most_tries / 2));
+    result.base = k < most_tries / 2 ? random.point(n, -0.95, 0.95)
+                                     : clipped(box.start() + random.point(n) / (k + 2 - most_tries / 2));
     at_base = mechanism_or_none(box, problem, result.base);
   }
   if (!at_base) result.base = box.start();

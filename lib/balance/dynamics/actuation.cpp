@@ -61,7 +61,7 @@ void Actuation<S>::prepare_regular(const Tree<S>& tree) {
   }
   for (int r = 0; r < closures_; ++r)
     for (const int k : passive[r]) gathered_.push_back({r, passive_columns_[k], passive_.index(r, k)});
-  if (columns_ > most_dense) prepare_grip();
+  if (columns_ > most_dense) prepare_actuation_matrix();
 }
 
 template <class S>
@@ -110,7 +110,7 @@ template <class S>
 double Actuation<S>::look(const Equations<S>& equations) {
   if (closures_ == 0) return 1;
   if (regular_) return factorise(equations);
-  return grip_.look(grip_matrix(equations));
+  return matrix_.look(actuation_matrix(equations));
 }
 
 template <class S>
@@ -124,13 +124,13 @@ void Actuation<S>::keep() {
   if (regular_)
     passive_.keep();
   else
-    grip_.keep();
+    matrix_.keep();
 }
 
 template <class S>
 bool Actuation<S>::near_kept(double limit) {
   if (closures_ == 0) return true;
-  return regular_ ? passive_.near_kept(limit) : grip_.near_kept(limit);
+  return regular_ ? passive_.near_kept(limit) : matrix_.near_kept(limit);
 }
 
 template <class S>
@@ -140,14 +140,14 @@ bool Actuation<S>::solve_general(const Equations<S>& equations, const T* tau) {
   for (int c = 0; c < columns_; ++c) f[c] = columns[c] * tau[c];
   const Matrix actuated = selection(equations), closures = closure_matrix(equations);
   const MatrixX S_values = values_of(actuated), C_values = values_of(closures);
-  const Grip grip(C_values, S_values, freedoms_);
-  if (!grip.firm) return false;
-  const LeastNorm solution = least_norm(grip, S_values, values_of(f));
+  const ActuationFactors factors(C_values, S_values, freedoms_);
+  if (!factors.firm) return false;
+  const LeastNorm solution = least_norm(factors, S_values, values_of(f));
   for (std::size_t a = 0; a < efforts_.size(); ++a) efforts_[a] = solution.efforts[static_cast<Eigen::Index>(a)];
   for (int r = 0; r < closures_; ++r) multipliers_[r] = solution.multipliers[r];
   if constexpr (!std::is_same_v<T, double>) {
     for (std::size_t k = 0; k < T().d.size(); ++k) {
-      const LeastNorm change = least_norm_derivative(grip, solution, C_values, S_values, derivatives_of(closures, k),
+      const LeastNorm change = least_norm_derivative(factors, solution, C_values, S_values, derivatives_of(closures, k),
                                                      derivatives_of(actuated, k), derivatives_of(f, k));
       for (std::size_t a = 0; a < efforts_.size(); ++a) efforts_[a].d[k] = change.efforts[static_cast<Eigen::Index>(a)];
       for (int r = 0; r < closures_; ++r) multipliers_[r].d[k] = change.multipliers[r];
@@ -187,10 +187,10 @@ bool Actuation<S>::project_regular(const Equations<S>& equations, MatrixX& proje
 
 template <class S>
 bool Actuation<S>::project_general(const Equations<S>& equations, MatrixX& projection) const {
-  const Grip grip(values_of(closure_matrix(equations)), values_of(selection(equations)), freedoms_);
-  if (!grip.firm) return false;
+  const ActuationFactors factors(values_of(closure_matrix(equations)), values_of(selection(equations)), freedoms_);
+  if (!factors.firm) return false;
   const Eigen::Map<const VectorX> columns(equations.column_scale().data(), columns_);
-  if (freedoms_ > 0) projection = grip.selection.solve(grip.null_space.transpose() * columns.asDiagonal());
+  if (freedoms_ > 0) projection = factors.selection.solve(factors.null_space.transpose() * columns.asDiagonal());
   for (std::size_t a = 0; a < actuated_.size(); ++a) projection.row(static_cast<Eigen::Index>(a)) /= actuated_[a].unit;
   return true;
 }

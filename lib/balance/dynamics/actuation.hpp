@@ -82,10 +82,10 @@ class Actuation : public Guard<S> {
   bool project_general(const Equations<S>& equations, MatrixX& projection) const;
   Matrix closure_matrix(const Equations<S>& equations) const;
   Matrix selection(const Equations<S>& equations) const;
-  void prepare_grip();
+  void prepare_actuation_matrix();
   std::optional<double> sparse_mobility(const Equations<S>& equations) const;
   /// Closures, below them the selection.
-  MatrixX grip_matrix(const Equations<S>& equations) const;
+  MatrixX actuation_matrix(const Equations<S>& equations) const;
 
   int columns_, closures_, freedoms_;
   bool regular_ = false;  ///< as many closures and actuators as coordinates, each actuator on its own
@@ -97,9 +97,9 @@ class Actuation : public Guard<S> {
   const Equations<S>* of_ = nullptr;
   std::size_t layout_ = 0;  ///< Equations::layout() that the places are of
   double regularity_ = 1;
-  TallMatrix grip_;              ///< closures and actuated coordinates
-  BlockTriangular sparse_grip_;  ///< the same of a large mechanism
-  bool has_sparse_grip_ = false;
+  TallMatrix matrix_;              ///< closures and actuated coordinates
+  BlockTriangular sparse_matrix_;  ///< the same of a large mechanism
+  bool has_sparse_matrix_ = false;
   std::vector<std::vector<Gathered>> at_motor_;  ///< per actuator: the closures' entries in its column
   std::vector<T> efforts_, multipliers_;
   std::string mismatch_;

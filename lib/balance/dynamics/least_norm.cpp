@@ -6,7 +6,7 @@
 
 namespace balance {
 
-Grip::Grip(const MatrixX& C, const MatrixX& S, int freedoms)
+ActuationFactors::ActuationFactors(const MatrixX& C, const MatrixX& S, int freedoms)
     : null_space(MatrixX::Identity(S.cols(), S.cols())), has_closures(C.rows() > 0) {
   if (has_closures) {
     closures.compute(C, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -21,22 +21,22 @@ Grip::Grip(const MatrixX& C, const MatrixX& S, int freedoms)
     firm = firm && closures.singularValues()[rank - 1] >= least_regularity * closures.singularValues()[0];
 }
 
-LeastNorm least_norm(const Grip& grip, const MatrixX& S, const VectorX& f) {
-  const Eigen::Index freedoms = grip.null_space.cols(), rank = S.cols() - freedoms;
+LeastNorm least_norm(const ActuationFactors& factors, const MatrixX& S, const VectorX& f) {
+  const Eigen::Index freedoms = factors.null_space.cols(), rank = S.cols() - freedoms;
   LeastNorm solution{VectorX::Zero(S.rows()), {}};
-  if (freedoms > 0) solution.efforts = grip.selection.solve(grip.null_space.transpose() * f);
-  if (!grip.has_closures) return solution;
+  if (freedoms > 0) solution.efforts = factors.selection.solve(factors.null_space.transpose() * f);
+  if (!factors.has_closures) return solution;
   // only the kept singular directions
-  const auto& svd = grip.closures;
+  const auto& svd = factors.closures;
   const VectorX rest = svd.matrixV().leftCols(rank).transpose() * (f - S.transpose() * solution.efforts);
   solution.multipliers = svd.matrixU().leftCols(rank) * rest.cwiseQuotient(svd.singularValues().head(rank));
   return solution;
 }
 
-LeastNorm least_norm_derivative(const Grip& grip, const LeastNorm& solution, const MatrixX& C, const MatrixX& S,
-                                const MatrixX& dC, const MatrixX& dS, const VectorX& df) {
+LeastNorm least_norm_derivative(const ActuationFactors& factors, const LeastNorm& solution, const MatrixX& C,
+                                const MatrixX& S, const MatrixX& dC, const MatrixX& dS, const VectorX& df) {
   const Eigen::Index columns = S.cols(), closures = C.rows();
-  const MatrixX& N = grip.null_space;
+  const MatrixX& N = factors.null_space;
   const VectorX n = N.cols() > 0 ? VectorX(N * (S * N).completeOrthogonalDecomposition().solve(solution.efforts))
                                  : VectorX(VectorX::Zero(columns));
   const VectorX v = closures > 0 ? VectorX(C.completeOrthogonalDecomposition().solve(solution.multipliers))

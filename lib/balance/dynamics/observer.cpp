@@ -223,8 +223,8 @@ void Observer<S>::read_cut_joints(const Instant<S>& now) {
         // how far it has turned since the last look, by the quadrature that rates at both ends allow
         const T step = now.time - time_;
         const T mean = (seen_.velocity[cut.coordinate] + reading.velocity[coordinate.index]) / 2;
-        const T bend = (seen_.acceleration[cut.coordinate] - reading.acceleration[coordinate.index]) / 12;
-        const double expected = value_of(position + step * (mean + step * bend));
+        const T curvature = (seen_.acceleration[cut.coordinate] - reading.acceleration[coordinate.index]) / 12;
+        const double expected = value_of(position + step * (mean + step * curvature));
         position = unwrapped(value, std::isfinite(expected) ? expected : value_of(position));
       } else {
         position = value;

@@ -44,7 +44,7 @@ TermsEngine<S>::TermsEngine(const Mechanism& given, const InverseOptions& wishes
   name_tree();
   if (!branch_.note().empty()) notes.push_back(branch_.note());
   for (const std::string& note : actuation_.notes()) notes.push_back(note);
-  for (const IdleSpin& spin : branch_.tree().held_spins) notes.push_back(held_spin(mechanism, spin));
+  for (const PassiveFreedom& spin : branch_.tree().locked_freedoms) notes.push_back(locked_freedom(mechanism, spin));
 }
 
 /// A column is called like the joint coordinate that it is; of several that are coupled, the leader.

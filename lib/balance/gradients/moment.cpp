@@ -38,7 +38,8 @@ template <class S>
 void DualMoment<S>::move(const double* y, const DriveSampleOf<DualNumber>& target) {
   if (direct_) return move_direct(target);
   // a floating spherical joint counts from any constant orientation
-  for (const int ball : values_.balls) tree_.nodes[ball].R_PF = constant(values_.nodes[ball].R_PF);
+  for (const int spherical : values_.spherical_joints)
+    tree_.nodes[spherical].R_PF = constant(values_.nodes[spherical].R_PF);
   now_.y = Eigen::Map<const VectorX>(y, tree_.columns).template cast<DualNumber>();
   const auto fill = [&] {
     poses(tree_, now_.y.data(), state_);

@@ -22,7 +22,8 @@ DriveSampleOf<DualNumber> measured(const MechanismOf<DualNumber>& mechanism, con
                                    const VectorX& y, const DriveQuantities& quantities) {
   using D = OverDuals<S>;
   Tree<D> tree = compile<D>(mechanism, needed);
-  for (const int ball : values.balls) tree.nodes[ball].R_PF = constant(values.nodes[ball].R_PF);
+  for (const int spherical : values.spherical_joints)
+    tree.nodes[spherical].R_PF = constant(values.nodes[spherical].R_PF);
   const PoseEquations<D> stated = pose_equations(mechanism, tree, pose);
   Equations<D> equations(tree, stated.drive, true);
   State<D> state(tree.nodes.size());

@@ -1,9 +1,9 @@
 #include "balance/hdf5/file.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/hdf5/checksum.hpp"
 #include "balance/hdf5/driver.hpp"
 #include "balance/hdf5/handle.hpp"
-#include "balance/hdf5/seal.hpp"
 #include "balance/hdf5/turn.hpp"
 
 #include <fmt/format.h>
@@ -263,7 +263,7 @@ void Hdf5File::close() {
     for (Handle& group : self.groups) group.close();
     checked_status(H5Fflush(self.file.get(), H5F_SCOPE_GLOBAL));
     self.file.close();
-    if (self.system_error == 0) self.system_error = seal_file(self.descriptor);
+    if (self.system_error == 0) self.system_error = append_checksum(self.descriptor);
   });
 }
 

@@ -2,7 +2,7 @@
 
 #include "balance/base/nearest.hpp"
 #include "balance/base/plain_text.hpp"
-#include "balance/hdf5/seal.hpp"
+#include "balance/hdf5/checksum.hpp"
 #include "balance/hdf5/server.hpp"
 #include "balance/hdf5/turn.hpp"
 
@@ -43,7 +43,7 @@ void wait_at_most(int socket, std::uintmax_t seconds) {
 }  // namespace
 
 Hdf5Source::Hdf5Source(const std::string& file, const Hdf5Limits& limits) : limits_(limits) {
-  if (seal_of(file) == Seal::broken)
+  if (checksum_of(file) == Checksum::broken)
     throw Hdf5Error("is damaged: its bytes do not have the checksum that they were written with");
   std::error_code error;
   const auto found = std::filesystem::file_size(file, error);

@@ -32,7 +32,7 @@ struct Hdf5Limits {
 /// @throws Hdf5Error also if the child dies: the file is damaged
 class Hdf5Source {
  public:
-  /// @throws Hdf5Error if it is no HDF5 file or cannot be opened, or has not the checksum that it was written with (hdf5/seal.hpp)
+  /// @throws Hdf5Error if it is no HDF5 file or cannot be opened, or has not the checksum that it was written with (hdf5/checksum.hpp)
   explicit Hdf5Source(const std::string& file, const Hdf5Limits& limits = {});
 
   bool has(const std::string& path) const;

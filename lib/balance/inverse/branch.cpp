@@ -49,11 +49,11 @@ Branch<S>::Branch(const Mechanism& mechanism, IndependentChoice<S> choice)
   plain_ = direct_;
   for (std::size_t k = 0; k < columns_.size(); ++k)
     plain_ = plain_ && columns_[k].column == static_cast<int>(k) && columns_[k].inverse == 1 && columns_[k].offset == 0;
-  std::set<int> bending;
+  std::set<int> matrix_columns;
   for (const Closure<S>& closure : tree_.closures)
-    for (const PathStep& part : closure.path) bending.insert(tree_.nodes[part.node].column);
-  bending_.assign(bending.begin(), bending.end());
-  for (const int ball : tree_.balls) first_references_.push_back(tree_.nodes[ball].R_PF);
+    for (const PathStep& part : closure.path) matrix_columns.insert(tree_.nodes[part.node].column);
+  matrix_columns_.assign(matrix_columns.begin(), matrix_columns.end());
+  for (const int spherical : tree_.spherical_joints) first_references_.push_back(tree_.nodes[spherical].R_PF);
   for (VectorX* values : {&y_, &dy_, &ddy_, &predicted_, &trial_}) values->setZero(tree_.columns);
   for (VectorX* values : {&sample_.value, &sample_.rate, &sample_.acceleration}) values->setZero(freedoms_);
   q_.assign(static_cast<std::size_t>(freedoms_), 0);
@@ -82,7 +82,7 @@ bool Branch<S>::newton(VectorX& y, const double* q) {
 /// Equations and poses at q_ and y_, whose coordinates may be counted from new references.
 template <class S>
 bool Branch<S>::settle() {
-  turn_balls_back();
+  rereference_spherical_joints();
   if (!newton(y_, q_.data())) return false;
   equations_.keep();
   fresh_ = true;
@@ -90,13 +90,13 @@ bool Branch<S>::settle() {
 }
 
 template <class S>
-bool Branch<S>::turn_balls_back() {
-  constexpr double limit = 1;  // at a right angle a ball's coordinates fail
+bool Branch<S>::rereference_spherical_joints() {
+  constexpr double limit = 1;  // at a right angle a spherical joint's coordinates fail
   bool any = false;
-  for (const int ball : tree_.balls) {
-    const double middle = std::remainder(y_[tree_.nodes[ball + 1].column], 2 * std::numbers::pi);
+  for (const int spherical : tree_.spherical_joints) {
+    const double middle = std::remainder(y_[tree_.nodes[spherical + 1].column], 2 * std::numbers::pi);
     if (std::abs(middle) < limit) continue;
-    rereference(tree_, ball, y_.data());
+    rereference(tree_, spherical, y_.data());
     any = true;
   }
   return any;
@@ -119,12 +119,12 @@ bool Branch<S>::step(const double* q) {
   for (int c = 0; c < tree_.columns; ++c)
     if (!(std::abs(trial_[c] - predicted_[c]) <= longest_correction * scale[c])) return false;
   double way = 0;
-  for (const int c : bending_) way = std::max(way, std::abs(trial_[c] - y_[c]) / scale[c]);
-  if (!(way * way <= most_bend * equations_.regularity()) || !equations_.near_kept(most_change)) return false;
+  for (const int c : matrix_columns_) way = std::max(way, std::abs(trial_[c] - y_[c]) / scale[c]);
+  if (!(way * way <= most_curvature * equations_.regularity()) || !equations_.near_kept(most_change)) return false;
   std::swap(y_, trial_);
   std::copy_n(q, freedoms_, q_.begin());
   fresh_ = true;
-  if (turn_balls_back()) return settle();
+  if (rereference_spherical_joints()) return settle();
   equations_.keep();
   return true;
 }

@@ -71,7 +71,7 @@ class Branch {
   struct Mark {
     VectorX y;
     std::vector<double> q;
-    std::vector<typename S::Rotation> references;  ///< of the balls
+    std::vector<typename S::Rotation> references;  ///< of the spherical joints
   };
 
   /// Values, rates or accelerations of an open tree. @param constant 1 for values: their offsets count
@@ -85,7 +85,7 @@ class Branch {
   MotionOutcome lead(const double* q, const char* words);
   bool newton(VectorX& y, const double* q);
   bool settle();
-  bool turn_balls_back();
+  bool rereference_spherical_joints();
   Plan<S> plan_to(const double* q) const;
   Mark mark() const;
   void go_back(const Mark& mark);
@@ -105,7 +105,7 @@ class Branch {
   Equations<S> equations_;
   double round_off_;
   std::vector<OwnColumn> columns_;
-  std::vector<int> bending_;  ///< columns that the closures' matrix depends on
+  std::vector<int> matrix_columns_;  ///< columns that the closures' matrix depends on
   std::vector<typename S::Rotation> first_references_;
   State<S> state_;
   DriveSample sample_;

@@ -86,7 +86,7 @@ MotionOutcome Branch<S>::lead(const double* q, const char* words) {
 template <class S>
 typename Branch<S>::Mark Branch<S>::mark() const {
   Mark mark{y_, q_, {}};
-  for (const int ball : tree_.balls) mark.references.push_back(tree_.nodes[ball].R_PF);
+  for (const int spherical : tree_.spherical_joints) mark.references.push_back(tree_.nodes[spherical].R_PF);
   return mark;
 }
 
@@ -94,7 +94,8 @@ template <class S>
 void Branch<S>::go_back(const Mark& mark) {
   y_ = mark.y;
   q_ = mark.q;
-  for (std::size_t b = 0; b < tree_.balls.size(); ++b) tree_.nodes[tree_.balls[b]].R_PF = mark.references[b];
+  for (std::size_t b = 0; b < tree_.spherical_joints.size(); ++b)
+    tree_.nodes[tree_.spherical_joints[b]].R_PF = mark.references[b];
   fresh_ = false;
 }
 
@@ -125,7 +126,8 @@ template <class S>
 MotionOutcome Branch<S>::assemble(const double* q, const std::vector<CoordinateValue>& near) {
   if (direct_) return go(q);
   const Mark before = mark();
-  for (std::size_t b = 0; b < tree_.balls.size(); ++b) tree_.nodes[tree_.balls[b]].R_PF = first_references_[b];
+  for (std::size_t b = 0; b < tree_.spherical_joints.size(); ++b)
+    tree_.nodes[tree_.spherical_joints[b]].R_PF = first_references_[b];
   Mechanism rough = mechanism_;
   const auto put = [&](const CoordinateValue& value, bool always) {
     const auto same = [&](const CoordinateValue& other) { return other.coordinate == value.coordinate; };

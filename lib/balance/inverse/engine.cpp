@@ -56,7 +56,7 @@ InverseEngine<S>::InverseEngine(const Mechanism& given, const InverseOptions& wi
   for (const int c : branch_.independent()) independent.push_back(mechanism.coordinates[c].name);
   if (!branch_.note().empty()) notes.push_back(branch_.note());
   for (const std::string& note : observer_.actuation().notes()) notes.push_back(note);
-  for (const IdleSpin& spin : tree.held_spins) notes.push_back(held_spin(mechanism, spin));
+  for (const PassiveFreedom& spin : tree.locked_freedoms) notes.push_back(locked_freedom(mechanism, spin));
   std::vector<bool> driven(tau_.size(), false);
   for (const int coordinate : mechanism.actuators) {
     const LinearQuantity& source = tree.sources[coordinate];

@@ -6,9 +6,9 @@
 namespace balance {
 
 template <class S>
-void rereference(Tree<S>& tree, int ball, typename S::Scalar* y) {
+void rereference(Tree<S>& tree, int spherical, typename S::Scalar* y) {
   Matrix3 all = Matrix3::Identity(), fixed = Matrix3::Identity();
-  for (int n = ball; n < ball + 3; ++n) {
+  for (int n = spherical; n < spherical + 3; ++n) {
     const Node<S>& node = tree.nodes[n];
     const bool turns = node.motion == NodeMotion::turn;  // the last of a held spin does not
     const double x = turns ? node.ratio * y[node.column] + node.offset : 0;
@@ -18,7 +18,7 @@ void rereference(Tree<S>& tree, int ball, typename S::Scalar* y) {
   }
   // products of rotations drift; the nearest rotation does not
   const Eigen::Quaterniond exact = Eigen::Quaterniond(Matrix3(all * fixed.transpose())).normalized();
-  tree.nodes[ball].R_PF = to_rotation<S>(exact.toRotationMatrix());
+  tree.nodes[spherical].R_PF = to_rotation<S>(exact.toRotationMatrix());
 }
 
 template void rereference<Planar>(Tree<Planar>&, int, double*);

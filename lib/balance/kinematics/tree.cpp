@@ -55,7 +55,7 @@ class Compiler {
     coordinates_ = coordinates_of_joints(values);
     needed_ = joints_needed(values, needed);
     spanning_ = span(values, needed);
-    if (mechanism.space == SpaceKind::spatial) tree_.held_spins = held_spins(values, needed, spanning_);
+    if (mechanism.space == SpaceKind::spatial) tree_.locked_freedoms = locked_freedoms(values, needed, spanning_);
     tree_.length = characteristic_length(values);
   }
 
@@ -96,7 +96,7 @@ class Compiler {
     // columns in the order of the tree keep the loops' blocks together
     for (const TreeEdge& edge : spanning_.edges)
       for (const int c : coordinates_[edge.joint]) {
-        if (held_spin(edge) != nullptr && mechanism_.coordinates[c].index == 2) continue;
+        if (locked_freedom(edge) != nullptr && mechanism_.coordinates[c].index == 2) continue;
         for (const auto& [root, ratio] : roots[c].terms)
           if (columns.emplace(root, tree_.columns).second) {
             ++tree_.columns;
@@ -113,9 +113,9 @@ class Compiler {
     }
   }
 
-  /// The idle spin of the body that the edge carries, if it has one.
-  const IdleSpin* held_spin(const TreeEdge& edge) const {
-    for (const IdleSpin& spin : tree_.held_spins)
+  /// The passive freedom of the body that the edge carries, if it has one.
+  const PassiveFreedom* locked_freedom(const TreeEdge& edge) const {
+    for (const PassiveFreedom& spin : tree_.locked_freedoms)
       if (spin.body == edge.child && (spin.joints[0] == edge.joint || spin.joints[1] == edge.joint)) return &spin;
     return nullptr;
   }
@@ -164,7 +164,7 @@ class Compiler {
       std::swap(start, end);
       R_parent_child = joint.rotation.transpose();
     }
-    const IdleSpin* spin = held_spin(edge);
+    const PassiveFreedom* spin = locked_freedom(edge);
     if (spin != nullptr) chain = turns_before(*spin, R_parent_child);
     const FixedFrame<S> parent = tree_.bodies[edge.parent];
     int node = parent.node;
@@ -172,7 +172,7 @@ class Compiler {
     Vector3Of<T> p = R * start + to_3d(parent.p_N);
     const bool sphere = joint.type == JointType::rolling_sphere;
     if ((joint.type == JointType::spherical || sphere) && !needed_[edge.joint]) {
-      tree_.balls.push_back(static_cast<int>(tree_.nodes.size()) + (sphere && edge.forward ? 2 : 0));
+      tree_.spherical_joints.push_back(static_cast<int>(tree_.nodes.size()) + (sphere && edge.forward ? 2 : 0));
       for (const int c : coordinates_[edge.joint]) tree_.floats[c] = !sphere || mechanism_.coordinates[c].index >= 2;
     }
     if (chain.empty()) node = add_node(node, R, p, NodeMotion::weld), R.setIdentity(), p.setZero();
@@ -195,14 +195,14 @@ class Compiler {
       tree_.bodies[edge.child] = child;
   }
 
-  /// Two turns across the line of an idle spin, and in the place of the third, about the line, a weld.
-  std::vector<Step<T>> turns_before(const IdleSpin& spin, const Matrix3Of<T>& R_parent_child) const {
+  /// Two turns across the line of a passive freedom, and in the place of the third, about the line, a weld.
+  std::vector<Step<T>> turns_before(const PassiveFreedom& spin, const Matrix3Of<T>& R_parent_child) const {
     const Matrix3Of<T> axes = frame_with_z_along(Vector3Of<T>(R_parent_child * line_of(spin)));
     return {{NodeMotion::turn, axes.col(0), 0}, {NodeMotion::turn, axes.col(1), 1}, {NodeMotion::weld, axes.col(2), 2}};
   }
 
-  /// The line of an idle spin with its derivatives, if there are any: through a rod's joints, along a leg's slide.
-  Vector3Of<T> line_of(const IdleSpin& spin) const {
+  /// The line of a passive freedom with its derivatives, if there are any: through a rod's joints, along a leg's slide.
+  Vector3Of<T> line_of(const PassiveFreedom& spin) const {
     if constexpr (std::is_same_v<T, double>) {
       return spin.line;
     } else {

@@ -108,10 +108,11 @@ struct Tree {
   std::vector<bool> joint_forward;  ///< per joint: the tree walks it from its first to its second body
   /// First nodes of the spherical joints whose coordinates nobody prescribes, drives or couples: these may be counted from
   /// another reference orientation at any time (rereference), so that they never reach their singular position.
-  std::vector<int> balls;
-  std::vector<bool> floats;  ///< per coordinate of the mechanism: one of a ball's, whose source holds at the start only
-  /// Bodies whose idle spin is held: the ball that carries them lacks its last turn, like a universal joint.
-  std::vector<IdleSpin> held_spins;
+  std::vector<int> spherical_joints;
+  std::vector<bool>
+      floats;  ///< per coordinate of the mechanism: one of a spherical joint's, whose source holds at the start only
+  /// Bodies whose passive freedom is held: the spherical joint that carries them lacks its last turn, like a universal joint.
+  std::vector<PassiveFreedom> locked_freedoms;
   std::vector<MassElement<S>> elements;  ///< bodies 1…, then attachments, then discs
   typename S::Scalar mass = 0;
   double length = 1;                    ///< characteristic length
@@ -122,9 +123,9 @@ struct Tree {
 template <class S>
 Tree<S> compile(const MechanismOf<typename S::Scalar>& mechanism, const std::vector<int>& needed);
 
-/// Counts a ball's coordinates from the present orientation on: they become zero, nothing moves.
+/// Counts a spherical joint's coordinates from the present orientation on: they become zero, nothing moves.
 template <class S>
-void rereference(Tree<S>& tree, int ball, typename S::Scalar* y);
+void rereference(Tree<S>& tree, int spherical, typename S::Scalar* y);
 
 /// Inertia given about the CoM in a frame's axes, moved to that frame's origin.
 template <class S>

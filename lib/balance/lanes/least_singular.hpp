@@ -104,17 +104,17 @@ class LaneLeastSingular {
   /// As in LeastSingular.
   Sums laguerre_sums(const T& x) const {
     Sums sums{0.0, 0.0, T(0.0) == T(0.0)};
-    T inverse = 0.0, slope = 0.0, bend = 0.0;
+    T inverse = 0.0, slope = 0.0, curvature = 0.0;
     for (int i = 0; i < n_; ++i) {
       const T passed = i > 0 ? beside_[i - 1] * beside_[i - 1] * inverse : T(0.0);
-      const T first = passed * slope - 1.0, second = passed * (bend - 2.0 * slope * slope);
+      const T first = passed * slope - 1.0, second = passed * (curvature - 2.0 * slope * slope);
       const T pivot = diagonal_[i] - x - passed;
       sums.below = sums.below & (pivot > 0.0);
       inverse = 1.0 / pivot;
       slope = first * inverse;
-      bend = second * inverse;
+      curvature = second * inverse;
       sums.first -= slope;
-      sums.second -= bend - slope * slope;
+      sums.second -= curvature - slope * slope;
     }
     return sums;
   }

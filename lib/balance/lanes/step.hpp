@@ -147,7 +147,7 @@ class LaneStep {
   T turned(double h) const {
     const std::vector<double>& scale = equations_.column_scale();
     T most = 0.0;
-    for (const int c : setup_.bending) {
+    for (const int c : setup_.matrix_columns) {
       const T rate = max(abs(behind(dy_[c], last_dy_[c])), abs(dy_[c]));
       most = max(most, max(abs(y_[c] - behind(y_[c], last_y_[c])), h * rate) / scale[c]);
     }

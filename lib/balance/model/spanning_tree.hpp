@@ -27,7 +27,7 @@ struct SpanningTree {
 std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<int>& needed);
 
 /// A body between two spherical joints may spin about the line through them without anything else moving.
-struct IdleSpin {
+struct PassiveFreedom {
   int body = 0;
   Vector3 line = Vector3::UnitZ();  ///< unit vector along it, in the body's axes
   int joints[2] = {0, 0};
@@ -37,7 +37,7 @@ struct IdleSpin {
 /// on the line, no disc, spring or load on the body. Two bodies between spherical joints that slide along the line through these
 /// spin together: each is listed, with the same joints, and one of them is to be held.
 /// @param needed coordinates that must be available
-std::vector<IdleSpin> idle_spins(const Mechanism& mechanism, const std::vector<int>& needed);
+std::vector<PassiveFreedom> passive_freedoms(const Mechanism& mechanism, const std::vector<int>& needed);
 
 /// Cuts the joints that leave the fewest coordinates; among equals those farthest from the ground, which keeps chains short.
 /// Joints that are needed are never cut.
@@ -45,8 +45,9 @@ std::vector<IdleSpin> idle_spins(const Mechanism& mechanism, const std::vector<i
 /// @throws std::invalid_argument if a body is not connected to the ground
 SpanningTree span(const Mechanism& mechanism, const std::vector<int>& needed);
 
-/// The idle spins that a tree holds: of two bodies that spin together the one that its spherical joint carries.
-std::vector<IdleSpin> held_spins(const Mechanism& mechanism, const std::vector<int>& needed, const SpanningTree& tree);
+/// The passive freedoms that a tree holds: of two bodies that spin together the one that its spherical joint carries.
+std::vector<PassiveFreedom> locked_freedoms(const Mechanism& mechanism, const std::vector<int>& needed,
+                                            const SpanningTree& tree);
 
 /// Bodies around the loop that a joint outside the tree closes, from its first body to its second.
 std::vector<int> loop_bodies(const Mechanism& mechanism, const SpanningTree& tree, int joint);

@@ -12,7 +12,7 @@ inline constexpr double least_regularity = 3e-6;
 inline constexpr double near_singular = 1e-3;
 
 /// What a step may change of a matrix: less than 1 together, so that it stays regular in between (docs/theory.md, section 2).
-inline constexpr double most_change = 0.7;  ///< along the straight way
-inline constexpr double most_bend = 0.2;    ///< how far the way may lie off the straight one
+inline constexpr double most_change = 0.7;     ///< along the straight way
+inline constexpr double most_curvature = 0.2;  ///< how far the way may lie off the straight one
 
 }  // namespace balance

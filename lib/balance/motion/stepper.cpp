@@ -17,7 +17,7 @@ constexpr int halvings = 24;
 
 /// Columns whose coordinate changes entries of the equations' matrix.
 template <class S>
-std::vector<int> bending_columns(const Tree<S>& tree, const Drive<S>& drive) {
+std::vector<int> columns_of_matrix(const Tree<S>& tree, const Drive<S>& drive) {
   std::set<int> columns;
   const auto add = [&](int node) {
     if (tree.nodes[node].motion != NodeMotion::weld) columns.insert(tree.nodes[node].column);
@@ -40,7 +40,7 @@ Stepper<S>::Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& pl
       equations_(tree, plan.drive, plan.redundant),
       round_off_(solved * ground_extent(mechanism)),
       state_(tree.nodes.size()),
-      bending_(bending_columns(tree, plan.drive)),
+      matrix_columns_(columns_of_matrix(tree, plan.drive)),
       passages_(mechanism, tree, plan) {
   const int n = tree.columns;
   for (MotionMoment* moment : {&now_, &before_, &older_, &next_})
@@ -65,7 +65,7 @@ bool Stepper<S>::begin() {
     set_direct(0);
     return true;
   }
-  turn_balls_back(0.5);
+  rereference_spherical_joints(0.5);
   trial_ = now_.y;
   if (equations_.structurally_singular() || !newton(trial_)) {
     stop(Attempt::no_convergence, 0);
@@ -180,7 +180,7 @@ double Stepper<S>::turned(const MotionMoment& next) const {
   const double h = next.time - now_.time;
   const std::vector<double>& scale = equations_.column_scale();
   double most = 0;
-  for (const int c : bending_) {
+  for (const int c : matrix_columns_) {
     const double rate = std::max(std::abs(now_.dy[c]), std::abs(next.dy[c]));
     most = std::max(most, std::max(std::abs(next.y[c] - now_.y[c]), h * rate) / scale[c]);
   }
@@ -191,11 +191,12 @@ double Stepper<S>::turned(const MotionMoment& next) const {
 template <class S>
 typename Stepper<S>::Attempt Stepper<S>::judge(const MotionMoment& next) {
   way_ = turned(next);
-  const double bend = way_ * way_;  // h²/8 of second derivatives, three turns in a chain
-  if (!(bend <= most_bend * equations_.regularity()) || !equations_.near_kept(most_change)) return Attempt::singular;
+  const double curvature = way_ * way_;  // h²/8 of second derivatives, three turns in a chain
+  if (!(curvature <= most_curvature * equations_.regularity()) || !equations_.near_kept(most_change))
+    return Attempt::singular;
   if (guard_ != nullptr) {
     hold_pivot_ = guard_->look(equations_);
-    if (!(hold_pivot_ >= floor_ && bend <= most_bend * hold_pivot_ && guard_->near_kept(most_change)))
+    if (!(hold_pivot_ >= floor_ && curvature <= most_curvature * hold_pivot_ && guard_->near_kept(most_change)))
       return Attempt::not_held;
     hold_approach_.see(hold_pivot_, next.time);
   }
@@ -210,7 +211,7 @@ typename Stepper<S>::Attempt Stepper<S>::accept() {
   std::swap(now_, next_);
   past_ = std::min(past_ + 1, 2);
   passages_.see(now_, equations_, equations_.regularity(), hold_pivot_, way_);
-  if (turn_balls_back(1)) {  // same configuration, other coordinates
+  if (rereference_spherical_joints(1)) {  // same configuration, other coordinates
     if (!newton(now_.y)) return Attempt::no_convergence;
     differentiate(now_);
     past_ = 0;
@@ -223,14 +224,14 @@ typename Stepper<S>::Attempt Stepper<S>::accept() {
   return Attempt::done;
 }
 
-/// Rereferences every ball whose middle angle is beyond the limit [rad]: at a right angle its coordinates fail.
+/// Rereferences every spherical joint whose middle angle is beyond the limit [rad]: at a right angle its coordinates fail.
 template <class S>
-bool Stepper<S>::turn_balls_back(double limit) {
+bool Stepper<S>::rereference_spherical_joints(double limit) {
   bool any = false;
-  for (const int ball : tree_.balls) {
-    const double middle = std::remainder(now_.y[tree_.nodes[ball + 1].column], 2 * std::numbers::pi);
+  for (const int spherical : tree_.spherical_joints) {
+    const double middle = std::remainder(now_.y[tree_.nodes[spherical + 1].column], 2 * std::numbers::pi);
     if (std::abs(middle) < limit) continue;
-    rereference(tree_, ball, now_.y.data());
+    rereference(tree_, spherical, now_.y.data());
     ++references_;
     any = true;
   }

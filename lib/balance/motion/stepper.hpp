@@ -25,7 +25,7 @@ class Stepper {
   static constexpr int newton_steps = 8;             ///< for one configuration, at most
   static constexpr double longest_correction = 0.1;  ///< of a prediction, in radians or characteristic lengths
 
-  /// @param tree, plan must outlive the stepper; the plan must be done. The stepper may rereference the tree's balls.
+  /// @param tree, plan must outlive the stepper; the plan must be done. The stepper may rereference the tree's spherical joints.
   Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& plan);
 
   /// Another matrix to be watched, from begin() on; it must outlive the stepper.
@@ -49,7 +49,7 @@ class Stepper {
   /// How often coordinates began to be counted from other references, so that those before and after are not comparable.
   int references() const { return references_; }
   /// Columns on which the matrix depends.
-  const std::vector<int>& bending() const { return bending_; }
+  const std::vector<int>& matrix_columns() const { return matrix_columns_; }
   double round_off() const { return round_off_; }  ///< scaled residual that cannot be improved upon
 
   const double* y() const { return now_.y.data(); }
@@ -91,7 +91,7 @@ class Stepper {
   bool settle();
   void locate(Attempt attempt, double smallest);
   double turned(const MotionMoment& next) const;
-  bool turn_balls_back(double limit);
+  bool rereference_spherical_joints(double limit);
   void set_direct(double time);
   void stop(Attempt attempt, double smallest);
   std::pair<MotionStatus, const char*> diagnose(Attempt attempt);
@@ -106,7 +106,7 @@ class Stepper {
   State<S> state_;
   DriveSample sample_;
   Guard<S>* guard_ = nullptr;
-  std::vector<int> bending_;
+  std::vector<int> matrix_columns_;
   double floor_ = least_regularity;    ///< smallest pivot that counts as regular
   Approach approach_, hold_approach_;  ///< of the matrix that determines the motion, of the guarded one
   Passages<S> passages_;

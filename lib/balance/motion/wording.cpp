@@ -81,7 +81,7 @@ std::string over_constrained() {
   return "the loops are over-constrained: reactions are those of least norm, not the only possible ones";
 }
 
-std::string held_spin(const Mechanism& mechanism, const IdleSpin& spin) {
+std::string locked_freedom(const Mechanism& mechanism, const PassiveFreedom& spin) {
   return mechanism.bodies[spin.body].name +
          ": the spin between its two spherical joints is held as if one of them were universal";
 }

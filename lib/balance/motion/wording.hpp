@@ -33,6 +33,6 @@ MotionOutcome numbers_overflow(double time, const std::string& what);
 std::string under_actuated(int motors, int freedoms);
 std::string over_actuated(int motors, int freedoms);
 std::string over_constrained();
-std::string held_spin(const Mechanism& mechanism, const IdleSpin& spin);
+std::string locked_freedom(const Mechanism& mechanism, const PassiveFreedom& spin);
 
 }  // namespace balance

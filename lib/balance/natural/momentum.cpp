@@ -1,6 +1,6 @@
 #include "balance/natural/momentum.hpp"
 
-#include "balance/natural/wanderer.hpp"
+#include "balance/natural/random_walk.hpp"
 
 #include <stdexcept>
 
@@ -70,8 +70,8 @@ class Coefficients {
 };
 
 /// Velocities of points and rims in the motions that one configuration allows.
-Eigen::MatrixXcd velocities(const Model& model, const Wanderer& wanderer) {
-  const MatrixX& motions = wanderer.motions();
+Eigen::MatrixXcd velocities(const Model& model, const RandomWalk& walk) {
+  const MatrixX& motions = walk.motions();
   const int moving = model.basic.moving;
   Eigen::MatrixXcd out(moving + static_cast<Eigen::Index>(model.rotors.size()), motions.cols());
   for (Eigen::Index c = 0; c < motions.cols(); ++c) {
@@ -116,8 +116,8 @@ ForceConditions force_conditions(const Mechanism& mechanism, const Start& start)
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
   ForceConditions found;
   const Model model = build_model(mechanism, {}, false, start);
-  Wanderer wanderer(model);
-  if (!wanderer.begin()) {
+  RandomWalk walk(model);
+  if (!walk.begin()) {
     found.reason = "the mechanism cannot be assembled or cannot move";
     return found;
   }
@@ -130,11 +130,11 @@ ForceConditions force_conditions(const Mechanism& mechanism, const Start& start)
   // and what they are
   MatrixX seen(basis.cols(), 0);
   while (seen.cols() < 3 * basis.cols() + 8) {
-    const MatrixX more = basis.transpose() * real_form(velocities(model, wanderer));
+    const MatrixX more = basis.transpose() * real_form(velocities(model, walk));
     MatrixX all(seen.rows(), seen.cols() + more.cols());
     all << seen, more;
     seen = all;
-    if (!wanderer.next()) {
+    if (!walk.next()) {
       found.reason = "the mechanism has too little room to move";
       return found;
     }

@@ -142,22 +142,22 @@ bool Observer::find_efforts(const Stepper& stepper) {
   const auto motors = static_cast<Eigen::Index>(mechanism_.actuators.size());
   const VectorX needed = needed_forces(stepper);
   const MatrixX motions = stepper.equations().motions();
-  MatrixX grip = MatrixX::Zero(motors, motions.cols());  // rates of the actuated coordinates, a length's by L
-  VectorX unit = VectorX::Ones(motors);                  // of least norm: a force counts as its moment on L
+  MatrixX actuation = MatrixX::Zero(motors, motions.cols());  // rates of the actuated coordinates, a length's by L
+  VectorX unit = VectorX::Ones(motors);                       // of least norm: a force counts as its moment on L
   for (Eigen::Index a = 0; a < motors; ++a) {
     const auto c = static_cast<std::size_t>(mechanism_.actuators[static_cast<std::size_t>(a)]);
     for (const ScalarTerm& term : model_.coordinates[c].form.terms)
-      grip.row(a) += term.coefficient * motions.row(2 * model_.basic.moving + term.scalar);
+      actuation.row(a) += term.coefficient * motions.row(2 * model_.basic.moving + term.scalar);
     if (mechanism_.coordinates[c].kind == CoordinateKind::length) unit[a] = L;
   }
-  grip = unit.cwiseInverse().asDiagonal() * grip;
+  actuation = unit.cwiseInverse().asDiagonal() * actuation;
   // columns of equal size: what drives the mechanism must not decide what holds it
   const VectorX size = motions.colwise().norm().transpose().cwiseMax(1e-300).cwiseInverse();
-  grip = grip * size.asDiagonal();
+  actuation = actuation * size.asDiagonal();
   const VectorX right = L * L * size.cwiseProduct(motions.transpose() * needed);
   Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
   qr.setThreshold(1e-10);
-  qr.compute(grip.transpose());
+  qr.compute(actuation.transpose());
   const VectorX efforts = qr.solve(right).cwiseQuotient(unit);
   for (Eigen::Index a = 0; a < motors; ++a) {
     seen_.effort[a] = efforts[a];

@@ -38,8 +38,8 @@ bool Stepper::begin(const Coordinates& near) {
   all_.look(equations_.jacobian(now_.position));
   all_.keep();
   if (!held_) return true;
-  const bool holds = grip_.look(held_(now_.position)) >= singular;
-  grip_.keep();
+  const bool holds = actuation_.look(held_(now_.position)) >= singular;
+  actuation_.keep();
   if (!holds) stop(Attempt::not_held);
   return holds;
 }
@@ -101,13 +101,13 @@ Stepper::Attempt Stepper::step(double time) {
     expected[b] = angles_[b] + h * spin(static_cast<int>(b)) + h * h / 2 * spin_rate(static_cast<int>(b));
   now_ = std::move(next);
   all_.keep();
-  grip_.keep();
+  actuation_.keep();
   read_angles(expected);
   return Attempt::done;
 }
 
 /// Largest change of an entry off the straight way: entries are linear in the points, or in directions that turn with them.
-double Stepper::bend(const State& next) const {
+double Stepper::curvature(const State& next) const {
   double most = 0;
   for (const State* state : {&now_, &next}) {
     for (const Complex p : state->acceleration.points) most = std::max(most, std::abs(p));
@@ -120,12 +120,13 @@ double Stepper::bend(const State& next) const {
 
 /// Could one of the matrices have lost rank since the present state?
 Stepper::Attempt Stepper::judge(const State& next) {
-  const double off = bend(next), pivot = all_.look(equations_.jacobian(next.position));
-  if (!(pivot >= singular && off <= most_bend * pivot && all_.near_kept(most_change))) return Attempt::singular;
+  const double off = curvature(next), pivot = all_.look(equations_.jacobian(next.position));
+  if (!(pivot >= singular && off <= most_curvature * pivot && all_.near_kept(most_change))) return Attempt::singular;
   if (held_) {
-    const double grip = grip_.look(held_(next.position));
-    if (!(grip >= singular && off <= most_bend * grip && grip_.near_kept(most_change))) return Attempt::not_held;
-    grip_approach_.see(grip, next.time);
+    const double actuation = actuation_.look(held_(next.position));
+    if (!(actuation >= singular && off <= most_curvature * actuation && actuation_.near_kept(most_change)))
+      return Attempt::not_held;
+    actuation_approach_.see(actuation, next.time);
   }
   approach_.see(pivot, next.time);
   return Attempt::done;
@@ -158,7 +159,7 @@ void Stepper::accelerate(Side side) {
 
 /// Which matrix has lost rank at the last good configuration?
 void Stepper::stop(Attempt attempt) {
-  const Approach& approach = attempt == Attempt::not_held ? grip_approach_ : approach_;
+  const Approach& approach = attempt == Attempt::not_held ? actuation_approach_ : approach_;
   const double time = std::min(approach.vanishes(now_.time), schedule_.duration());
   if (attempt == Attempt::not_held) {
     outcome_ = no_longer_held(time, "");

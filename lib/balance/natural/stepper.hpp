@@ -43,7 +43,7 @@ class Stepper {
 
   Attempt step(double time);
   Attempt judge(const State& next);
-  double bend(const State& next) const;
+  double curvature(const State& next) const;
   bool far_from(const Coordinates& predicted, const Coordinates& found) const;
   void read_angles(const std::vector<double>& expected);
   void stop(Attempt attempt);
@@ -56,8 +56,8 @@ class Stepper {
   std::vector<double> angles_;
   DriveSample sample_;
   int iterations_ = 0;
-  TallMatrix all_, grip_;
-  Approach approach_, grip_approach_;
+  TallMatrix all_, actuation_;
+  Approach approach_, actuation_approach_;
   std::function<MatrixX(const Coordinates&)> held_;
   MotionOutcome outcome_;
 };

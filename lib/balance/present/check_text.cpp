@@ -110,7 +110,7 @@ std::string check_text(const CheckReport& report, const Mechanism& mechanism) {
   if (report.outcome.status == MotionStatus::done) {
     text += freedom_text(report);
     text += list_or_none("redundant", report.redundant);
-    text += list_or_none("idle freedoms", report.idle);
+    text += list_or_none("passive freedoms", report.passive_freedoms);
     text += line("centre of mass", position_text(report.com, mechanism.space) + " at the start pose");
     text += start_text(report, mechanism);
     text += modes_text(report);

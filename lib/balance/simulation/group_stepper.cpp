@@ -10,7 +10,7 @@ namespace {
 
 /// Smaller pivots are the stepper's: it then looks at how near to a singularity the motion comes.
 constexpr double sure_pivot = 8 * near_singular;
-constexpr double sure_middle = 0.99;  // of a ball's angles [rad]; the stepper counts them anew from 1 on
+constexpr double sure_middle = 0.99;  // of a spherical joint's angles [rad]; the stepper counts them anew from 1 on
 constexpr int longest_pause = 63;
 
 std::unique_ptr<GroupMotion<Planar>> make_motion(InstructionSet set, const GroupSetup<Planar>& setup) {
@@ -148,7 +148,7 @@ bool GroupStepper<S>::find_group() {
   if (!sample_drive(time())) return false;
   if (!motion_) {
     motion_ = make_motion(set_, GroupSetup<S>{mechanism_, tree_, plan_.drive, observer_.actuation(), about_,
-                                              stepper_.round_off(), stepper_.bending(), direct_});
+                                              stepper_.round_off(), stepper_.matrix_columns(), direct_});
     started_ = false;
   }
   if (!started_) {
@@ -187,15 +187,15 @@ bool GroupStepper<S>::sample_drive(double before) {
   return true;
 }
 
-/// As Stepper::judge, and no ball's coordinates ask for another reference.
+/// As Stepper::judge, and no spherical joint's coordinates ask for another reference.
 template <class S>
 bool GroupStepper<S>::is_sure() const {
   if (direct_) return true;
   for (std::size_t l = 0; l < group_size; ++l) {
     const double pivot = std::min(job_.pivot[l], job_.hold_pivot[l]);
-    if (!(pivot >= sure_pivot && job_.way[l] * job_.way[l] <= most_bend * pivot)) return false;
-    for (const int ball : tree_.balls) {
-      const auto column = static_cast<std::size_t>(tree_.nodes[static_cast<std::size_t>(ball) + 1].column);
+    if (!(pivot >= sure_pivot && job_.way[l] * job_.way[l] <= most_curvature * pivot)) return false;
+    for (const int spherical : tree_.spherical_joints) {
+      const auto column = static_cast<std::size_t>(tree_.nodes[static_cast<std::size_t>(spherical) + 1].column);
       const double middle = std::remainder(job_.moments.y[column * group_size + l], 2 * std::numbers::pi);
       if (!(std::abs(middle) < sure_middle)) return false;
     }

@@ -92,7 +92,8 @@ class Run {
     result.outcome = {MotionStatus::done, plan_.schedule->duration(), "", observer.actuation().notes()};
     if (const std::string note = sampling_note(result, between); !note.empty()) result.outcome.notes.push_back(note);
     for (std::string& note : stepper.notes()) result.outcome.notes.push_back(std::move(note));
-    for (const IdleSpin& spin : tree_.held_spins) result.outcome.notes.push_back(held_spin(mechanism_, spin));
+    for (const PassiveFreedom& spin : tree_.locked_freedoms)
+      result.outcome.notes.push_back(locked_freedom(mechanism_, spin));
     add_payload_notes(mechanism_, plan_.schedule->duration(), result);
     return result;
   }

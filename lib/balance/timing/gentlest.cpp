@@ -20,18 +20,18 @@ class GentlestSearch {
       const LimitRow& row = model.rows[r];
       at_rest_ = std::max(at_rest_, largest(row.c, row));
       moving_ = std::max({moving_, largest(row.a, row), largest(row.b, row)});
-      rubbing_ = std::max(rubbing_, largest(row.d, row));
+      friction_ = std::max(friction_, largest(row.d, row));
     }
   }
 
   GentlestLaw run() {
-    if (!(std::max(moving_, rubbing_) > 0)) return refusal("it is zero along this path by whatever law");
+    if (!(std::max(moving_, friction_) > 0)) return refusal("it is zero along this path by whatever law");
     // a s'' + b s'² alone: by a change of time scale every peak goes with 1/T²
     const double rate = 1 / duration_;
     const double size = moving_ * rate * rate;
-    const bool homogeneous = limits_.empty() && at_rest_ <= no_weight * size && rubbing_ * rate <= no_weight * size &&
+    const bool homogeneous = limits_.empty() && at_rest_ <= no_weight * size && friction_ * rate <= no_weight * size &&
                              rates_.start == 0 && rates_.end == 0;
-    return homogeneous ? by_scaling(size) : by_bisection(size + rubbing_ * rate);
+    return homogeneous ? by_scaling(size) : by_bisection(size + friction_ * rate);
   }
 
  private:
@@ -107,7 +107,7 @@ class GentlestSearch {
   const std::vector<double>& limits_;
   EndRates rates_;
   double duration_;
-  double at_rest_ = 0, moving_ = 0, rubbing_ = 0;
+  double at_rest_ = 0, moving_ = 0, friction_ = 0;
 };
 
 }  // namespace

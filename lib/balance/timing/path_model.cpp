@@ -37,12 +37,12 @@ void merge(std::vector<double>& stations, const std::vector<double>& more) {
 
 /// Where friction jumps, because a coordinate turns back.
 FitStatus add_friction_jumps(PathSource& source, std::vector<double>& stations) {
-  if (source.rubbing() == 0) return FitStatus::done;
+  if (source.frictions() == 0) return FitStatus::done;
   PiecewiseSeries rates;
   const auto sample = [&](const std::vector<double>& places, Samples& rows) {
-    return source.sample_rubbing(places, rows);
+    return source.sample_friction(places, rows);
   };
-  const FitStatus status = fit_series(stations, VectorX::Constant(source.rubbing(), 1e-12), sample, rates);
+  const FitStatus status = fit_series(stations, VectorX::Constant(source.frictions(), 1e-12), sample, rates);
   if (status != FitStatus::done) return status;
   const std::vector<double> ends = stations;
   for (Eigen::Index r = 0; r < rates.functions(); ++r) merge(stations, zeros(rates, r));

@@ -75,7 +75,7 @@ class PathSampler : public PathSource {
     start_speed_ = speed(0, Side::after);
     end_speed_ = speed(1, Side::before);
     for (const Friction& friction : mechanism.friction)
-      if (friction.coulomb != 0) rubbing_.push_back(friction.coordinate);
+      if (friction.coulomb != 0) friction_.push_back(friction.coordinate);
     for (const LimitedQuantity& quantity : quantities) add(quantity);
     rate_.assign(static_cast<std::size_t>(tree_.columns), 0);
     second_ = rate_;
@@ -86,12 +86,12 @@ class PathSampler : public PathSource {
     return follow(places, [&](Stepper<S>& stepper, Eigen::Index row) { fill(stepper, &rows(row, 0)); });
   }
 
-  bool sample_rubbing(const std::vector<double>& places, Samples& rows) override {
-    rows.setZero(static_cast<Eigen::Index>(places.size()), rubbing());
+  bool sample_friction(const std::vector<double>& places, Samples& rows) override {
+    rows.setZero(static_cast<Eigen::Index>(places.size()), frictions());
     return follow(places, [&](Stepper<S>& stepper, Eigen::Index row) {
       observer_->follow({stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.direct()});
-      for (std::size_t i = 0; i < rubbing_.size(); ++i)
-        rows(row, static_cast<Eigen::Index>(i)) = observer_->last().velocity[rubbing_[i]];
+      for (std::size_t i = 0; i < friction_.size(); ++i)
+        rows(row, static_cast<Eigen::Index>(i)) = observer_->last().velocity[friction_[i]];
     });
   }
 
@@ -110,7 +110,7 @@ class PathSampler : public PathSource {
     return sizes;
   }
 
-  int rubbing() const override { return static_cast<int>(rubbing_.size()); }
+  int frictions() const override { return static_cast<int>(friction_.size()); }
 
  private:
   /// Whether what is driven changes by more than round-off.
@@ -148,7 +148,7 @@ class PathSampler : public PathSource {
 
   template <class See>
   bool follow(const std::vector<double>& places, See see) {
-    tree_ = as_compiled_;  // a stepper turns the axes of ball joints on its way
+    tree_ = as_compiled_;  // a stepper turns the axes of spherical joints on its way
     Stepper<S> stepper(mechanism_, tree_, plan_);
     stepper.watch(observer_->guard());
     observer_->restart();
@@ -230,7 +230,7 @@ class PathSampler : public PathSource {
   Plan<S> plan_;
   std::optional<Observer<S>> observer_;
   bool everything_ = false;
-  std::vector<int> rubbing_;
+  std::vector<int> friction_;
   std::vector<double> rate_, second_;
 };
 

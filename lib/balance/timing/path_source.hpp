@@ -45,8 +45,8 @@ class PathSource {
   virtual bool sample(const std::vector<double>& places, Samples& rows) = 0;
 
   /// Rates of the coordinates with dry friction, for s' = 1: where they change their sign, friction jumps.
-  virtual bool sample_rubbing(const std::vector<double>& places, Samples& rows) = 0;
-  virtual int rubbing() const = 0;
+  virtual bool sample_friction(const std::vector<double>& places, Samples& rows) = 0;
+  virtual int frictions() const = 0;
 
   /// How large forces [N] and moments [N m] are that joints transmit for s' = 1 and for s'' = 1: what round-off is a part of.
   struct Sizes {

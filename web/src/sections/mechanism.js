@@ -20,7 +20,7 @@ function kinematics(check) {
     ["Spanning tree", check.tree_joints.join(", ")],
     ...check.loops.map((loop) => [`Loop closed at ${loop.cut_joint}`, `${loop.bodies.join(" – ")}; ${plural(loop.closure_equations, "equation")}`]),
     ...check.redundant.map((text) => ["Redundant", text]),
-    ...check.idle.map((text) => ["Idle", text]),
+    ...check.passive_freedoms.map((text) => ["Passive freedom", text]),
   ];
   return h("dl", {class: "facts"}, facts.map(([name, text]) => [h("dt", {}, name), h("dd", {}, text)]).flat());
 }

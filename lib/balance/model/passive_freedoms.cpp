@@ -36,16 +36,16 @@ Vector3 common_com(const Mechanism& mechanism, int body, const Vector3& otherwis
 
 constexpr double on_line = 1e-6;  // of the distance between the joints: what rounded coordinates leave
 
-class SpinFinder {
+class PassiveFreedomFinder {
  public:
-  SpinFinder(const Mechanism& mechanism, const std::vector<int>& needed)
+  PassiveFreedomFinder(const Mechanism& mechanism, const std::vector<int>& needed)
       : mechanism_(mechanism), keep_(joints_needed(mechanism, needed)), on_(mechanism.bodies.size()) {
     for (std::size_t j = 0; j < mechanism.joints.size(); ++j)
       for (const int body : {mechanism.joints[j].first, mechanism.joints[j].second})
         on_[body].push_back(static_cast<int>(j));
   }
 
-  std::vector<IdleSpin> run() {
+  std::vector<PassiveFreedom> run() {
     for (int body = 1; body < static_cast<int>(mechanism_.bodies.size()); ++body) find_rod(body);
     for (const Joint& joint : mechanism_.joints)
       if (joint.type == JointType::prismatic && joint.first != ground && joint.second != ground) find_leg(joint);
@@ -53,7 +53,7 @@ class SpinFinder {
   }
 
  private:
-  bool is_idle_ball(int joint) const { return mechanism_.joints[joint].type == JointType::spherical && !keep_[joint]; }
+  bool may_spin_at(int joint) const { return mechanism_.joints[joint].type == JointType::spherical && !keep_[joint]; }
 
   /// Its own and what it carries has its centre of mass on the line through a point.
   bool is_balanced(int body, const Vector3& point, const Vector3& line, double length) const {
@@ -64,7 +64,7 @@ class SpinFinder {
   /// A body between two spherical joints.
   void find_rod(int body) {
     const std::vector<int>& at = on_[body];
-    if (at.size() != 2 || !is_idle_ball(at[0]) || !is_idle_ball(at[1]) || is_touched(mechanism_, body)) return;
+    if (at.size() != 2 || !may_spin_at(at[0]) || !may_spin_at(at[1]) || is_touched(mechanism_, body)) return;
     const Vector3 A = point_on(mechanism_.joints[at[0]], body), B = point_on(mechanism_.joints[at[1]], body);
     const double length = (B - A).norm();
     if (length == 0) return;
@@ -72,23 +72,23 @@ class SpinFinder {
     if (is_balanced(body, A, line, length)) spins_.push_back({body, line, {at[0], at[1]}});
   }
 
-  /// The other joint of a body with two, if it is a ball that may spin; −1 otherwise.
-  int ball_beside(int body, const Joint& slide) const {
+  /// The other joint of a body with two, if it is a spherical one that may spin; −1 otherwise.
+  int spherical_beside(int body, const Joint& slide) const {
     if (on_[body].size() != 2 || is_touched(mechanism_, body)) return -1;
     const int other = &mechanism_.joints[on_[body][0]] == &slide ? on_[body][1] : on_[body][0];
-    return is_idle_ball(other) ? other : -1;
+    return may_spin_at(other) ? other : -1;
   }
 
-  /// Two bodies that slide along the line through the ball of each: they spin together.
+  /// Two bodies that slide along the line through the spherical joint of each: they spin together.
   void find_leg(const Joint& slide) {
     const int lower = slide.first, upper = slide.second;
-    const int first = ball_beside(lower, slide), second = ball_beside(upper, slide);
+    const int first = spherical_beside(lower, slide), second = spherical_beside(upper, slide);
     if (first < 0 || second < 0) return;
     const Vector3 A = point_on(mechanism_.joints[first], lower), B = point_on(mechanism_.joints[second], upper);
     const Vector3 from_A = slide.point_first - A, to_B = slide.rotation * (B - slide.point_second);
     const double length = from_A.norm() + to_B.norm() + std::abs(slide.axis.dot(from_A + to_B));
     const Vector3 line_above = slide.rotation.transpose() * slide.axis;
-    // wherever the slide stands, the second ball is on the line through the first
+    // wherever the slide stands, the second one is on the line through the first
     if (slide.axis.cross(from_A + to_B).norm() > on_line * length) return;
     if (!is_balanced(lower, A, slide.axis, length) || !is_balanced(upper, B, line_above, length)) return;
     spins_.push_back({lower, slide.axis, {first, second}});
@@ -98,28 +98,29 @@ class SpinFinder {
   const Mechanism& mechanism_;
   const std::vector<bool> keep_;
   std::vector<std::vector<int>> on_;  ///< joints of every body
-  std::vector<IdleSpin> spins_;
+  std::vector<PassiveFreedom> spins_;
 };
 
 }  // namespace
 
-std::vector<IdleSpin> idle_spins(const Mechanism& mechanism, const std::vector<int>& needed) {
-  return SpinFinder(mechanism, needed).run();
+std::vector<PassiveFreedom> passive_freedoms(const Mechanism& mechanism, const std::vector<int>& needed) {
+  return PassiveFreedomFinder(mechanism, needed).run();
 }
 
-std::vector<IdleSpin> held_spins(const Mechanism& mechanism, const std::vector<int>& needed, const SpanningTree& tree) {
-  const std::vector<IdleSpin> all = idle_spins(mechanism, needed);
-  const auto same = [](const IdleSpin& a, const IdleSpin& b) {
+std::vector<PassiveFreedom> locked_freedoms(const Mechanism& mechanism, const std::vector<int>& needed,
+                                            const SpanningTree& tree) {
+  const std::vector<PassiveFreedom> all = passive_freedoms(mechanism, needed);
+  const auto same = [](const PassiveFreedom& a, const PassiveFreedom& b) {
     return a.joints[0] == b.joints[0] && a.joints[1] == b.joints[1];
   };
-  const auto carried = [&](const IdleSpin& spin) {
+  const auto carried = [&](const PassiveFreedom& spin) {
     return std::any_of(tree.edges.begin(), tree.edges.end(), [&](const TreeEdge& edge) {
       return !edge.split && edge.child == spin.body && (edge.joint == spin.joints[0] || edge.joint == spin.joints[1]);
     });
   };
-  std::vector<IdleSpin> held;
-  for (const IdleSpin& spin : all) {
-    const auto alike = [&](const IdleSpin& one) { return same(one, spin); };
+  std::vector<PassiveFreedom> held;
+  for (const PassiveFreedom& spin : all) {
+    const auto alike = [&](const PassiveFreedom& one) { return same(one, spin); };
     const bool alone = std::count_if(all.begin(), all.end(), alike) == 1;
     if (alone || (carried(spin) && std::none_of(held.begin(), held.end(), alike))) held.push_back(spin);
   }

@@ -33,50 +33,50 @@ auto Actuation<S>::selection(const Equations<S>& equations) const -> Matrix {
 
 template <class S>
 VectorX Actuation<S>::strengths_without(std::size_t actuator, const Equations<S>& equations) const {
-  MatrixX matrix = grip_matrix(equations);
+  MatrixX matrix = actuation_matrix(equations);
   matrix.row(closures_ + static_cast<Eigen::Index>(actuator)).setZero();
   return Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
 }
 
 template <class S>
-MatrixX Actuation<S>::grip_matrix(const Equations<S>& equations) const {
+MatrixX Actuation<S>::actuation_matrix(const Equations<S>& equations) const {
   MatrixX matrix(closures_ + static_cast<Eigen::Index>(actuated_.size()), columns_);
   matrix << values_of(closure_matrix(equations)), values_of(selection(equations));
   return matrix;
 }
 
-/// The places of grip_matrix() that are not zero, of a large mechanism.
+/// The places of actuation_matrix() that are not zero, of a large mechanism.
 template <class S>
-void Actuation<S>::prepare_grip() {
+void Actuation<S>::prepare_actuation_matrix() {
   SparsityPattern pattern(static_cast<std::size_t>(columns_));
   for (const Gathered& entry : gathered_) pattern[entry.row].push_back(entry.column);
   for (const std::vector<Gathered>& column : at_motor_)
     for (const Gathered& entry : column) pattern[entry.row].push_back(entry.column);
   for (std::size_t a = 0; a < actuated_.size(); ++a) pattern[closures_ + a].push_back(actuated_[a].column);
   for (std::vector<int>& row : pattern) std::sort(row.begin(), row.end());
-  has_sparse_grip_ = sparse_grip_.analyse(pattern);
+  has_sparse_matrix_ = sparse_matrix_.analyse(pattern);
 }
 
 template <class S>
 std::optional<double> Actuation<S>::sparse_mobility(const Equations<S>& equations) const {
-  BlockTriangular grip = sparse_grip_;
+  BlockTriangular factors = sparse_matrix_;
   for (const Gathered& entry : gathered_)
-    grip.at(entry.row, entry.column) = value_of(equations.entry(entry.row, entry.column));
+    factors.at(entry.row, entry.column) = value_of(equations.entry(entry.row, entry.column));
   for (const std::vector<Gathered>& column : at_motor_)
     for (const Gathered& entry : column)
-      grip.at(entry.row, entry.column) = value_of(equations.entry(entry.row, entry.column));
+      factors.at(entry.row, entry.column) = value_of(equations.entry(entry.row, entry.column));
   for (std::size_t a = 0; a < actuated_.size(); ++a)
-    grip.at(closures_ + static_cast<int>(a), actuated_[a].column) =
+    factors.at(closures_ + static_cast<int>(a), actuated_[a].column) =
         value_of(actuated_[a].ratio) * equations.column_scale()[actuated_[a].column] / actuated_[a].unit;
-  return grip.factorise() > 0 ? least_singular_by_inverse(grip) : std::nullopt;
+  return factors.factorise() > 0 ? least_singular_by_inverse(factors) : std::nullopt;
 }
 
 template <class S>
 double Actuation<S>::mobility(const Equations<S>& equations) const {
   if (closures_ == 0) return 1;
-  if (has_sparse_grip_)
+  if (has_sparse_matrix_)
     if (const std::optional<double> value = sparse_mobility(equations)) return *value;
-  return smallest_singular_value(grip_matrix(equations));
+  return smallest_singular_value(actuation_matrix(equations));
 }
 
 using OnPlane = Actuation<PlanarOf<Number>>;
@@ -85,12 +85,12 @@ template OnPlane::Matrix OnPlane::closure_matrix(const Equations<PlanarOf<Number
 template InSpace::Matrix InSpace::closure_matrix(const Equations<SpatialOf<Number>>&) const;
 template OnPlane::Matrix OnPlane::selection(const Equations<PlanarOf<Number>>&) const;
 template InSpace::Matrix InSpace::selection(const Equations<SpatialOf<Number>>&) const;
-template MatrixX OnPlane::grip_matrix(const Equations<PlanarOf<Number>>&) const;
-template MatrixX InSpace::grip_matrix(const Equations<SpatialOf<Number>>&) const;
+template MatrixX OnPlane::actuation_matrix(const Equations<PlanarOf<Number>>&) const;
+template MatrixX InSpace::actuation_matrix(const Equations<SpatialOf<Number>>&) const;
 template VectorX OnPlane::strengths_without(std::size_t, const Equations<PlanarOf<Number>>&) const;
 template VectorX InSpace::strengths_without(std::size_t, const Equations<SpatialOf<Number>>&) const;
-template void OnPlane::prepare_grip();
-template void InSpace::prepare_grip();
+template void OnPlane::prepare_actuation_matrix();
+template void InSpace::prepare_actuation_matrix();
 template std::optional<double> OnPlane::sparse_mobility(const Equations<PlanarOf<Number>>&) const;
 template std::optional<double> InSpace::sparse_mobility(const Equations<SpatialOf<Number>>&) const;
 template double OnPlane::mobility(const Equations<PlanarOf<Number>>&) const;

@@ -6,7 +6,7 @@
 
 namespace balance {
 
-struct Rubbing {
+struct JointFriction {
   Friction law;
   LinearQuantity coordinate;
   double unit;   ///< 1 or the characteristic length

@@ -1,6 +1,6 @@
 // The only place that knows zlib.
 
-#include "balance/hdf5/seal.hpp"
+#include "balance/hdf5/checksum.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t length = 16;
 
-std::string seal_text(unsigned long checksum) {
+std::string checksum_text(unsigned long checksum) {
   char text[length + 1];
   std::snprintf(text, sizeof text, "balance:%08lx", checksum);
   return text;
@@ -39,7 +39,7 @@ std::optional<std::size_t> read_at(int descriptor, char* to, std::size_t size, o
 }
 
 /// Of the first `size` bytes; nothing if they cannot be read.
-std::optional<unsigned long> checksum(int descriptor, off_t size) {
+std::optional<unsigned long> crc_of(int descriptor, off_t size) {
   std::vector<char> block(std::size_t{1} << 20);
   unsigned long sum = crc32(0, nullptr, 0);
   for (off_t at = 0; at < size;) {
@@ -57,23 +57,23 @@ off_t size_of(int descriptor) {
   return ::fstat(descriptor, &status) == 0 ? status.st_size : -1;
 }
 
-Seal seal_of(int descriptor) {
+Checksum checksum_of(int descriptor) {
   const off_t size = size_of(descriptor) - static_cast<off_t>(length);
   char found[length];
-  if (size < 0 || read_at(descriptor, found, length, size) != length) return Seal::none;
+  if (size < 0 || read_at(descriptor, found, length, size) != length) return Checksum::none;
   const std::string text(found, length);
-  if (!text.starts_with("balance:")) return Seal::none;
-  const auto sum = checksum(descriptor, size);
-  return sum && seal_text(*sum) == text ? Seal::intact : Seal::broken;
+  if (!text.starts_with("balance:")) return Checksum::none;
+  const auto sum = crc_of(descriptor, size);
+  return sum && checksum_text(*sum) == text ? Checksum::intact : Checksum::broken;
 }
 
 }  // namespace
 
-int seal_file(int descriptor) {
+int append_checksum(int descriptor) {
   const off_t size = size_of(descriptor);
-  const auto sum = size < 0 ? std::nullopt : checksum(descriptor, size);
+  const auto sum = size < 0 ? std::nullopt : crc_of(descriptor, size);
   if (!sum) return errno;
-  const std::string text = seal_text(*sum);
+  const std::string text = checksum_text(*sum);
   for (std::size_t done = 0; done < length;) {
     const ssize_t now = ::pwrite(descriptor, text.data() + done, length - done, size + static_cast<off_t>(done));
     if (now < 0 && errno == EINTR) continue;
@@ -83,12 +83,12 @@ int seal_file(int descriptor) {
   return 0;
 }
 
-Seal seal_of(const std::string& path) {
+Checksum checksum_of(const std::string& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return Seal::none;
-  const Seal seal = seal_of(descriptor);
+  if (descriptor < 0) return Checksum::none;
+  const Checksum found = checksum_of(descriptor);
   ::close(descriptor);
-  return seal;
+  return found;
 }
 
 }  // namespace balance

@@ -1,4 +1,4 @@
-#include "balance/natural/wanderer.hpp"
+#include "balance/natural/random_walk.hpp"
 
 #include <cmath>
 
@@ -26,9 +26,9 @@ VectorX difference(const Coordinates& a, const Coordinates& b, int moving) {
 
 }  // namespace
 
-Wanderer::Wanderer(const Model& model) : model_(model), constraints_(model, {}) {}
+RandomWalk::RandomWalk(const Model& model) : model_(model), constraints_(model, {}) {}
 
-bool Wanderer::begin() {
+bool RandomWalk::begin() {
   position_ = model_.start;
   if (!constraints_.approach(position_, VectorX())) return false;
   rank_ = generic_rank(model_, position_);
@@ -38,7 +38,7 @@ bool Wanderer::begin() {
   return true;
 }
 
-bool Wanderer::look(const Coordinates& position, MatrixX& motions, double& margin) const {
+bool RandomWalk::look(const Coordinates& position, MatrixX& motions, double& margin) const {
   const MatrixX jacobian = constraints_.jacobian(position);
   if (!jacobian.allFinite()) return false;
   const Eigen::JacobiSVD<MatrixX> svd(jacobian, Eigen::ComputeFullV);
@@ -47,20 +47,20 @@ bool Wanderer::look(const Coordinates& position, MatrixX& motions, double& margi
   return true;
 }
 
-VectorX Wanderer::random_direction() {
+VectorX RandomWalk::random_direction() {
   VectorX amounts(motions_.cols());
   // written out: the standard's distributions differ between libraries
   for (double& amount : amounts) amount = static_cast<double>(random_() >> 11) * 0x1.0p-52 - 1;
   return (motions_ * amounts).normalized();
 }
 
-bool Wanderer::next() {
+bool RandomWalk::next() {
   double way = 0;
   for (int tries = 0; tries < 2000 && way < apart; ++tries) way += step();
   return way >= apart;
 }
 
-double Wanderer::step() {
+double RandomWalk::step() {
   const double stride = std::min(longest_step, caution * margin_);
   Coordinates there = position_;
   there.add(stride, direction_);
@@ -88,7 +88,7 @@ double Wanderer::step() {
 }
 
 /// Amount 1 forgets the old direction, and with one freedom goes back.
-void Wanderer::turn(double amount) {
+void RandomWalk::turn(double amount) {
   if (motions_.cols() == 1)
     direction_ = -direction_;
   else

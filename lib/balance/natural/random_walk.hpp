@@ -7,10 +7,10 @@
 
 namespace balance::natural {
 
-class Wanderer {
+class RandomWalk {
  public:
-  /// @param model must outlive the wanderer
-  explicit Wanderer(const Model& model);
+  /// @param model must outlive the walk
+  explicit RandomWalk(const Model& model);
 
   /// Into a configuration that meets the constraints, near the model's start.
   bool begin();
