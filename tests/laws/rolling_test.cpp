@@ -19,25 +19,6 @@ constexpr const char* machines[] = {"rolling-cart.yaml", "rolling-on-a-plane.yam
 
 double largest(const Eigen::Ref<const VectorX>& values) { return values.cwiseAbs().maxCoeff(); }
 
-/// Every joint coordinate of the first joint that has this name.
-int coordinate(const Mechanism& mechanism, const std::string& name) {
-  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
-    if (mechanism.coordinates[c].name == name) return static_cast<int>(c);
-  FAIL("no coordinate " << name);
-  return -1;
-}
-
-/// The nose of the cart is kept on a line of the world through a second constraint, so that one motor is left over.
-Study led_cart() {
-  Study study = doors::config("rolling-cart.yaml");
-  const NamedPoint& nose = study.mechanism.bodies[1].points.back();
-  study.mechanism.constraints.push_back(
-      {"nose",
-       {{SpeedTerm::Of::velocity, 0, -0.5, 1, nose.position}, {SpeedTerm::Of::velocity, 1, 1, 1, nose.position}}});
-  study.mechanism.actuators = {coordinate(study.mechanism, "A")};
-  return study;
-}
-
 /// A skate in space: the tool of an arm with three joints must not slip across its own axis, and turns with its first joint.
 Study skating_arm() {
   Study study = doors::config("spatial-rrr.yaml");
