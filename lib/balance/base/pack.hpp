@@ -47,6 +47,23 @@ inline Vectors<4>::Numbers root(const Vectors<4>::Numbers& x) { return _mm256_sq
 inline Vectors<8>::Numbers root(const Vectors<8>::Numbers& x) { return _mm512_maskz_sqrt_pd(0xff, x); }
 #endif
 
+// Whether any lane is true: one test where the processor has it.
+template <class Bits>
+bool any_set(const Bits& bits) {
+  long long found = 0;
+  for (unsigned l = 0; l < sizeof bits / sizeof bits[0]; ++l) found |= bits[l];
+  return found != 0;
+}
+#ifdef __SSE2__
+inline bool any_set(const Vectors<2>::Bits& bits) { return _mm_movemask_pd((__m128d)bits) != 0; }
+#endif
+#ifdef __AVX__
+inline bool any_set(const Vectors<4>::Bits& bits) { return _mm256_movemask_pd((__m256d)bits) != 0; }
+#endif
+#ifdef __AVX512F__
+inline bool any_set(const Vectors<8>::Bits& bits) { return _mm512_test_epi64_mask((__m512i)bits, (__m512i)bits) != 0; }
+#endif
+
 }  // namespace packs
 
 /// A truth for every lane.
@@ -61,11 +78,7 @@ struct Mask {
   friend Mask operator&(const Mask& a, const Mask& b) { return {a.bits & b.bits}; }
   friend Mask operator|(const Mask& a, const Mask& b) { return {a.bits | b.bits}; }
   friend Mask operator!(const Mask& a) { return {~a.bits}; }
-  friend bool any(const Mask& a) {
-    long long found = 0;
-    for (int l = 0; l < W; ++l) found |= a.bits[l];
-    return found != 0;
-  }
+  friend bool any(const Mask& a) { return packs::any_set(a.bits); }
   friend bool all(const Mask& a) { return !any(!a); }
 };
 

@@ -19,9 +19,9 @@ using Matrix3Of = Eigen::Matrix<T, 3, 3>;
 template <class T>
 using VectorXOf = Eigen::Matrix<T, Eigen::Dynamic, 1>;
 
-/// What is made of such numbers begins at multiples of so many bytes; 0: wherever the compiler likes. See base/pack.hpp.
+/// What is made of such numbers begins at multiples of so many bytes: more than usual where one fills a register (base/pack_eigen.hpp).
 template <class T>
-inline constexpr std::size_t line_alignment = 0;
+inline constexpr std::size_t line_alignment = alignof(std::max_align_t);
 
 using Vector2 = Vector2Of<double>;
 using Vector3 = Vector3Of<double>;

@@ -73,18 +73,18 @@ void wrench_torques(const Tree<S>& tree, const State<S>& state, std::vector<Wren
   }
 }
 
-/// Generalised forces of an open tree without external forces, in one go outwards and one back: the shortest way to the
-/// torques of a serial arm. What the ground exerts is not asked for: wrenches[0] is left as it is.
+/// Generalised forces of an open tree without external forces, the shortest way to the torques of a serial arm: sines and cosines, of
+/// which none waits for another, then in one go outwards and one back. What the ground exerts is not asked for: wrenches[0] is left as it is.
 template <class S>
 void tree_torques(const Tree<S>& tree, const typename S::Scalar* y, const typename S::Scalar* dy,
                   const typename S::Scalar* ddy, const typename S::Vector& gravity, State<S>& state,
                   std::vector<Wrench<S>>& wrenches, typename S::Scalar* tau) {
   state[0].acceleration = -gravity;
   for (int c = 0; c < tree.columns; ++c) tau[c] = 0;
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n) set_local_pose(tree.nodes[n], y, state[n]);
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
     const Node<S>& node = tree.nodes[n];
     const NodeState<S>& parent = state[node.parent];
-    set_local_pose(node, y, state[n]);
     set_angular_velocity(node, dy, parent, state[n]);
     set_acceleration(node, dy, ddy, parent, state[n]);
     wrenches[n] = node.massless ? Wrench<S>() : inertia_wrench<S>(node.inertia, state[n]);

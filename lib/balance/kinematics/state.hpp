@@ -101,10 +101,8 @@ inline void set_acceleration(const Node<S>& node, const typename S::Scalar* dy, 
 
 template <class S>
 void poses(const Tree<S>& tree, const typename S::Scalar* y, State<S>& state) {
-  for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
-    set_local_pose(tree.nodes[n], y, state[n]);
-    set_world_pose(state[tree.nodes[n].parent], state[n]);
-  }
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n) set_local_pose(tree.nodes[n], y, state[n]);
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n) set_world_pose(state[tree.nodes[n].parent], state[n]);
 }
 
 template <class S>
