@@ -191,7 +191,8 @@ PdGains default_pd_gains(const Mechanism& believed, const Controller& controller
   for (int turn = 0; turn < most_tries; ++turn) {
     // the nominal one, then higher and lower ones in turn; a stated bandwidth is not exceeded
     const bool up = turn % 2 == 1;
-    const double frequency = nominal * elementary::pow(apart, up ? (turn + 1) / 2 : -turn / 2);
+    const int steps = up ? (turn + 1) / 2 : -turn / 2;
+    const double frequency = nominal * elementary::pow(apart, steps);
     if (up && (controller.bandwidth || frequency * controller.period > highest)) continue;
     const double allowed = std::max(1.0, damped / std::max(controller.damping * frequency * controller.period, 1e-12));
     const VectorX inertia = most.cwiseMin(allowed * least);

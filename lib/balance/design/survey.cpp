@@ -80,7 +80,8 @@ Survey survey(const Box& box, const DesignProblem& problem) {
     u[i] = result.moved[i];
     std::optional<Mechanism> other = mechanism_or_none(box, problem, u);
     for (int k = 0; !other && k < most_tries; ++k) {
-      const double narrow = k < most_tries / 2 ? 1 : elementary::pow(0.7, k - most_tries / 2);
+      const int late = std::max(0, k - most_tries / 2);
+      const double narrow = elementary::pow(0.7, late);
       u[i] = std::clamp(result.base[i] + narrow * random(-1, 1), -1.0, 1.0);
       if (std::abs(u[i] - result.base[i]) > 1e-6) other = mechanism_or_none(box, problem, u);
     }
