@@ -1,3 +1,5 @@
+#include "ulps.hpp"
+
 #include "balance/base/elementary.hpp"
 
 #include <doctest/doctest.h>
@@ -11,13 +13,6 @@
 using namespace balance;
 
 namespace {
-
-/// Distance in units in the last place of the double nearest to the true value.
-double ulps(double found, long double exact) {
-  int exponent;
-  std::frexp(static_cast<double>(exact), &exponent);
-  return static_cast<double>(std::abs(found - exact) / std::ldexp(1.0L, std::max(exponent, -1000) - DBL_MANT_DIG));
-}
 
 struct Function {
   std::string name;

@@ -1,3 +1,5 @@
+#include "ulps.hpp"
+
 #include "balance/base/lane_sine.hpp"
 
 #include <doctest/doctest.h>
@@ -10,13 +12,6 @@
 using namespace balance;
 
 namespace {
-
-/// Distance in units in the last place of the double nearest to the true value.
-double ulps(double found, long double exact) {
-  int exponent;
-  std::frexp(static_cast<double>(exact), &exponent);
-  return static_cast<double>(std::abs(found - exact) / std::ldexp(1.0L, std::max(exponent, -1000) - DBL_MANT_DIG));
-}
 
 void check_error(long count, const std::function<double()>& argument) {
   double worst = 0, at = 0;
