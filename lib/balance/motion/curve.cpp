@@ -40,7 +40,7 @@ void StraightCurve::fill(const LawValue& progress, DriveSample& sample) const {
 void CircularCurve::fill(const LawValue& progress, DriveSample& sample) const {
   rest.fill(progress, sample);
   const double rate = sweep * progress.ds, acceleration = sweep * progress.dds;
-  const double cosine = elementary::cos(sweep * progress.s), sine = elementary::sin(sweep * progress.s);
+  const auto [sine, cosine] = sine_cosine(sweep * progress.s);
   for (int i = 0; i < dimensions; ++i) {
     const double outward = cosine * u[i] + sine * v[i], along = cosine * v[i] - sine * u[i];
     sample.value[i] = centre[i] + outward;

@@ -27,7 +27,7 @@ double brake_start(const Law& law) {
 
 /// t − sin(2πt)/2π, written with the half angle: 1 − cos loses digits near the end, 2 sin² does not.
 LawValue cycloidal_half(double t) {
-  const double sine = elementary::sin(pi * t), cosine = elementary::cos(pi * t);
+  const auto [sine, cosine] = sine_cosine(pi * t);
   return {t - sine * cosine / pi, 2 * sine * sine, 4 * pi * sine * cosine};
 }
 
@@ -49,7 +49,8 @@ LawValue polynomial_4567_half(double t) {
 /// (1 − cos πt)/2
 LawValue harmonic_half(double t) {
   const double half = elementary::sin(pi * t / 2);
-  return {half * half, pi / 2 * elementary::sin(pi * t), pi * pi / 2 * elementary::cos(pi * t)};
+  const auto [sine, cosine] = sine_cosine(pi * t);
+  return {half * half, pi / 2 * sine, pi * pi / 2 * cosine};
 }
 
 /// s'' is a quarter sine of period 1/2 up to 1/8, then a quarter sine of period 3/2, which is zero at 1/2. With s'' =
@@ -57,11 +58,11 @@ LawValue harmonic_half(double t) {
 LawValue modified_sine_half(double t) {
   constexpr double unit = 1 / (4 + pi);
   if (t < 0.125) {
-    const double sine = elementary::sin(2 * pi * t), cosine = elementary::cos(2 * pi * t);
+    const auto [sine, cosine] = sine_cosine(2 * pi * t);
     return {unit * (pi * t - sine * cosine / 2), 2 * pi * unit * sine * sine, 8 * pi * pi * unit * sine * cosine};
   }
   const double phase = pi / 3 * (4 * t + 1);
-  const double sine = elementary::sin(phase), cosine = elementary::cos(phase);
+  const auto [sine, cosine] = sine_cosine(phase);
   return {unit * (2 + pi * t - 2.25 * sine), pi * unit * (1 - 3 * cosine), 4 * pi * pi * unit * sine};
 }
 
@@ -73,7 +74,7 @@ LawValue modified_trapezoidal_half(double t) {
   constexpr double ds_first = peak / w, s_first = ds_first * (0.125 - 1 / w);
   constexpr double ds_second = ds_first + peak / 4, s_second = s_first + ds_first / 4 + peak / 32;
   if (t < 0.125) {
-    const double sine = elementary::sin(w * t / 2), cosine = elementary::cos(w * t / 2);
+    const auto [sine, cosine] = sine_cosine(w * t / 2);
     return {peak / w * (t - 2 * sine * cosine / w), 2 * peak / w * sine * sine, 2 * peak * sine * cosine};
   }
   if (t < 0.375) {
@@ -81,7 +82,7 @@ LawValue modified_trapezoidal_half(double t) {
     return {s_first + u * (ds_first + u * peak / 2), ds_first + u * peak, peak};
   }
   const double u = t - 0.375;
-  const double sine = elementary::sin(w * u), cosine = elementary::cos(w * u);
+  const auto [sine, cosine] = sine_cosine(w * u);
   return {s_second + u * ds_second + peak * (1 - cosine) / (w * w), ds_second + peak * sine / w, peak * cosine};
 }
 

@@ -26,8 +26,9 @@ struct ExponentialFactors {
 ExponentialFactors exponential_factors(double squared) {
   ExponentialFactors f;
   if (squared > 0.25) {
-    const double angle = std::sqrt(squared), sine = elementary::sin(angle);
-    f.a = (1 - elementary::cos(angle)) / squared;
+    const double angle = std::sqrt(squared);
+    const auto [sine, cosine] = sine_cosine(angle);
+    f.a = (1 - cosine) / squared;
     f.b = (angle - sine) / (squared * angle);
     f.da = (sine / angle - 2 * f.a) / squared;
     f.db = (f.a - 3 * f.b) / squared;
