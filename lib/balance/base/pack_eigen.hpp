@@ -8,6 +8,12 @@
 template <int W>
 inline constexpr std::size_t balance::line_alignment<balance::Pack<W>> = sizeof(double) * W;
 
+/// All lanes move the same mechanism.
+template <int W>
+struct balance::ConstantOfNumber<balance::Pack<W>> {
+  using Type = double;
+};
+
 template <int W>
 struct Eigen::NumTraits<balance::Pack<W>> : Eigen::NumTraits<double> {
   using Real = balance::Pack<W>;

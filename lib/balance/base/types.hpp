@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include <cstddef>
+#include <utility>
 
 namespace balance {
 
@@ -18,6 +19,18 @@ template <class T>
 using Matrix3Of = Eigen::Matrix<T, 3, 3>;
 template <class T>
 using VectorXOf = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+
+/// What the numbers of a mechanism are where those of its motion are T: the same, unless a T holds those of several motions
+/// (base/pack_eigen.hpp).
+template <class T>
+struct ConstantOfNumber {
+  using Type = T;
+};
+template <class T>
+using ConstantOf = typename ConstantOfNumber<T>::Type;
+
+template <class A, class B>
+using ProductOf = decltype(std::declval<A>() * std::declval<B>());
 
 /// What is made of such numbers begins at multiples of so many bytes: more than usual where one fills a register (base/pack_eigen.hpp).
 template <class T>

@@ -18,7 +18,7 @@ struct ForceBalance {
 
 /// Centre of mass, shaking force and moment, what the frame feels.
 template <class S>
-void read_forces(const Tree<S>& tree, const State<S>& state, const ForceBalance<S>& balance,
+void read_forces(const Tree<Constants<S>>& tree, const State<S>& state, const ForceBalance<S>& balance,
                  SampleOf<typename S::Scalar>& seen) {
   typename S::Vector moment = S::Vector::Zero();
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
@@ -42,7 +42,7 @@ void read_forces(const Tree<S>& tree, const State<S>& state, const ForceBalance<
 
 /// After read_forces(), with origins' velocities in the state. @param stored energy of springs [J]
 template <class S>
-void read_energies(const Tree<S>& tree, const State<S>& state, const typename S::Vector& gravity,
+void read_energies(const Tree<Constants<S>>& tree, const State<S>& state, const typename S::Vector& gravity,
                    const typename S::Scalar& stored, SampleOf<typename S::Scalar>& seen) {
   using T = typename S::Scalar;
   T kinetic = 0, potential = stored;
@@ -62,11 +62,11 @@ void read_energies(const Tree<S>& tree, const State<S>& state, const typename S:
 /// What the cut joints transmit, and what the tree has to bear of it.
 /// @param multipliers per closure row  @param wrenches what closures do is subtracted
 template <class S>
-void add_closure_wrenches(const Tree<S>& tree, const State<S>& state,
+void add_closure_wrenches(const Tree<Constants<S>>& tree, const State<S>& state,
                           const std::vector<typename S::Scalar>& multipliers, std::vector<Wrench<S>>& wrenches,
                           SampleOf<typename S::Scalar>& seen) {
   int r = 0, constraint = 0;
-  for (const Closure<S>& closure : tree.closures) {
+  for (const Closure<Constants<S>>& closure : tree.closures) {
     const auto push = [&](int n, double sign, const Wrench<S>& wrench, const typename S::Vector& about) {
       if (n == 0) return;
       const NodeState<S>& s = state[n];
@@ -78,8 +78,8 @@ void add_closure_wrenches(const Tree<S>& tree, const State<S>& state,
     if (!closure.terms.empty()) {  // what it does to coordinates is not a body's to bear
       const typename S::Scalar multiplier = multipliers[r++];
       seen.constraint_force[constraint++] = multiplier;
-      for (const RateTerm<S>& term : closure.terms) {
-        if (term.of == RateTerm<S>::Of::column) continue;
+      for (const RateTerm<Constants<S>>& term : closure.terms) {
+        if (term.of == RateTerm<Constants<S>>::Of::column) continue;
         const RowWrench<S> unit = term_wrench(state, term);
         push(term.frame.node, 1, {multiplier * unit.force, multiplier * unit.moment}, position(state, term.frame));
       }
@@ -105,16 +105,18 @@ void add_closure_wrenches(const Tree<S>& tree, const State<S>& state,
 /// What the tree's joints transmit: on the second body, about the joint's point there. Of one that rolls, besides what the closures told.
 /// @param wrenches what every node's parent exerts
 template <class S>
-void read_transmitted(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree, const State<S>& state,
-                      const std::vector<Wrench<S>>& wrenches, SampleOf<typename S::Scalar>& seen) {
+void read_transmitted(const MechanismOf<typename Constants<S>::Scalar>& mechanism, const Tree<Constants<S>>& tree,
+                      const State<S>& state, const std::vector<Wrench<S>>& wrenches,
+                      SampleOf<typename S::Scalar>& seen) {
   for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
     const int n = tree.joint_nodes[j];
     if (n < 0) continue;
-    const FixedFrame<S>& second = tree.bodies[mechanism.joints[j].second];
+    const FixedFrame<Constants<S>>& second = tree.bodies[mechanism.joints[j].second];
     const typename S::Vector Q =
         state[second.node].p_WN +
         state[second.node].R_WN *
-            typename S::Vector(second.p_N + second.R_N * to_vector<S>(mechanism.joints[j].point_second));
+            typename Constants<S>::Vector(second.p_N +
+                                          second.R_N * to_vector<Constants<S>>(mechanism.joints[j].point_second));
     const typename S::Vector force = state[n].R_WN * wrenches[n].force;
     const typename S::Angular moment =
         state[n].R_WN * wrenches[n].moment + cross(typename S::Vector(state[n].p_WN - Q), force);

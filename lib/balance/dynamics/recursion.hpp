@@ -17,14 +17,15 @@ struct alignas(line_alignment<typename S::Scalar>) Wrench {
 
 /// Force and moment that give one node its acceleration.
 template <class S>
-inline Wrench<S> inertia_wrench(const typename S::Inertia& inertia, const NodeState<S>& s) {
+inline Wrench<S> inertia_wrench(const typename Constants<S>::Inertia& inertia, const NodeState<S>& s) {
   return {inertia_force<S>(inertia, s), times(inertia.second, s.angular_acceleration) +
                                             gyroscopic(s.angular_velocity, inertia.second) +
                                             cross(inertia.moment, s.acceleration)};
 }
 
 template <class S>
-inline void add_inertia_wrench(const typename S::Inertia& inertia, const NodeState<S>& s, Wrench<S>& wrench) {
+inline void add_inertia_wrench(const typename Constants<S>::Inertia& inertia, const NodeState<S>& s,
+                               Wrench<S>& wrench) {
   const Wrench<S> own = inertia_wrench(inertia, s);
   wrench.force += own.force;
   wrench.moment += own.moment;
@@ -40,7 +41,7 @@ inline void pass_on(const NodeState<S>& s, const Wrench<S>& wrench, Wrench<S>& p
 
 /// The node's wrench along its own motion.
 template <class S>
-inline typename S::Scalar along_motion(const Node<S>& node, const Wrench<S>& wrench) {
+inline typename S::Scalar along_motion(const Node<Constants<S>>& node, const Wrench<S>& wrench) {
   return node.ratio * (node.motion == NodeMotion::turn ? about_axis(wrench.moment) : along_slide(wrench.force));
 }
 
@@ -48,11 +49,11 @@ inline typename S::Scalar along_motion(const Node<S>& node, const Wrench<S>& wre
 ///        parent exerts; wrenches[0]: what the ground exerts on everything, world axes, about the world's origin
 /// @param tau generalised forces per tree coordinate [N m or N]
 template <class S>
-void inverse_dynamics(const Tree<S>& tree, const State<S>& state, std::vector<Wrench<S>>& wrenches,
+void inverse_dynamics(const Tree<Constants<S>>& tree, const State<S>& state, std::vector<Wrench<S>>& wrenches,
                       typename S::Scalar* tau) {
   for (int c = 0; c < tree.columns; ++c) tau[c] = 0;
   for (std::size_t n = tree.nodes.size(); n-- > 1;) {
-    const Node<S>& node = tree.nodes[n];
+    const Node<Constants<S>>& node = tree.nodes[n];
     Wrench<S> wrench = wrenches[n];  // worked on in registers
     if (!node.massless) add_inertia_wrench<S>(node.inertia, state[n], wrench);
     wrenches[n] = wrench;
@@ -63,11 +64,11 @@ void inverse_dynamics(const Tree<S>& tree, const State<S>& state, std::vector<Wr
 
 /// Generalised forces of the wrenches alone, as if nothing had mass. Arguments as in inverse_dynamics.
 template <class S>
-void wrench_torques(const Tree<S>& tree, const State<S>& state, std::vector<Wrench<S>>& wrenches,
+void wrench_torques(const Tree<Constants<S>>& tree, const State<S>& state, std::vector<Wrench<S>>& wrenches,
                     typename S::Scalar* tau) {
   for (int c = 0; c < tree.columns; ++c) tau[c] = 0;
   for (std::size_t n = tree.nodes.size(); n-- > 1;) {
-    const Node<S>& node = tree.nodes[n];
+    const Node<Constants<S>>& node = tree.nodes[n];
     if (node.motion != NodeMotion::weld) tau[node.column] += along_motion(node, wrenches[n]);
     pass_on(state[n], wrenches[n], wrenches[node.parent]);
   }
@@ -76,21 +77,21 @@ void wrench_torques(const Tree<S>& tree, const State<S>& state, std::vector<Wren
 /// Generalised forces of an open tree without external forces, the shortest way to the torques of a serial arm: sines and cosines, of
 /// which none waits for another, then in one go outwards and one back. What the ground exerts is not asked for: wrenches[0] is left as it is.
 template <class S>
-void tree_torques(const Tree<S>& tree, const typename S::Scalar* y, const typename S::Scalar* dy,
+void tree_torques(const Tree<Constants<S>>& tree, const typename S::Scalar* y, const typename S::Scalar* dy,
                   const typename S::Scalar* ddy, const typename S::Vector& gravity, State<S>& state,
                   std::vector<Wrench<S>>& wrenches, typename S::Scalar* tau) {
   state[0].acceleration = -gravity;
   for (int c = 0; c < tree.columns; ++c) tau[c] = 0;
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) set_local_pose(tree.nodes[n], y, state[n]);
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
-    const Node<S>& node = tree.nodes[n];
+    const Node<Constants<S>>& node = tree.nodes[n];
     const NodeState<S>& parent = state[node.parent];
     set_angular_velocity(node, dy, parent, state[n]);
     set_acceleration(node, dy, ddy, parent, state[n]);
     wrenches[n] = node.massless ? Wrench<S>() : inertia_wrench<S>(node.inertia, state[n]);
   }
   for (std::size_t n = tree.nodes.size(); n-- > 1;) {
-    const Node<S>& node = tree.nodes[n];
+    const Node<Constants<S>>& node = tree.nodes[n];
     if (node.motion != NodeMotion::weld) tau[node.column] += along_motion(node, wrenches[n]);
     if (node.parent > 0) pass_on(state[n], wrenches[n], wrenches[node.parent]);
   }

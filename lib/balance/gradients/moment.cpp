@@ -39,7 +39,7 @@ void DualMoment<S>::move(const double* y, const DriveSampleOf<DualNumber>& targe
   if (direct_) return move_direct(target);
   // a floating spherical joint counts from any constant orientation
   for (const int spherical : values_.spherical_joints)
-    tree_.nodes[spherical].R_PF = constant(values_.nodes[spherical].R_PF);
+    tree_.nodes[spherical].R_PF = cast<DualNumber>(values_.nodes[spherical].R_PF);
   now_.y = Eigen::Map<const VectorX>(y, tree_.columns).template cast<DualNumber>();
   const auto fill = [&] {
     poses(tree_, now_.y.data(), state_);

@@ -30,9 +30,6 @@ inline MechanismOf<DualNumber> with_derivatives(const Mechanism& mechanism) {
   return converted<DualNumber>(mechanism, [](double x) { return DualNumber(x); });
 }
 
-inline PlanarRotation<DualNumber> constant(const PlanarRotation<double>& R) { return {R.c, R.s}; }
-inline SpatialRotation<DualNumber> constant(const SpatialRotation<double>& R) { return {R.matrix.cast<DualNumber>()}; }
-
 inline TrajectoryOf<DualNumber> with_derivatives(const Trajectory& trajectory) {
   return converted<DualNumber>(trajectory, [](double x) { return DualNumber(x); });
 }

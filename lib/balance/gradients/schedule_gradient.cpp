@@ -23,7 +23,7 @@ DriveSampleOf<DualNumber> measured(const MechanismOf<DualNumber>& mechanism, con
   using D = OverDuals<S>;
   Tree<D> tree = compile<D>(mechanism, needed);
   for (const int spherical : values.spherical_joints)
-    tree.nodes[spherical].R_PF = constant(values.nodes[spherical].R_PF);
+    tree.nodes[spherical].R_PF = cast<DualNumber>(values.nodes[spherical].R_PF);
   const PoseEquations<D> stated = pose_equations(mechanism, tree, pose);
   Equations<D> equations(tree, stated.drive, true);
   State<D> state(tree.nodes.size());

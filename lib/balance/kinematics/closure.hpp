@@ -26,7 +26,7 @@ inline bool is_point(const Closure<S>& closure) {
 }
 
 template <class S>
-inline ClosurePose<S> closure_pose(const State<S>& state, const Closure<S>& closure) {
+inline ClosurePose<S> closure_pose(const State<S>& state, const Closure<Constants<S>>& closure) {
   if (is_point(closure)) return {{}, {}, position(state, closure.a), position(state, closure.b)};
   if (!closure.terms.empty()) return {};
   return {orientation(state, closure.a), orientation(state, closure.b), position(state, closure.a),
@@ -49,7 +49,8 @@ inline double row_unit(const Tree<S>& tree, const Closure<S>& closure, const Clo
 }
 
 template <class S>
-inline RowWrench<S> closure_wrench(const Closure<S>& closure, const ClosurePose<S>& pose, const ClosureRow& row) {
+inline RowWrench<S> closure_wrench(const Closure<Constants<S>>& closure, const ClosurePose<S>& pose,
+                                   const ClosureRow& row) {
   RowWrench<S> wrench;
   if (row.kind == ClosureRow::Kind::dot) {
     wrench.moment = cross(axis(pose.R_B, row.j), axis(pose.R_A, row.i));
@@ -66,8 +67,8 @@ inline RowWrench<S> closure_wrench(const Closure<S>& closure, const ClosurePose<
 
 /// Acceleration of b's origin as seen by an observer on a (world axes).
 template <class S>
-inline typename S::Vector relative_acceleration(const NodeState<S>& A, const NodeState<S>& B, const Closure<S>& closure,
-                                                const ClosurePose<S>& pose) {
+inline typename S::Vector relative_acceleration(const NodeState<S>& A, const NodeState<S>& B,
+                                                const Closure<Constants<S>>& closure, const ClosurePose<S>& pose) {
   const typename S::Vector difference =
       point_acceleration<S>(B, closure.b.p_N) - point_acceleration<S>(A, closure.a.p_N);
   if (closure.pinned) return difference;
@@ -81,15 +82,17 @@ inline typename S::Vector relative_acceleration(const NodeState<S>& A, const Nod
 
 /// Velocity of a point that a node carries, per unit rate of the node's coordinate.
 template <class S>
-inline typename S::Vector carried(const Node<S>& node, const NodeState<S>& state, const typename S::Vector& point) {
+inline typename S::Vector carried(const Node<Constants<S>>& node, const NodeState<S>& state,
+                                  const typename S::Vector& point) {
   if (node.motion == NodeMotion::slide) return node.ratio * slide_axis(state.R_WN);
   return node.ratio * typename S::Vector(cross(turn_axis(state.R_WN), typename S::Vector(point - state.p_WN)));
 }
 
 /// Rate of a row of a closure of rates per unit rate of the coordinate of a node on its path.
 template <class S>
-inline typename S::Scalar row_rate(const Tree<S>& tree, const State<S>& state, const Closure<S>& closure,
-                                   const ClosurePose<S>& pose, const ClosureRow& row, const PathStep& step) {
+inline typename S::Scalar row_rate(const Tree<Constants<S>>& tree, const State<S>& state,
+                                   const Closure<Constants<S>>& closure, const ClosurePose<S>& pose,
+                                   const ClosureRow& row, const PathStep& step) {
   if (row.kind == ClosureRow::Kind::sum) return term_rate(tree, state, closure, step);
   return step.sign * power_of(tree.nodes[step.node], state[step.node], pose.p_B, closure_wrench(closure, pose, row));
 }
@@ -97,7 +100,7 @@ inline typename S::Scalar row_rate(const Tree<S>& tree, const State<S>& state, c
 /// Second derivative of every row when no coordinate accelerates. State: accelerations with ddy = null, and velocities (those
 /// of the origins only if the closure is not pinned).
 template <class S>
-void closure_bias(const State<S>& state, const Closure<S>& closure, const ClosurePose<S>& pose,
+void closure_bias(const State<S>& state, const Closure<Constants<S>>& closure, const ClosurePose<S>& pose,
                   typename S::Scalar* bias) {
   const NodeState<S>&A = state[closure.a.node], &B = state[closure.b.node];
   if (!closure.terms.empty()) {
@@ -134,7 +137,7 @@ void closure_bias(const State<S>& state, const Closure<S>& closure, const Closur
 
 /// The joint's frames point the same way, not the opposite one.
 template <class S>
-bool is_aligned(const ClosurePose<S>& pose, const Closure<S>& closure) {
+bool is_aligned(const ClosurePose<S>& pose, const Closure<Constants<S>>& closure) {
   for (const int k : closure.aligned)
     if (dot(axis(pose.R_A, k), axis(pose.R_B, k)) <= 0) return false;
   return true;

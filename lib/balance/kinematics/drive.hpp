@@ -27,17 +27,17 @@ struct Drive {
 /// Mass beyond each node, and its first moment in world axes about the world's origin.
 template <class S>
 struct MassDistribution {
-  std::vector<typename S::Scalar> mass;    ///< of the node and all nodes it carries
-  std::vector<typename S::Vector> moment;  ///< Σ m r
+  std::vector<typename Constants<S>::Scalar> mass;  ///< of the node and all nodes it carries
+  std::vector<typename S::Vector> moment;           ///< Σ m r
 
-  explicit MassDistribution(const Tree<S>& tree) : mass(tree.nodes.size(), 0), moment(tree.nodes.size()) {
+  explicit MassDistribution(const Tree<Constants<S>>& tree) : mass(tree.nodes.size(), 0), moment(tree.nodes.size()) {
     for (std::size_t n = tree.nodes.size(); n-- > 1;) {
       mass[n] += tree.nodes[n].inertia.mass;
       mass[tree.nodes[n].parent] += mass[n];
     }
   }
 
-  void update(const Tree<S>& tree, const State<S>& state) {
+  void update(const Tree<Constants<S>>& tree, const State<S>& state) {
     for (auto& m : moment) m.setZero();
     for (std::size_t n = tree.nodes.size(); n-- > 1;) {
       const auto& inertia = tree.nodes[n].inertia;
@@ -49,9 +49,9 @@ struct MassDistribution {
   typename S::Vector com() const { return mass[0] > 0 ? typename S::Vector(moment[0] / mass[0]) : S::Vector::Zero(); }
 
   /// Change of the CoM's position per unit of the node's coordinate.
-  typename S::Vector com_gradient(const Node<S>& node, const NodeState<S>& state, int n) const {
+  typename S::Vector com_gradient(const Node<Constants<S>>& node, const NodeState<S>& state, int n) const {
     if (node.motion == NodeMotion::slide) return node.ratio * mass[n] / mass[0] * slide_axis(state.R_WN);
-    const typename S::Angular e = turn_axis(state.R_WN);
+    const auto e = turn_axis(state.R_WN);
     return node.ratio / mass[0] * typename S::Vector(cross(e, typename S::Vector(moment[n] - mass[n] * state.p_WN)));
   }
 };
@@ -95,8 +95,8 @@ Matrix3Of<N> gap_matrix_rate(const Matrix3Of<N>& T, const Vector3Of<N>& w_T, con
 
 /// Present values of the driven quantities, at rest. State: poses at y.
 template <class S>
-DriveSampleOf<typename S::Scalar> measure(const Tree<S>& tree, const Drive<S>& drive, const State<S>& state,
-                                          const typename S::Scalar* y) {
+DriveSampleOf<typename S::Scalar> measure(const Tree<Constants<S>>& tree, const Drive<Constants<S>>& drive,
+                                          const State<S>& state, const typename S::Scalar* y) {
   DriveSampleOf<typename S::Scalar> sample;
   sample.value.resize(drive.values());
   int k = 0;
@@ -115,10 +115,10 @@ DriveSampleOf<typename S::Scalar> measure(const Tree<S>& tree, const Drive<S>& d
 
 /// Acceleration of the centre of mass for the accelerations in the state (world axes).
 template <class S>
-typename S::Vector com_acceleration(const Tree<S>& tree, const State<S>& state) {
+typename S::Vector com_acceleration(const Tree<Constants<S>>& tree, const State<S>& state) {
   typename S::Vector force = S::Vector::Zero();
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
-    const Node<S>& node = tree.nodes[n];
+    const Node<Constants<S>>& node = tree.nodes[n];
     const NodeState<S>& s = state[n];
     if (node.massless) continue;
     force += s.R_WN * inertia_force<S>(node.inertia, s);
@@ -127,7 +127,7 @@ typename S::Vector com_acceleration(const Tree<S>& tree, const State<S>& state) 
 }
 
 template <class S>
-typename S::Vector com_velocity(const Tree<S>& tree, const State<S>& state) {
+typename S::Vector com_velocity(const Tree<Constants<S>>& tree, const State<S>& state) {
   typename S::Vector momentum = S::Vector::Zero();
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
     const NodeState<S>& s = state[n];

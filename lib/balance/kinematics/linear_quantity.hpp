@@ -14,10 +14,15 @@ struct LinearQuantityOf {
   T constant = 0;
   bool is_length = false;
 
-  T value(const T* y) const { return constant + rate(y); }
+  /// @tparam N T, or several samples' numbers
+  template <class N>
+  N value(const N* y) const {
+    return constant + rate(y);
+  }
   /// Of its value, if these are the coordinates' rates; accelerations alike.
-  T rate(const T* dy) const {
-    T sum = 0;
+  template <class N>
+  N rate(const N* dy) const {
+    N sum = 0;
     for (const auto& [column, coefficient] : terms) sum += coefficient * dy[column];
     return sum;
   }

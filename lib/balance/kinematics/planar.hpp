@@ -3,6 +3,8 @@
 
 #include "balance/base/types.hpp"
 
+#include <type_traits>
+
 namespace balance {
 
 /// Unit complex number.
@@ -17,12 +19,19 @@ struct PlanarTurning {
   T alpha, square;
 };
 
+/// The same in other numbers.
+template <class To, class From>
+PlanarRotation<To> cast(const PlanarRotation<From>& R) {
+  return {To(R.c), To(R.s)};
+}
+
 template <class T>
 struct PlanarOf {
   static constexpr int dimension = 2;   ///< components of a vector
   static constexpr int angular = 1;     ///< components of an angular quantity
   static constexpr int parameters = 4;  ///< inertial parameters of a body: m, mx, my, J
   using Scalar = T;
+  using Constants = PlanarOf<ConstantOf<T>>;
   using Vector = Vector2Of<T>;
   using Angular = T;
   using Rotation = PlanarRotation<T>;
@@ -40,29 +49,38 @@ struct PlanarOf {
   static Turning no_turning() { return {0, 0}; }
 };
 
+/// No vector.
 template <class T>
-inline Vector2Of<T> cross(const T& w, const Vector2Of<T>& r) {
+concept IsScalar = !requires {
+  T::SizeAtCompileTime;
+};
+
+template <IsScalar T, class C>
+inline Vector2Of<ProductOf<T, C>> cross(const T& w, const Vector2Of<C>& r) {
   return {-w * r.y(), w * r.x()};
 }
-template <class T>
-inline T cross(const Vector2Of<T>& r, const Vector2Of<T>& f) {
+template <class A, class B>
+inline ProductOf<A, B> cross(const Vector2Of<A>& r, const Vector2Of<B>& f) {
   return r.x() * f.y() - r.y() * f.x();
 }
-template <class T>
+template <IsScalar T>
 inline T cross(const T&, const T&) {
   return 0;
 }
-template <class T>
+template <IsScalar T>
 inline T dot(const T& a, const T& b) {
   return a * b;
 }
-/// World direction of the axis that a node's joint turns about.
+/// World direction of the axis that a node's joint turns about: a plain one, by which the compiler need not multiply.
 template <class T>
-inline T turn_axis(const PlanarRotation<T>&) {
+inline double turn_axis(const PlanarRotation<T>&) {
   return 1;
 }
+/// Of a vector along the turn axis.
 template <class T>
-inline Vector2Of<T> operator*(const PlanarRotation<T>& R, const Vector2Of<T>& v) {
+requires(!std::is_same_v<T, double>) inline T dot(double a, const T& b) { return a * b; }
+template <class A, class B>
+inline Vector2Of<ProductOf<A, B>> operator*(const PlanarRotation<A>& R, const Vector2Of<B>& v) {
   return {R.c * v.x() - R.s * v.y(), R.s * v.x() + R.c * v.y()};
 }
 template <class T>
@@ -77,13 +95,13 @@ template <class T>
 inline T unrotate(const PlanarRotation<T>&, const T& w) {
   return w;
 }
-template <class T>
-inline PlanarRotation<T> operator*(const PlanarRotation<T>& a, const PlanarRotation<T>& b) {
+template <class A, class B>
+inline PlanarRotation<ProductOf<A, B>> operator*(const PlanarRotation<A>& a, const PlanarRotation<B>& b) {
   return {a.c * b.c - a.s * b.s, a.s * b.c + a.c * b.s};
 }
 /// R followed by a turn about the joint axis.
 template <class T>
-inline PlanarRotation<T> turned(const PlanarRotation<T>& R, const T& c, const T& s) {
+inline PlanarRotation<T> turned(const PlanarRotation<ConstantOf<T>>& R, const T& c, const T& s) {
   return R * PlanarRotation<T>{c, s};
 }
 /// Axis k (0: x, 1: y) of the rotated frame.
@@ -92,12 +110,12 @@ inline Vector2Of<T> axis(const PlanarRotation<T>& R, int k) {
   return k == 0 ? Vector2Of<T>(R.c, R.s) : Vector2Of<T>(-R.s, R.c);
 }
 template <class T>
-inline T gyroscopic(const T&, const T&) {
+inline T gyroscopic(const T&, const ConstantOf<T>&) {
   return 0;
 }
 
-template <class T>
-inline Vector2Of<T> times(const PlanarTurning<T>& K, const Vector2Of<T>& v) {
+template <class A, class B>
+inline Vector2Of<ProductOf<A, B>> times(const PlanarTurning<A>& K, const Vector2Of<B>& v) {
   return {-K.alpha * v.y() - K.square * v.x(), K.alpha * v.x() - K.square * v.y()};
 }
 template <class T>
@@ -105,7 +123,7 @@ inline PlanarTurning<T> turning(const T& w, const T& alpha) {
   return {alpha, w * w};
 }
 template <class T>
-inline T times(const T& m, const T& v) {
+inline T times(const ConstantOf<T>& m, const T& v) {
   return m * v;
 }
 

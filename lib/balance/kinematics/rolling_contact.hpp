@@ -13,7 +13,7 @@ template <class T>
 struct ContactArm {
   Vector3Of<T> arm, rate;
 
-  ContactArm(const RollingContact<T>& contact, const Vector3Of<T>& normal, const Vector3Of<T>& spin_axis,
+  ContactArm(const RollingContact<ConstantOf<T>>& contact, const Vector3Of<T>& normal, const Vector3Of<T>& spin_axis,
              const Vector3Of<T>& w) {
     if (!contact.disc) {
       arm = -contact.radius * normal;

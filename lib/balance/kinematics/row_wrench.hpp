@@ -14,8 +14,8 @@ struct RowWrench {
 
 /// Rate, per unit rate of the node's coordinate, of a wrench's power at the point Q of what the node carries.
 template <class S>
-inline typename S::Scalar power_of(const Node<S>& node, const NodeState<S>& state, const typename S::Vector& Q,
-                                   const RowWrench<S>& wrench) {
+inline typename S::Scalar power_of(const Node<Constants<S>>& node, const NodeState<S>& state,
+                                   const typename S::Vector& Q, const RowWrench<S>& wrench) {
   if (node.motion == NodeMotion::slide) return node.ratio * dot(wrench.force, slide_axis(state.R_WN));
   return node.ratio * dot(turn_axis(state.R_WN),
                           typename S::Angular(wrench.moment + cross(typename S::Vector(Q - state.p_WN), wrench.force)));

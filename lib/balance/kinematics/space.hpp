@@ -13,6 +13,10 @@ namespace balance {
 using Planar = PlanarOf<double>;
 using Spatial = SpatialOf<double>;
 
+/// The space of the mechanism's own numbers where a motion's are those of S.
+template <class S>
+using Constants = typename S::Constants;
+
 template <class S>
 inline constexpr bool is_planar = S::dimension == 2;
 

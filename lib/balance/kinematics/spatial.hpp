@@ -10,12 +10,19 @@ struct SpatialRotation {
   Matrix3Of<T> matrix = Matrix3Of<T>::Identity();
 };
 
+/// The same in other numbers.
+template <class To, class From>
+SpatialRotation<To> cast(const SpatialRotation<From>& R) {
+  return {R.matrix.template cast<To>()};
+}
+
 template <class T>
 struct SpatialOf {
   static constexpr int dimension = 3;
   static constexpr int angular = 3;
   static constexpr int parameters = 10;  ///< m, mx, my, mz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz
   using Scalar = T;
+  using Constants = SpatialOf<ConstantOf<T>>;
   using Vector = Vector3Of<T>;
   using Angular = Vector3Of<T>;
   using Rotation = SpatialRotation<T>;
@@ -32,8 +39,8 @@ struct SpatialOf {
   static Turning no_turning() { return Turning::Zero(); }
 };
 
-template <class T>
-inline Vector3Of<T> cross(const Vector3Of<T>& a, const Vector3Of<T>& b) {
+template <class A, class B>
+inline Vector3Of<ProductOf<A, B>> cross(const Vector3Of<A>& a, const Vector3Of<B>& b) {
   return {a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(), a.x() * b.y() - a.y() * b.x()};
 }
 template <class T>
@@ -49,14 +56,14 @@ inline Vector3Of<T> turn_axis(const SpatialRotation<T>& R) {
   return R.matrix.col(2);
 }
 /// M v, written out: for three rows the general product spends more on its loop than on its arithmetic.
-template <class T>
-inline Vector3Of<T> times(const Matrix3Of<T>& M, const Vector3Of<T>& v) {
-  const T x = v.x(), y = v.y(), z = v.z();
+template <class A, class B>
+inline Vector3Of<ProductOf<A, B>> times(const Matrix3Of<A>& M, const Vector3Of<B>& v) {
+  const B x = v.x(), y = v.y(), z = v.z();
   return {M(0, 0) * x + M(0, 1) * y + M(0, 2) * z, M(1, 0) * x + M(1, 1) * y + M(1, 2) * z,
           M(2, 0) * x + M(2, 1) * y + M(2, 2) * z};
 }
-template <class T>
-inline Vector3Of<T> operator*(const SpatialRotation<T>& R, const Vector3Of<T>& v) {
+template <class A, class B>
+inline Vector3Of<ProductOf<A, B>> operator*(const SpatialRotation<A>& R, const Vector3Of<B>& v) {
   return times(R.matrix, v);
 }
 template <class T>
@@ -66,16 +73,16 @@ inline Vector3Of<T> unrotate(const SpatialRotation<T>& R, const Vector3Of<T>& v)
   return {M(0, 0) * x + M(1, 0) * y + M(2, 0) * z, M(0, 1) * x + M(1, 1) * y + M(2, 1) * z,
           M(0, 2) * x + M(1, 2) * y + M(2, 2) * z};
 }
-template <class T>
-inline SpatialRotation<T> operator*(const SpatialRotation<T>& a, const SpatialRotation<T>& b) {
-  return {Matrix3Of<T>(a.matrix * b.matrix)};
+template <class A, class B>
+inline SpatialRotation<ProductOf<A, B>> operator*(const SpatialRotation<A>& a, const SpatialRotation<B>& b) {
+  return {Matrix3Of<ProductOf<A, B>>(a.matrix * b.matrix)};
 }
 template <class T>
-inline SpatialRotation<T> turned(const SpatialRotation<T>& R, const T& c, const T& s) {
+inline SpatialRotation<T> turned(const SpatialRotation<ConstantOf<T>>& R, const T& c, const T& s) {
   SpatialRotation<T> out;
   out.matrix.col(0) = c * R.matrix.col(0) + s * R.matrix.col(1);
   out.matrix.col(1) = c * R.matrix.col(1) - s * R.matrix.col(0);
-  out.matrix.col(2) = R.matrix.col(2);
+  out.matrix.col(2) = R.matrix.col(2).template cast<T>();
   return out;
 }
 template <class T>
@@ -84,7 +91,7 @@ inline Vector3Of<T> axis(const SpatialRotation<T>& R, int k) {
 }
 /// ω × Jω.
 template <class T>
-inline Vector3Of<T> gyroscopic(const Vector3Of<T>& w, const Matrix3Of<T>& J) {
+inline Vector3Of<T> gyroscopic(const Vector3Of<T>& w, const Matrix3Of<ConstantOf<T>>& J) {
   return cross(w, times(J, w));
 }
 

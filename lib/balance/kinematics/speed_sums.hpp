@@ -8,10 +8,10 @@ namespace balance {
 
 /// The wrench whose power is a part of a sum of speeds, through the part's own point.
 template <class S>
-inline RowWrench<S> term_wrench(const State<S>& state, const RateTerm<S>& term) {
+inline RowWrench<S> term_wrench(const State<S>& state, const RateTerm<Constants<S>>& term) {
   RowWrench<S> wrench;
   const typename S::Rotation R = orientation(state, term.frame);
-  if (term.of == RateTerm<S>::Of::velocity) {
+  if (term.of == RateTerm<Constants<S>>::Of::velocity) {
     if (term.own)
       wrench.force = term.factor * axis(R, term.axis);
     else
@@ -29,22 +29,22 @@ inline RowWrench<S> term_wrench(const State<S>& state, const RateTerm<S>& term) 
 
 /// Rate of a sum of speeds' part per unit rate of the coordinate of a node that moves it.
 template <class S>
-inline typename S::Scalar term_rate(const Tree<S>& tree, const State<S>& state, const Closure<S>& closure,
-                                    const PathStep& step) {
-  const RateTerm<S>& term = closure.terms[step.term];
-  if (term.of == RateTerm<S>::Of::column) return term.factor;
+inline typename S::Scalar term_rate(const Tree<Constants<S>>& tree, const State<S>& state,
+                                    const Closure<Constants<S>>& closure, const PathStep& step) {
+  const RateTerm<Constants<S>>& term = closure.terms[step.term];
+  if (term.of == RateTerm<Constants<S>>::Of::column) return term.factor;
   return power_of(tree.nodes[step.node], state[step.node], position(state, term.frame), term_wrench(state, term));
 }
 
 /// How a sum of speeds changes when no coordinate accelerates; the ground may, which does not count.
 template <class S>
-typename S::Scalar sum_bias(const State<S>& state, const Closure<S>& closure) {
+typename S::Scalar sum_bias(const State<S>& state, const Closure<Constants<S>>& closure) {
   typename S::Scalar sum = 0;
-  for (const RateTerm<S>& term : closure.terms) {
-    if (term.of == RateTerm<S>::Of::column) continue;
+  for (const RateTerm<Constants<S>>& term : closure.terms) {
+    if (term.of == RateTerm<Constants<S>>::Of::column) continue;
     const NodeState<S>& node = state[term.frame.node];
     const RowWrench<S> unit = term_wrench(state, term);
-    if (term.of == RateTerm<S>::Of::turning) {
+    if (term.of == RateTerm<Constants<S>>::Of::turning) {
       sum += dot(unit.moment, typename S::Angular(node.R_WN * node.angular_acceleration));
       continue;
     }

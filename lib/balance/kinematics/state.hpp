@@ -30,24 +30,24 @@ using State = std::vector<NodeState<S>>;
 
 /// Pose of the node in its parent at y.
 template <class S>
-inline void set_local_pose(const Node<S>& node, const typename S::Scalar* y, NodeState<S>& state) {
+inline void set_local_pose(const Node<Constants<S>>& node, const typename S::Scalar* y, NodeState<S>& state) {
+  using T = typename S::Scalar;
   switch (node.motion) {
     case NodeMotion::turn: {
-      using T = typename S::Scalar;
       const T x = node.ratio * y[node.column] + node.offset;
       T s, c;
       sine_and_cosine(x, s, c);
       state.R_PN = turned(node.R_PF, c, s);
-      state.p_PN = node.p_PF;
+      state.p_PN = node.p_PF.template cast<T>();
       break;
     }
     case NodeMotion::slide:
-      state.R_PN = node.R_PF;
+      state.R_PN = cast<T>(node.R_PF);
       state.p_PN = node.p_PF + (node.ratio * y[node.column] + node.offset) * slide_axis(node.R_PF);
       break;
     case NodeMotion::weld:
-      state.R_PN = node.R_PF;
-      state.p_PN = node.p_PF;
+      state.R_PN = cast<T>(node.R_PF);
+      state.p_PN = node.p_PF.template cast<T>();
       break;
   }
 }
@@ -60,14 +60,14 @@ inline void set_world_pose(const NodeState<S>& parent, NodeState<S>& state) {
 
 /// Angular velocity only: all that forces need.
 template <class S>
-inline void set_angular_velocity(const Node<S>& node, const typename S::Scalar* dy, const NodeState<S>& parent,
-                                 NodeState<S>& state) {
+inline void set_angular_velocity(const Node<Constants<S>>& node, const typename S::Scalar* dy,
+                                 const NodeState<S>& parent, NodeState<S>& state) {
   state.angular_velocity = unrotate(state.R_PN, parent.angular_velocity);
   if (node.motion == NodeMotion::turn) add_about_axis(state.angular_velocity, node.ratio * dy[node.column]);
 }
 
 template <class S>
-inline void set_velocity(const Node<S>& node, const typename S::Scalar* dy, const NodeState<S>& parent,
+inline void set_velocity(const Node<Constants<S>>& node, const typename S::Scalar* dy, const NodeState<S>& parent,
                          NodeState<S>& state) {
   state.velocity =
       unrotate(state.R_PN, typename S::Vector(parent.velocity + cross(parent.angular_velocity, state.p_PN)));
@@ -75,15 +75,15 @@ inline void set_velocity(const Node<S>& node, const typename S::Scalar* dy, cons
 }
 
 /// Acceleration of a point fixed to a node, node axes.
-template <class S>
-inline typename S::Vector own_acceleration(const NodeState<S>& state, const typename S::Vector& p_N) {
+template <class S, class Vector>
+inline typename S::Vector own_acceleration(const NodeState<S>& state, const Vector& p_N) {
   return state.acceleration + times(state.turning, p_N);
 }
 
 /// @param ddy null: the accelerations that velocities alone cause
 template <class S>
-inline void set_acceleration(const Node<S>& node, const typename S::Scalar* dy, const typename S::Scalar* ddy,
-                             const NodeState<S>& parent, NodeState<S>& state) {
+inline void set_acceleration(const Node<Constants<S>>& node, const typename S::Scalar* dy,
+                             const typename S::Scalar* ddy, const NodeState<S>& parent, NodeState<S>& state) {
   typename S::Vector a = unrotate(state.R_PN, own_acceleration(parent, state.p_PN));  // worked on in registers
   typename S::Angular alpha = unrotate(state.R_PN, parent.angular_acceleration);
   if (node.motion == NodeMotion::turn) {
@@ -100,33 +100,33 @@ inline void set_acceleration(const Node<S>& node, const typename S::Scalar* dy, 
 }
 
 template <class S>
-void poses(const Tree<S>& tree, const typename S::Scalar* y, State<S>& state) {
+void poses(const Tree<Constants<S>>& tree, const typename S::Scalar* y, State<S>& state) {
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) set_local_pose(tree.nodes[n], y, state[n]);
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) set_world_pose(state[tree.nodes[n].parent], state[n]);
 }
 
 template <class S>
-void angular_velocities(const Tree<S>& tree, const typename S::Scalar* dy, State<S>& state) {
+void angular_velocities(const Tree<Constants<S>>& tree, const typename S::Scalar* dy, State<S>& state) {
   for (std::size_t n = 1; n < tree.nodes.size(); ++n)
     set_angular_velocity(tree.nodes[n], dy, state[tree.nodes[n].parent], state[n]);
 }
 
 /// Velocities of the nodes' origins, once the angular ones are known.
 template <class S>
-void origin_velocities(const Tree<S>& tree, const typename S::Scalar* dy, State<S>& state) {
+void origin_velocities(const Tree<Constants<S>>& tree, const typename S::Scalar* dy, State<S>& state) {
   for (std::size_t n = 1; n < tree.nodes.size(); ++n)
     set_velocity(tree.nodes[n], dy, state[tree.nodes[n].parent], state[n]);
 }
 
 template <class S>
-void velocities(const Tree<S>& tree, const typename S::Scalar* dy, State<S>& state) {
+void velocities(const Tree<Constants<S>>& tree, const typename S::Scalar* dy, State<S>& state) {
   angular_velocities(tree, dy, state);
   origin_velocities(tree, dy, state);
 }
 
 /// @param base acceleration of the ground; −gravity makes weight part of the inertia forces
 template <class S>
-void accelerations(const Tree<S>& tree, const typename S::Scalar* dy, const typename S::Scalar* ddy,
+void accelerations(const Tree<Constants<S>>& tree, const typename S::Scalar* dy, const typename S::Scalar* ddy,
                    const typename S::Vector& base, State<S>& state) {
   state[0].acceleration = base;
   for (std::size_t n = 1; n < tree.nodes.size(); ++n)
@@ -135,29 +135,29 @@ void accelerations(const Tree<S>& tree, const typename S::Scalar* dy, const type
 
 /// World pose of a frame fixed to a node.
 template <class S>
-inline typename S::Vector position(const State<S>& state, const FixedFrame<S>& frame) {
+inline typename S::Vector position(const State<S>& state, const FixedFrame<Constants<S>>& frame) {
   return state[frame.node].p_WN + state[frame.node].R_WN * frame.p_N;
 }
 template <class S>
-inline typename S::Rotation orientation(const State<S>& state, const FixedFrame<S>& frame) {
+inline typename S::Rotation orientation(const State<S>& state, const FixedFrame<Constants<S>>& frame) {
   return state[frame.node].R_WN * frame.R_N;
 }
 
 /// World velocity of a point fixed to a node.
-template <class S>
-inline typename S::Vector point_velocity(const NodeState<S>& state, const typename S::Vector& p_N) {
+template <class S, class Vector>
+inline typename S::Vector point_velocity(const NodeState<S>& state, const Vector& p_N) {
   return state.R_WN * typename S::Vector(state.velocity + cross(state.angular_velocity, p_N));
 }
 
 /// World acceleration of a point fixed to a node (less gravity's if the base was given −g).
-template <class S>
-inline typename S::Vector point_acceleration(const NodeState<S>& state, const typename S::Vector& p_N) {
+template <class S, class Vector>
+inline typename S::Vector point_acceleration(const NodeState<S>& state, const Vector& p_N) {
   return state.R_WN * own_acceleration(state, p_N);
 }
 
 /// Rate of a node's linear momentum, node axes.
 template <class S>
-inline typename S::Vector inertia_force(const typename S::Inertia& inertia, const NodeState<S>& state) {
+inline typename S::Vector inertia_force(const typename Constants<S>::Inertia& inertia, const NodeState<S>& state) {
   return inertia.mass * state.acceleration + times(state.turning, inertia.moment);
 }
 

@@ -10,7 +10,8 @@ namespace balance {
 
 /// What is prescribed at the moments from `first` on.
 template <class L>
-void load_drive(const GroupJob& job, int first, const Drive<L>& drive, DriveSampleOf<typename L::Scalar>& sample) {
+void load_drive(const GroupJob& job, int first, const Drive<Constants<L>>& drive,
+                DriveSampleOf<typename L::Scalar>& sample) {
   using T = typename L::Scalar;
   for (int k = 0; k < drive.values(); ++k) {
     const int at = k * group_size + first;

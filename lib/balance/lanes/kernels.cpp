@@ -48,7 +48,6 @@ class Rows {
 template <class L, class S>
 void torques(const Tree<S>& tree, const typename S::Vector& gravity, const TorqueJob& job) {
   const int columns = tree.columns;
-  const Tree<L> lanes = broadcast<L>(tree);
   const typename L::Vector field = gravity.template cast<Lanes>();
   State<L> state(tree.nodes.size());
   std::vector<Wrench<L>> wrenches(tree.nodes.size());
@@ -59,7 +58,7 @@ void torques(const Tree<S>& tree, const typename S::Vector& gravity, const Torqu
     rows.load(job.y, k, y);
     rows.load(job.dy, k, dy);
     rows.load(job.ddy, k, ddy);
-    tree_torques<L>(lanes, y, dy, ddy, field, state, wrenches, tau);
+    tree_torques<L>(tree, y, dy, ddy, field, state, wrenches, tau);
     rows.store(tau, k, job.tau);
   }
 }

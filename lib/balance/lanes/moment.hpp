@@ -3,29 +3,27 @@
 
 #include "balance/dynamics/readings.hpp"
 #include "balance/lanes/actuation.hpp"
-#include "balance/model/conversion.hpp"
+#include "balance/lanes/kernels.hpp"
 
 #include <array>
 
 namespace balance {
 
-/// @tparam L a space over packs
-template <class L>
+/// @tparam L the space S over packs
+template <class L, class S>
 class LaneMoment {
  public:
   using T = typename L::Scalar;
 
-  /// @param about world point that moments are about
-  template <class Vector>
-  LaneMoment(const Mechanism& mechanism, const Tree<L>& tree, const FixedFrame<L>& tool, const Vector& about)
-      : mechanism_(converted<T>(mechanism, [](double x) { return T(x); })),
-        tree_(tree),
-        tool_(tool),
-        gravity_(to_vector<L>(mechanism_.gravity)),
-        about_(about.template cast<T>()),
-        wrenches_(tree.nodes.size()),
-        tau_(static_cast<std::size_t>(tree.columns)) {
-    seen_.joint_force.assign(mechanism.joints.size(), Vector3Of<T>::Zero());
+  explicit LaneMoment(const GroupSetup<S>& setup)
+      : mechanism_(setup.mechanism),
+        tree_(setup.tree),
+        tool_(setup.drive.tool),
+        gravity_(to_vector<S>(mechanism_.gravity).template cast<T>()),
+        about_(setup.about.template cast<T>()),
+        wrenches_(tree_.nodes.size()),
+        tau_(static_cast<std::size_t>(tree_.columns)) {
+    seen_.joint_force.assign(mechanism_.joints.size(), Vector3Of<T>::Zero());
     seen_.joint_moment = seen_.joint_force;
   }
 
@@ -82,9 +80,9 @@ class LaneMoment {
   }
 
  private:
-  MechanismOf<T> mechanism_;
-  const Tree<L>& tree_;
-  const FixedFrame<L>& tool_;
+  const Mechanism& mechanism_;
+  const Tree<S>& tree_;
+  const FixedFrame<S>& tool_;
   typename L::Vector gravity_, about_;
   std::vector<Wrench<L>> wrenches_;
   std::vector<T> tau_;

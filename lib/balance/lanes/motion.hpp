@@ -13,12 +13,7 @@ template <class L, class S>
 class LaneMotion final : public GroupMotion<S> {
  public:
   explicit LaneMotion(const GroupSetup<S>& setup)
-      : setup_(setup),
-        tree_(broadcast<L>(setup.tree)),
-        drive_(broadcast<L>(setup.drive)),
-        step_(setup_, tree_, drive_),
-        least_singular_(step_.equations()),
-        moment_(setup.mechanism, tree_, drive_.tool, setup.about) {}
+      : setup_(setup), step_(setup_), least_singular_(step_.equations()), moment_(setup_) {}
 
   void start(const Equations<S>& equations, const Actuation<S>& actuation, const double* y, const double* dy) override {
     step_.start(equations, actuation, y, dy);
@@ -36,11 +31,9 @@ class LaneMotion final : public GroupMotion<S> {
 
  private:
   GroupSetup<S> setup_;
-  Tree<L> tree_;
-  Drive<L> drive_;
   LaneStep<L, S> step_;
   LaneLeastSingular<L> least_singular_;
-  LaneMoment<L> moment_;
+  LaneMoment<L, S> moment_;
 };
 
 }  // namespace balance

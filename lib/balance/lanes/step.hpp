@@ -2,7 +2,6 @@
 /// Steps of a motion in lanes: every lane from its own place in the groups before to a moment of the next one. Private to lanes.
 
 #include "balance/lanes/actuation.hpp"
-#include "balance/lanes/broadcast.hpp"
 #include "balance/lanes/group_numbers.hpp"
 #include "balance/motion/stepper.hpp"
 
@@ -17,14 +16,14 @@ class LaneStep {
  public:
   using T = typename L::Scalar;
 
-  /// @param setup, tree, drive must outlive it
-  LaneStep(const GroupSetup<S>& setup, const Tree<L>& tree, const Drive<L>& drive)
+  /// @param setup must outlive it
+  explicit LaneStep(const GroupSetup<S>& setup)
       : setup_(setup),
-        tree_(tree),
-        drive_(drive),
-        equations_(tree, drive, false),
+        tree_(setup.tree),
+        drive_(setup.drive),
+        equations_(tree_, drive_, false),
         actuation_(setup.actuation),
-        state_(tree.nodes.size()) {
+        state_(tree_.nodes.size()) {
     const auto n = static_cast<std::size_t>(tree_.columns);
     for (auto* numbers : {&y_, &dy_, &ddy_, &x_, &rates_, &predicted_}) numbers->assign(n, T(0.0));
     last_y_.assign(n, 0);
@@ -46,7 +45,7 @@ class LaneStep {
   /// The group's moments from `first` on.
   /// @return as GroupMotion::find
   bool find(GroupJob& job, int first) {
-    load_drive(job, first, drive_, sample_);
+    load_drive<L>(job, first, drive_, sample_);
     if (!(setup_.direct ? find_directly(job, first) : find_by_newton(job, first))) return false;
     for (int c = 0; c < tree_.columns; ++c) {
       const int at = c * group_size + first;
@@ -67,9 +66,9 @@ class LaneStep {
   /// As Stepper::set_direct.
   bool find_directly(GroupJob& job, int first) {
     for (std::size_t k = 0; k < drive_.linear.size(); ++k) {
-      const LinearQuantityOf<T>& quantity = drive_.linear[k];
+      const LinearQuantity& quantity = drive_.linear[k];
       const auto& [column, coefficient] = quantity.terms[0];
-      const T inverse = 1.0 / coefficient;
+      const double inverse = 1 / coefficient;
       y_[column] = (sample_.value[k] - quantity.constant) * inverse;
       dy_[column] = sample_.rate[k] * inverse;
       ddy_[column] = sample_.acceleration[k] * inverse;
@@ -155,8 +154,8 @@ class LaneStep {
   }
 
   const GroupSetup<S>& setup_;
-  const Tree<L>& tree_;
-  const Drive<L>& drive_;
+  const Tree<S>& tree_;
+  const Drive<S>& drive_;
   Equations<L> equations_;
   LaneActuation<L> actuation_;
   State<L> state_;

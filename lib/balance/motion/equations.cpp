@@ -8,16 +8,17 @@
 namespace balance {
 
 template <class S>
-Equations<S>::Equations(const Tree<S>& tree, const Drive<S>& drive, bool redundant)
+Equations<S>::Equations(const Tree<Constants<S>>& tree, const Drive<Constants<S>>& drive, bool redundant)
     : tree_(tree), drive_(drive), redundant_(redundant), masses_(tree) {
-  for (const Closure<S>& closure : tree.closures)
+  for (const Closure<Constants<S>>& closure : tree.closures)
     for (const ClosureRow& row : closure.rows) row_scale_.push_back(row_unit(tree, closure, row));
   row_scale_.insert(row_scale_.end(), drive.point.size() + drive.com.size(), 1 / tree.length);
-  for (const LinearQuantityOf<T>& quantity : drive.linear)
+  for (const LinearQuantityOf<ConstantOf<T>>& quantity : drive.linear)
     row_scale_.push_back(quantity.is_length ? 1 / tree.length : 1);
   row_scale_.insert(row_scale_.end(), drive.rotation.size(), 1);
   for (int c = 0; c < tree.columns; ++c) column_scale_.push_back(tree.column_kind_length[c] ? tree.length : 1);
-  for (const Node<S>& node : tree.nodes) node_scale_.push_back(node.column < 0 ? 0 : column_scale_[node.column]);
+  for (const Node<Constants<S>>& node : tree.nodes)
+    node_scale_.push_back(node.column < 0 ? 0 : column_scale_[node.column]);
   for (std::size_t n = 1; n < tree.nodes.size(); ++n)
     if (tree.nodes[n].motion != NodeMotion::weld) moving_.push_back(static_cast<int>(n));
   build();
@@ -42,7 +43,7 @@ void Equations<S>::build() {
   };
   std::vector<std::vector<int>> paths;
   int row = 0;
-  for (const Closure<S>& closure : tree_.closures) {
+  for (const Closure<Constants<S>>& closure : tree_.closures) {
     std::vector<int> nodes;
     for (const PathStep& step : closure.path) nodes.push_back(step.node);
     for (std::size_t r = 0; r < closure.rows.size(); ++r) mark(row++, nodes);
@@ -50,7 +51,7 @@ void Equations<S>::build() {
   }
   for (std::size_t k = 0; k < drive_.point.size(); ++k) mark(row++, drive_.tool_path);
   for (std::size_t k = 0; k < drive_.com.size(); ++k) mark(row++, moving_);
-  for (const LinearQuantityOf<T>& quantity : drive_.linear) {
+  for (const LinearQuantityOf<ConstantOf<T>>& quantity : drive_.linear) {
     for (const auto& [column, coefficient] : quantity.terms) columns_of[row].insert(column);
     ++row;
   }
@@ -77,7 +78,7 @@ void Equations<S>::build() {
   }
   for (std::size_t k = 0; k < drive_.point.size(); ++k) point_entries_.push_back(entries_of(drive_.tool_path, row++));
   for (std::size_t k = 0; k < drive_.com.size(); ++k) com_entries_.push_back(entries_of(moving_, row++));
-  for (const LinearQuantityOf<T>& quantity : drive_.linear) {  // constant entries, written once
+  for (const LinearQuantityOf<ConstantOf<T>>& quantity : drive_.linear) {  // constant entries, written once
     for (const auto& [column, coefficient] : quantity.terms)
       storage()[place(row, column)] += coefficient * row_scale_[row] * column_scale_[column];
     ++row;
@@ -96,7 +97,7 @@ void Equations<S>::fill(const State<S>& state, const T* y, const DriveSampleOf<T
   if (!drive_.com.empty()) fill_com(state, target, residual + row);
   row += static_cast<int>(drive_.com.size());
   int k = static_cast<int>(drive_.point.size() + drive_.com.size());
-  for (const LinearQuantityOf<T>& quantity : drive_.linear) {
+  for (const LinearQuantityOf<ConstantOf<T>>& quantity : drive_.linear) {
     residual[row] = row_scale_[row] * (quantity.value(y) - target.value[k++]);
     ++row;
   }
@@ -109,7 +110,7 @@ void Equations<S>::fill_closures(const State<S>& state, T* residual) {
   const double shrink = 1 / tree_.length;
   T* values = storage();
   for (std::size_t c = 0; c < tree_.closures.size(); ++c) {
-    const Closure<S>& closure = tree_.closures[c];
+    const Closure<Constants<S>>& closure = tree_.closures[c];
     const ClosurePose<S> pose = closure_pose(state, closure);
     const Entry* entry = closure_entries_[c].data();
     if (is_point(closure)) {
@@ -136,7 +137,7 @@ void Equations<S>::fill_closures(const State<S>& state, T* residual) {
       *residual++ = (angle ? 1 : shrink) * closure_residual(pose, closure.rows[r]);
     }
     for (const PathStep& step : closure.path) {
-      const Node<S>& node = tree_.nodes[step.node];
+      const Node<Constants<S>>& node = tree_.nodes[step.node];
       const double scale = step.sign * node_scale_[step.node];
       for (std::size_t r = 0; r < rows; ++r, ++entry) {
         const T value = scale * power_of(node, state[step.node], pose.p_B, wrenches[r]);
@@ -147,7 +148,7 @@ void Equations<S>::fill_closures(const State<S>& state, T* residual) {
 }
 
 template <class S>
-void Equations<S>::fill_sum(const Closure<S>& closure, const State<S>& state, const Entry* entry) {
+void Equations<S>::fill_sum(const Closure<Constants<S>>& closure, const State<S>& state, const Entry* entry) {
   if (closure.rows.empty()) return;
   for (const PathStep& step : closure.path)
     put(*entry++, node_scale_[step.node] / closure.unit * term_rate(tree_, state, closure, step));
@@ -258,7 +259,7 @@ void Equations<S>::rate_rows(const DriveSampleOf<T>& target, T* out) const {
 template <class S>
 void Equations<S>::acceleration_rows(const State<S>& state, const DriveSampleOf<T>& target, T* out) const {
   int row = 0;
-  for (const Closure<S>& closure : tree_.closures) {
+  for (const Closure<Constants<S>>& closure : tree_.closures) {
     closure_bias(state, closure, closure_pose(state, closure), out + row);
     for (std::size_t r = 0; r < closure.rows.size(); ++r, ++row) out[row] *= -row_scale_[row];
   }

@@ -20,7 +20,7 @@ class Equations {
   using T = typename S::Scalar;
 
   /// @param redundant more rows than columns: least squares on the dense matrix instead of a sparse factorisation
-  Equations(const Tree<S>& tree, const Drive<S>& drive, bool redundant);
+  Equations(const Tree<Constants<S>>& tree, const Drive<Constants<S>>& drive, bool redundant);
 
   int rows() const { return static_cast<int>(row_scale_.size()); }
   int columns() const { return static_cast<int>(column_scale_.size()); }
@@ -80,7 +80,7 @@ class Equations {
 
   void build();
   void fill_closures(const State<S>& state, T* residual);
-  void fill_sum(const Closure<S>& closure, const State<S>& state, const Entry* entry);
+  void fill_sum(const Closure<Constants<S>>& closure, const State<S>& state, const Entry* entry);
   void fill_point(const State<S>& state, const DriveSampleOf<T>& target, T* residual);
   void fill_com(const State<S>& state, const DriveSampleOf<T>& target, T* residual);
   void fill_rotation(const State<S>& state, const DriveSampleOf<T>& target, T* residual);
@@ -91,8 +91,8 @@ class Equations {
   }
   std::vector<Entry> entries_of(const std::vector<int>& nodes, int row);
 
-  const Tree<S>& tree_;
-  const Drive<S>& drive_;
+  const Tree<Constants<S>>& tree_;
+  const Drive<Constants<S>>& drive_;
   bool redundant_;
   bool structurally_singular_ = false;
   std::size_t layout_ = 0;
