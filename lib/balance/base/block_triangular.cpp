@@ -1,7 +1,5 @@
 #include "balance/base/block_triangular.hpp"
 
-#include "balance/base/small_blocks.hpp"
-
 #include <algorithm>
 #include <cmath>
 
@@ -128,37 +126,6 @@ bool BlockTriangular::block_near_kept(const Block& block, double limit) {
   return std::all_of(sums_.begin(), sums_.begin() + block.size, within);
 }
 
-template <class X>
-void BlockTriangular::solve_block(const Block& block, X* x) const {
-  by_size(block.size, [&](auto block_size) {
-    const double* factors = factors_.data() + block.offset;
-    if constexpr (block_size > 0 && block_size <= inverted)
-      multiply<block_size>(factors, x);
-    else
-      small_blocks::solve_block<block_size>(factors, &pivots_[block.begin], block.size, x);
-  });
-}
-
-template <class X>
-void BlockTriangular::substitute(X* work) const {
-  const double* values = values_.data() + inside_;
-  for (const Block& block : blocks_) {
-    for (int i = block.begin; i < block.begin + block.size; ++i) {
-      X sum = work[i];
-      for (int k = start_[i]; k < start_[i + 1]; ++k) subtract(sum, values[k], work[columns_[k]]);
-      work[i] = sum;
-    }
-    solve_block(block, work + block.begin);
-  }
-}
-
-void BlockTriangular::solve(double* x) {
-  const int n = size();
-  for (int row = 0; row < n; ++row) work_[row_position_[row]] = x[row];
-  substitute(work_.data());
-  for (int column = 0; column < n; ++column) x[column] = work_[column_position_[column]];
-}
-
 void BlockTriangular::solve_pair(double* x, double* z) {
   const int n = size();
   for (int row = 0; row < n; ++row) pairs_[row_position_[row]] = {x[row], z[row]};
@@ -168,24 +135,6 @@ void BlockTriangular::solve_pair(double* x, double* z) {
     x[column] = pair.x;
     z[column] = pair.z;
   }
-}
-
-void BlockTriangular::solve_transposed(double* x) {
-  const int n = size();
-  const double* values = values_.data() + inside_;
-  for (int column = 0; column < n; ++column) work_[column_position_[column]] = x[column];
-  for (auto block = blocks_.rbegin(); block != blocks_.rend(); ++block) {
-    by_size(block->size, [&](auto block_size) {
-      const double* factors = factors_.data() + block->offset;
-      if constexpr (block_size > 0 && block_size <= inverted)
-        multiply_transposed<block_size>(factors, &work_[block->begin]);
-      else
-        solve_block_transposed<block_size>(factors, &pivots_[block->begin], block->size, &work_[block->begin]);
-    });
-    for (int i = block->begin; i < block->begin + block->size; ++i)
-      for (int k = start_[i]; k < start_[i + 1]; ++k) work_[columns_[k]] -= values[k] * work_[i];
-  }
-  for (int row = 0; row < n; ++row) x[row] = work_[row_position_[row]];
 }
 
 }  // namespace balance

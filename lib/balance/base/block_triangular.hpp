@@ -4,6 +4,7 @@
 /// parallel robot separate, a chain of loops costs what its loops cost, in time and memory.
 
 #include "balance/base/block_order.hpp"
+#include "balance/base/small_blocks.hpp"
 
 #include <vector>
 
@@ -62,11 +63,17 @@ class BlockTriangular {
   bool near_kept(double limit);
 
   /// x := A⁻¹ x, both in the original order. Allocates nothing.
-  void solve(double* x);
+  void solve(double* x) { solve(x, work_.data()); }
   /// Both x := A⁻¹ x and z := A⁻¹ z, in one go.
   void solve_pair(double* x, double* z);
   /// x := A⁻ᵀ x.
-  void solve_transposed(double* x);
+  void solve_transposed(double* x) { solve_transposed(x, work_.data()); }
+  /// The same for whatever small_blocks can subtract() and scale(): several right-hand sides in one go.
+  /// @param work as many as unknowns
+  template <class X>
+  void solve(X* x, X* work) const;
+  template <class X>
+  void solve_transposed(X* x, X* work) const;
 
  private:
   /// Forward substitution over the blocks, in the permuted order, of one or two right-hand sides.
@@ -94,5 +101,59 @@ class BlockTriangular {
   std::vector<double> work_, sums_;
   std::vector<Pair> pairs_;
 };
+
+template <class X>
+void BlockTriangular::solve_block(const Block& block, X* x) const {
+  using namespace small_blocks;
+  by_size(block.size, [&](auto block_size) {
+    const double* factors = factors_.data() + block.offset;
+    if constexpr (block_size > 0 && block_size <= inverted)
+      multiply<block_size>(factors, x);
+    else
+      small_blocks::solve_block<block_size>(factors, &pivots_[block.begin], block.size, x);
+  });
+}
+
+template <class X>
+void BlockTriangular::substitute(X* work) const {
+  using small_blocks::subtract;
+  const double* values = values_.data() + inside_;
+  for (const Block& block : blocks_) {
+    for (int i = block.begin; i < block.begin + block.size; ++i) {
+      X sum = work[i];
+      for (int k = start_[i]; k < start_[i + 1]; ++k) subtract(sum, values[k], work[columns_[k]]);
+      work[i] = sum;
+    }
+    solve_block(block, work + block.begin);
+  }
+}
+
+template <class X>
+void BlockTriangular::solve(X* x, X* work) const {
+  const int n = size();
+  for (int row = 0; row < n; ++row) work[row_position_[row]] = x[row];
+  substitute(work);
+  for (int column = 0; column < n; ++column) x[column] = work[column_position_[column]];
+}
+
+template <class X>
+void BlockTriangular::solve_transposed(X* x, X* work) const {
+  using namespace small_blocks;
+  const int n = size();
+  const double* values = values_.data() + inside_;
+  for (int column = 0; column < n; ++column) work[column_position_[column]] = x[column];
+  for (auto block = blocks_.rbegin(); block != blocks_.rend(); ++block) {
+    by_size(block->size, [&](auto block_size) {
+      const double* factors = factors_.data() + block->offset;
+      if constexpr (block_size > 0 && block_size <= inverted)
+        multiply_transposed<block_size>(factors, work + block->begin);
+      else
+        solve_block_transposed<block_size>(factors, &pivots_[block->begin], block->size, work + block->begin);
+    });
+    for (int i = block->begin; i < block->begin + block->size; ++i)
+      for (int k = start_[i]; k < start_[i + 1]; ++k) subtract(work[columns_[k]], values[k], work[i]);
+  }
+  for (int row = 0; row < n; ++row) x[row] = work[row_position_[row]];
+}
 
 }  // namespace balance

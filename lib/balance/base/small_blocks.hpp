@@ -36,7 +36,7 @@ double factorise_block(double* a, int* pivots, int size) {
   return smallest;
 }
 
-// x −= a y and x *= a, for numbers and for pairs of them.
+// x −= a y and x *= a, for numbers and for pairs of them; for duals: base/square_system.hpp.
 inline void subtract(double& x, double a, double y) { x -= a * y; }
 inline void scale(double& x, double a) { x *= a; }
 template <class Pair>
@@ -50,7 +50,7 @@ void scale(Pair& x, double a) {
   x.z *= a;
 }
 
-/// The unknowns of a small block live in registers. X: a number or a pair of them.
+/// The unknowns of a small block live in registers. X: a number or several.
 template <int N, class X>
 struct Local {
   X values[N];
@@ -85,16 +85,16 @@ void solve_block(const double* a, const int* pivots, int size, X* x) {
   v.store(x);
 }
 
-template <int N>
-void solve_block_transposed(const double* a, const int* pivots, int size, double* x) {
+template <int N, class X>
+void solve_block_transposed(const double* a, const int* pivots, int size, X* x) {
   const int n = N > 0 ? N : size;
-  Local<N, double> v(x);
+  Local<N, X> v(x);
   for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < i; ++j) v[i] -= a[j * n + i] * v[j];
-    v[i] *= a[i * n + i];
+    for (int j = 0; j < i; ++j) subtract(v[i], a[j * n + i], v[j]);
+    scale(v[i], a[i * n + i]);
   }
   for (int i = n - 1; i >= 0; --i)
-    for (int j = i + 1; j < n; ++j) v[i] -= a[j * n + i] * v[j];
+    for (int j = i + 1; j < n; ++j) subtract(v[i], a[j * n + i], v[j]);
   v.store(x);
   for (int k = n - 1; k >= 0; --k)
     if (pivots[k] != k) std::swap(x[k], x[pivots[k]]);
@@ -150,12 +150,12 @@ void multiply(const double* inverse, X* x) {
   }
 }
 
-template <int N>
-void multiply_transposed(const double* inverse, double* x) {
-  const Local<N, double> v(x);
+template <int N, class X>
+void multiply_transposed(const double* inverse, X* x) {
+  const Local<N, X> v(x);
   for (int i = 0; i < N; ++i) {
-    double sum = 0;
-    for (int j = 0; j < N; ++j) sum += inverse[j * N + i] * v.values[j];
+    X sum{};
+    for (int j = 0; j < N; ++j) subtract(sum, -inverse[j * N + i], v.values[j]);
     x[i] = sum;
   }
 }

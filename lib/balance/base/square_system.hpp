@@ -9,6 +9,17 @@
 
 namespace balance {
 
+// For small_blocks.
+template <int N>
+void subtract(Dual<N>& x, double a, const Dual<N>& y) {
+  x.value -= a * y.value;
+  for (int k = 0; k < N; ++k) x.d[k] -= a * y.d[k];
+}
+template <int N>
+void scale(Dual<N>& x, double a) {
+  x *= a;
+}
+
 /// The interface is that of BlockTriangular; regularity and nearness are those of the values.
 template <int N>
 class DualBlockTriangular {
@@ -24,6 +35,7 @@ class DualBlockTriangular {
     entries_.assign(values_.stored(), 0);
     side_.assign(static_cast<std::size_t>(values_.size()), 0);
     solution_ = side_;
+    work_.assign(side_.size(), 0);
     return true;
   }
 
@@ -47,7 +59,7 @@ class DualBlockTriangular {
 
   void solve(T* x) {
     solve_with(
-        x, [&](double* side) { values_.solve(side); },
+        x, [&](auto* side, auto* work) { values_.solve(side, work); },
         [](const Nonzero& entry) { return std::pair(entry.row, entry.column); });
   }
   void solve_pair(T* x, T* z) {
@@ -56,7 +68,7 @@ class DualBlockTriangular {
   }
   void solve_transposed(T* x) {
     solve_with(
-        x, [&](double* side) { values_.solve_transposed(side); },
+        x, [&](auto* side, auto* work) { values_.solve_transposed(side, work); },
         [](const Nonzero& entry) { return std::pair(entry.column, entry.row); });
   }
 
@@ -66,27 +78,24 @@ class DualBlockTriangular {
   };
   std::size_t at(const Nonzero& entry) const { return static_cast<std::size_t>(entry.index); }
 
+  /// Value and derivatives of the last right-hand sides have the same matrix, that of values.
   template <class Solve, class Place>
   void solve_with(T* x, const Solve& solve_values, const Place& place) {
-    const int n = size();
-    for (int i = 0; i < n; ++i) solution_[i] = x[i].value;
-    solve_values(solution_.data());
+    for (int i = 0; i < size(); ++i) solution_[i] = x[i].value;
+    solve_values(solution_.data(), side_.data());
     for (const Nonzero& entry : nonzeros_) {
       const auto [row, column] = place(entry);
-      for (int k = 0; k < N; ++k) x[row].d[k] -= entries_[at(entry)].d[k] * solution_[column];
+      const T& a = entries_[at(entry)];
+      for (int k = 0; k < N; ++k) x[row].d[k] -= a.d[k] * solution_[column];
     }
-    for (int k = 0; k < N; ++k) {
-      for (int i = 0; i < n; ++i) side_[i] = x[i].d[k];
-      solve_values(side_.data());
-      for (int i = 0; i < n; ++i) x[i].d[k] = side_[i];
-    }
-    for (int i = 0; i < n; ++i) x[i].value = solution_[i];
+    solve_values(x, work_.data());
   }
 
   BlockTriangular values_;
   std::vector<T> entries_;
   std::vector<Nonzero> nonzeros_;
   std::vector<double> side_, solution_;
+  std::vector<T> work_;
 };
 
 inline BlockTriangular& values_of(BlockTriangular& system) { return system; }
