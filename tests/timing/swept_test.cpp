@@ -173,11 +173,11 @@ TEST_CASE("no search under random limits loses its way") {
   try_random(read_task("3rrr.yaml"), 1, 20, tally);
   Task crank = read_task("four-bar.yaml");
   crank.mechanism.friction.push_back({0, 0.05, 0.2});
-  try_random(crank, 2, 20, tally);
+  try_random(crank, 1, 40, tally);  // by arcs one in some fifteen loses its way
   try_random(read_task("spatial-rrr.yaml"), 3, 20, tally);
   try_random(read_task("delta.yaml"), 4, 20, tally);
   try_random(read_task("watt-six-bar.yaml"), 5, 20, tally);
-  CHECK(tally.found > 60);
+  CHECK(tally.found > 80);
   CHECK(tally.swept > 0);
   CHECK(tally.compared > 5);
 }

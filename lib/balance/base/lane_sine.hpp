@@ -1,5 +1,5 @@
 #pragma once
-/// Sine and cosine in lanes, to the bits of those of a single number. Private to base.
+/// Sine and cosine in lanes, to the bits of those of a single number. Private to the library.
 
 #include "balance/base/pack.hpp"
 #include "balance/base/sine.hpp"

@@ -52,17 +52,15 @@ inline Reduced<Numbers, Bits> reduce_small(Numbers x) {
 
 template <class Numbers, class Bits>
 inline SineCosine<Numbers> of_reduced(const Reduced<Numbers, Bits>& reduced) {
-  const Numbers y = reduced.y, t = reduced.t, z = y * y, cube = z * y;
+  // The polynomials in halves, which need not wait for each other.
+  const Numbers y = reduced.y, t = reduced.t, z = y * y, cube = z * y, zz = z * z;
   const Numbers odd_terms =
-      8.33333333332248946124e-03 +
-      z * (-1.98412698298579493134e-04 +
-           z * (2.75573137070700676789e-06 + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)));
+      (8.33333333332248946124e-03 + z * -1.98412698298579493134e-04) +
+      zz * ((2.75573137070700676789e-06 + z * -2.50507602534068634195e-08) + zz * 1.58969099521155010221e-10);
   const Numbers sine = y - ((z * (0.5 * t - cube * odd_terms) - t) + cube * 1.66666666666666324348e-01);
-  const Numbers even_terms = z * (4.16666666666666019037e-02 +
-                                  z * (-1.38888888888741095749e-03 +
-                                       z * (2.48015872894767294178e-05 +
-                                            z * (-2.75573143513906633035e-07 +
-                                                 z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)))));
+  const Numbers even_terms = z * ((4.16666666666666019037e-02 + z * -1.38888888888741095749e-03) +
+                                  zz * ((2.48015872894767294178e-05 + z * -2.75573143513906633035e-07) +
+                                        zz * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)));
   const Numbers half = 0.5 * z, near = 1.0 - half;
   const Numbers cosine = near + (((1.0 - near) - half) + (z * even_terms - y * t));
   const auto odd = (reduced.quadrant & 1) != 0;

@@ -82,7 +82,7 @@ void tree_torques(const Tree<Constants<S>>& tree, const typename S::Scalar* y, c
                   std::vector<Wrench<S>>& wrenches, typename S::Scalar* tau) {
   state[0].acceleration = -gravity;
   for (int c = 0; c < tree.columns; ++c) tau[c] = 0;
-  for (std::size_t n = 1; n < tree.nodes.size(); ++n) set_local_pose(tree.nodes[n], y, state[n]);
+  set_local_poses(tree, y, state);
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
     const Node<Constants<S>>& node = tree.nodes[n];
     const NodeState<S>& parent = state[node.parent];

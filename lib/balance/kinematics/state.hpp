@@ -3,9 +3,11 @@
 /// Dynamics Algorithms, 2008, ch. 4–5, in the form of two three-vectors per body). Scratch memory of one algorithm.
 /// Private to kinematics, motion and dynamics.
 
+#include "balance/base/lane_sine.hpp"
 #include "balance/kinematics/tree.hpp"
 
 #include <cmath>
+#include <type_traits>
 #include <vector>
 
 namespace balance {
@@ -28,6 +30,13 @@ struct alignas(line_alignment<typename S::Scalar>) NodeState {
 template <class S>
 using State = std::vector<NodeState<S>>;
 
+template <class S>
+inline void set_turned(const Node<Constants<S>>& node, const typename S::Scalar& cosine, const typename S::Scalar& sine,
+                       NodeState<S>& state) {
+  state.R_PN = turned(node.R_PF, cosine, sine);
+  state.p_PN = node.p_PF.template cast<typename S::Scalar>();
+}
+
 /// Pose of the node in its parent at y.
 template <class S>
 inline void set_local_pose(const Node<Constants<S>>& node, const typename S::Scalar* y, NodeState<S>& state) {
@@ -37,8 +46,7 @@ inline void set_local_pose(const Node<Constants<S>>& node, const typename S::Sca
       const T x = node.ratio * y[node.column] + node.offset;
       T s, c;
       sine_and_cosine(x, s, c);
-      state.R_PN = turned(node.R_PF, c, s);
-      state.p_PN = node.p_PF.template cast<T>();
+      set_turned(node, c, s, state);
       break;
     }
     case NodeMotion::slide:
@@ -53,6 +61,34 @@ inline void set_local_pose(const Node<Constants<S>>& node, const typename S::Sca
 }
 
 template <class S>
+void set_local_poses(const Tree<Constants<S>>& tree, const typename S::Scalar* y, State<S>& state) {
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n) set_local_pose(tree.nodes[n], y, state[n]);
+}
+
+/// The turns of a single motion two by two, which keeps the processor busier than one after the other; to the same bits.
+template <class S>
+requires std::is_same_v<typename S::Scalar, double>
+void set_local_poses(const Tree<S>& tree, const double* y, State<S>& state) {
+  const auto angle = [&](const Node<S>& node) { return node.ratio * y[node.column] + node.offset; };
+  std::size_t waits = 0;  // the first of a pair
+  for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
+    const Node<S>& node = tree.nodes[n];
+    if (node.motion != NodeMotion::turn) {
+      set_local_pose(node, y, state[n]);
+    } else if (waits == 0) {
+      waits = n;
+    } else {
+      const Node<S>& first = tree.nodes[waits];
+      const auto both = sine_cosine(Pack<2>(Pack<2>::Numbers{angle(first), angle(node)}));
+      set_turned(first, both.cosine[0], both.sine[0], state[waits]);
+      set_turned(node, both.cosine[1], both.sine[1], state[n]);
+      waits = 0;
+    }
+  }
+  if (waits > 0) set_local_pose(tree.nodes[waits], y, state[waits]);
+}
+
+template <class S>
 inline void set_world_pose(const NodeState<S>& parent, NodeState<S>& state) {
   state.R_WN = parent.R_WN * state.R_PN;
   state.p_WN = parent.p_WN + parent.R_WN * state.p_PN;
@@ -62,7 +98,8 @@ inline void set_world_pose(const NodeState<S>& parent, NodeState<S>& state) {
 template <class S>
 inline void set_angular_velocity(const Node<Constants<S>>& node, const typename S::Scalar* dy,
                                  const NodeState<S>& parent, NodeState<S>& state) {
-  state.angular_velocity = unrotate(state.R_PN, parent.angular_velocity);
+  state.angular_velocity =  // the ground does not turn
+      node.parent == 0 ? S::zero_angular() : typename S::Angular(unrotate(state.R_PN, parent.angular_velocity));
   if (node.motion == NodeMotion::turn) add_about_axis(state.angular_velocity, node.ratio * dy[node.column]);
 }
 
@@ -84,8 +121,13 @@ inline typename S::Vector own_acceleration(const NodeState<S>& state, const Vect
 template <class S>
 inline void set_acceleration(const Node<Constants<S>>& node, const typename S::Scalar* dy,
                              const typename S::Scalar* ddy, const NodeState<S>& parent, NodeState<S>& state) {
-  typename S::Vector a = unrotate(state.R_PN, own_acceleration(parent, state.p_PN));  // worked on in registers
-  typename S::Angular alpha = unrotate(state.R_PN, parent.angular_acceleration);
+  typename S::Vector a = parent.acceleration;  // worked on in registers
+  typename S::Angular alpha = S::zero_angular();
+  if (node.parent > 0) {  // the ground does not turn
+    a = own_acceleration(parent, state.p_PN);
+    alpha = unrotate(state.R_PN, parent.angular_acceleration);
+  }
+  a = unrotate(state.R_PN, a);
   if (node.motion == NodeMotion::turn) {
     alpha += cross_with_axis(state.angular_velocity, typename S::Scalar(node.ratio * dy[node.column]));
     if (ddy) add_about_axis(alpha, typename S::Scalar(node.ratio * ddy[node.column]));
@@ -101,7 +143,7 @@ inline void set_acceleration(const Node<Constants<S>>& node, const typename S::S
 
 template <class S>
 void poses(const Tree<Constants<S>>& tree, const typename S::Scalar* y, State<S>& state) {
-  for (std::size_t n = 1; n < tree.nodes.size(); ++n) set_local_pose(tree.nodes[n], y, state[n]);
+  set_local_poses(tree, y, state);
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) set_world_pose(state[tree.nodes[n].parent], state[n]);
 }
 
