@@ -16,14 +16,25 @@ namespace {
 
 using Lanes = Number;
 
-/// Rows of a table as lanes, one entry per column, and back. Number by number by way of memory of its own: a pack that is put
-/// together lane by lane waits for each.
+/// Rows of a table as lanes, one entry per column, and back: in squares of as many rows and columns as there are lanes. Where rows are
+/// shorter than a square is wide it reaches into those after them; where there are none, number by number by way of memory of its own.
 class Rows {
  public:
   Rows(int columns, long count) : columns_(columns), count_(count), numbers_(static_cast<std::size_t>(columns) * W) {}
 
   /// Rows k…; behind the last one it goes on with the last.
   void load(const double* table, long k, Lanes* out) {
+    if (squares_fit(k)) {
+      for (int square = 0; square < columns_; square += W) {
+        const int first = first_column(square);
+        Lanes entries[W];
+        for (int l = 0; l < W; ++l) entries[l] = Lanes::load(table + (k + l) * columns_ + first);
+        transpose(entries);
+        for (int c = 0; c < W; ++c)
+          if (c < columns_) out[first + c] = entries[c];
+      }
+      return;
+    }
     for (int l = 0; l < W; ++l) {
       const double* row = table + std::min(k + l, count_ - 1) * columns_;
       for (int c = 0; c < columns_; ++c) numbers_[c * W + l] = row[c];
@@ -31,7 +42,18 @@ class Rows {
     for (int c = 0; c < columns_; ++c) out[c] = Lanes::load(&numbers_[c * W]);
   }
 
+  /// Rows k…, and perhaps the beginning of the next one, which must follow.
   void store(const Lanes* in, long k, double* table) {
+    if (squares_fit(k)) {
+      for (int square = 0; square < columns_; square += W) {
+        const int first = first_column(square);
+        Lanes entries[W];
+        for (int c = 0; c < W; ++c) entries[c] = in[std::min(first + c, columns_ - 1)];
+        transpose(entries);
+        for (int l = 0; l < W; ++l) entries[l].store(table + (k + l) * columns_ + first);
+      }
+      return;
+    }
     for (int c = 0; c < columns_; ++c) in[c].store(&numbers_[c * W]);
     const int kept = static_cast<int>(std::min<long>(W, count_ - k));
     for (int l = 0; l < kept; ++l)
@@ -40,6 +62,11 @@ class Rows {
 
  private:
   static constexpr int W = Lanes::lanes;
+
+  /// The last square of wide rows ends with them.
+  int first_column(int square) const { return std::max(0, std::min(square, columns_ - W)); }
+  bool squares_fit(long k) const { return (k + W - 1) * columns_ + std::max(W, columns_) <= count_ * columns_; }
+
   int columns_;
   long count_;
   std::vector<double> numbers_;
