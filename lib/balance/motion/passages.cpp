@@ -21,8 +21,8 @@ constexpr double vanishing = 1e-6;
 }  // namespace
 
 template <class S>
-Passages<S>::Passages(const Mechanism& mechanism, const Tree<S>& tree, const Plan<S>& plan)
-    : mechanism_(mechanism), scout_(tree, plan) {
+Passages<S>::Passages(const Mechanism& mechanism, const Tree<S>& tree, const Plan<S>& plan, const Trail& steps)
+    : mechanism_(mechanism), scout_(tree, plan), steps_(steps) {
   if (!plan.redundant) return;  // independent closures stay independent, each loop's too
   loops_.emplace(mechanism, tree);
   for (std::size_t k = 0; k < loops_->loops(); ++k) parts_.push_back({.index = k});
@@ -36,51 +36,48 @@ void Passages<S>::watch(const Guard<S>& guard) {
 }
 
 template <class S>
-void Passages<S>::push(Trail& trail, const MotionMoment& now) {
-  std::swap(trail[0], trail[1]);
-  std::swap(trail[1], trail[2]);
-  trail[2] = now;
+void Passages<S>::push_coarse() {
+  std::swap(looked_at_[0], looked_at_[1]);
+  std::swap(looked_at_[1], looked_at_[2]);
+  looked_at_[2] = *steps_[2];
 }
 
 template <class S>
 bool Passages<S>::visit(const Trail& trail, double time) {
   if (time == at_) return true;
   const auto& [a, b, c] = trail;
-  const bool there = time < b.time ? scout_.visit(a, b, time) : scout_.visit(b, c, time);
+  const bool there = time < b->time ? scout_.visit(*a, *b, time) : scout_.visit(*b, *c, time);
   at_ = there ? time : NAN;
   return there;
 }
 
 template <class S>
-void Passages<S>::begin(const MotionMoment& now, const Equations<S>& equations, double pivot, double hold_pivot) {
+void Passages<S>::begin(const Equations<S>& equations, double pivot, double hold_pivot) {
   motion_ = actuation_ = {};
   for (Part& part : parts_) part.rank = 0, part.times.clear();
-  start_ = now.time;
-  restart(now, equations, pivot, hold_pivot);
+  start_ = steps_[2]->time;
+  restart(equations, pivot, hold_pivot);
 }
 
 template <class S>
-void Passages<S>::restart(const MotionMoment& now, const Equations<S>& equations, double pivot, double hold_pivot) {
-  push(steps_, now);
+void Passages<S>::restart(const Equations<S>& equations, double pivot, double hold_pivot) {
   motion_.valley.restart();
   actuation_.valley.restart();
   at_ = NAN;
   look_at_distances(equations, pivot, hold_pivot);
   if (parts_.empty()) return;
   for (Part& part : parts_) part.valley.restart();
-  coarse_[2] = now;
-  look_at_parts(now);
+  looked_at_[2] = *steps_[2];
+  look_at_parts();
 }
 
 template <class S>
-void Passages<S>::see(const MotionMoment& now, const Equations<S>& equations, double pivot, double hold_pivot,
-                      double way) {
-  push(steps_, now);
+void Passages<S>::see(const Equations<S>& equations, double pivot, double hold_pivot, double way) {
   look_at_distances(equations, pivot, hold_pivot);
   if (parts_.empty()) return;
   turned_ += way;
   pending_ = turned_ < look_every;
-  if (!pending_) look_at_parts(now);
+  if (!pending_) look_at_parts();
 }
 
 template <class S>
@@ -93,7 +90,7 @@ void Passages<S>::look_at_distances(const Equations<S>& equations, double pivot,
 template <class S>
 template <class Mobility>
 void Passages<S>::look(NearPass& pass, const Equations<S>& equations, double pivot, const Mobility& mobility) {
-  Valley::Place here{steps_[2].time, INFINITY};
+  Valley::Place here{steps_[2]->time, INFINITY};
   if (pivot < interesting) {
     here.value = mobility(equations);
     if (here.value < pass.mobility) pass.pivots = pivot / here.value;
@@ -104,14 +101,14 @@ void Passages<S>::look(NearPass& pass, const Equations<S>& equations, double piv
 }
 
 template <class S>
-void Passages<S>::look_at_parts(const MotionMoment& now) {
-  const double from = coarse_[2].time, way = now.time - from;
+void Passages<S>::look_at_parts() {
+  const double now = steps_[2]->time, from = coarse_[2]->time, way = now - from;
   const int pieces = std::max(1, static_cast<int>(std::ceil(turned_ / look_every)));
-  push(coarse_, now);
+  push_coarse();
   turned_ = 0;
   pending_ = false;
   for (int piece = 1; piece <= pieces; ++piece) {
-    const double time = piece == pieces ? now.time : from + way * piece / pieces;
+    const double time = piece == pieces ? now : from + way * piece / pieces;
     for (Part& part : parts_)
       if (visit(coarse_, time)) look_at(part, time);
   }
@@ -161,8 +158,8 @@ std::vector<std::string> Passages<S>::notes() {
   if (motion_.is_near()) notes.push_back(passes_near(NearWhat::motion, motion_.mobility, motion_.time));
   if (actuation_.is_near()) notes.push_back(passes_near(NearWhat::actuation, actuation_.mobility, actuation_.time));
   if (parts_.empty()) return notes;
-  const double end = steps_[2].time;
-  if (pending_) look_at_parts(steps_[2]);
+  const double end = steps_[2]->time;
+  if (pending_) look_at_parts();
   for (const Part& part : parts_) {
     std::vector<double> times = part.times;
     if (end > start_ && visit(coarse_, end) && weakest(part, strengths(part)) < vanishing) times.push_back(end);

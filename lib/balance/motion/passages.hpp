@@ -20,20 +20,25 @@ namespace balance {
 template <class S>
 class Passages {
  public:
-  /// @param mechanism, tree, plan must outlive it
-  Passages(const Mechanism& mechanism, const Tree<S>& tree, const Plan<S>& plan);
+  /// The last three moments, the latest last.
+  using Trail = std::array<const MotionMoment*, 3>;
+
+  /// All must outlive it. @param steps where the last moments are whenever it is told of one
+  Passages(const Mechanism& mechanism, const Tree<S>& tree, const Plan<S>& plan, const Trail& steps);
+  Passages(const Passages&) = delete;  // it points into itself
+  Passages& operator=(const Passages&) = delete;
 
   /// Also of the actuators; the guard must outlive it.
   void watch(const Guard<S>& guard);
   /// At the first moment of a motion.
-  void begin(const MotionMoment& now, const Equations<S>& equations, double pivot, double hold_pivot);
+  void begin(const Equations<S>& equations, double pivot, double hold_pivot);
   /// The last moment again, its coordinates counted from other references.
-  void restart(const MotionMoment& now, const Equations<S>& equations, double pivot, double hold_pivot);
+  void restart(const Equations<S>& equations, double pivot, double hold_pivot);
   /// At the end of a step.
-  /// @param equations filled at `now`
+  /// @param equations filled there
   /// @param pivot, hold_pivot smallest ones of the equations and of the guarded matrix
   /// @param way how far the mechanism has turned since the last moment [rad, characteristic lengths]
-  void see(const MotionMoment& now, const Equations<S>& equations, double pivot, double hold_pivot, double way);
+  void see(const Equations<S>& equations, double pivot, double hold_pivot, double way);
   /// Up to the last moment seen.
   std::vector<std::string> notes();
 
@@ -57,18 +62,16 @@ class Passages {
     Eigen::Index rank = 0;
     std::vector<double> times;  ///< at which it has lost rank
   };
-  using Trail = std::array<MotionMoment, 3>;
-
   template <class Mobility>
   void look(NearPass& pass, const Equations<S>& equations, double pivot, const Mobility& mobility);
   void look_at_distances(const Equations<S>& equations, double pivot, double hold_pivot);
-  void look_at_parts(const MotionMoment& now);
+  void look_at_parts();
   void look_at(Part& part, double time);
   double weakest(const Part& part, const VectorX& strengths) const;
   VectorX strengths(const Part& part) const;
   std::string name(const Part& part) const;
   bool visit(const Trail& trail, double time);
-  static void push(Trail& trail, const MotionMoment& now);
+  void push_coarse();
 
   const Mechanism& mechanism_;
   Scout<S> scout_;
@@ -76,7 +79,9 @@ class Passages {
   std::optional<LoopRanks<S>> loops_;
   NearPass motion_, actuation_;
   std::vector<Part> parts_;
-  Trail steps_, coarse_;         ///< the last moments; the last of those at which parts were looked at
+  Trail steps_;
+  std::array<MotionMoment, 3> looked_at_;  ///< the last at which parts were looked at
+  Trail coarse_{&looked_at_[0], &looked_at_[1], &looked_at_[2]};
   double turned_ = 0;            ///< since the last of the latter
   double start_ = 0, at_ = NAN;  ///< of the motion; of the scout
   bool pending_ = false;         ///< the last step is not in coarse_ yet

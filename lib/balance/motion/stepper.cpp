@@ -41,7 +41,7 @@ Stepper<S>::Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& pl
       round_off_(solved * ground_extent(mechanism)),
       state_(tree.nodes.size()),
       matrix_columns_(columns_of_matrix(tree, plan.drive)),
-      passages_(mechanism, tree, plan) {
+      passages_(mechanism, tree, plan, {&older_, &before_, &now_}) {
   const int n = tree.columns;
   for (MotionMoment* moment : {&now_, &before_, &older_, &next_})
     moment->y.setZero(n), moment->dy.setZero(n), moment->ddy.setZero(n);
@@ -74,7 +74,7 @@ bool Stepper<S>::begin() {
   now_.y = trial_;
   differentiate(now_);
   if (settle()) {
-    passages_.begin(now_, equations_, equations_.regularity(), hold_pivot_);
+    passages_.begin(equations_, equations_.regularity(), hold_pivot_);
     return true;
   }
   stop(Attempt::not_held, 0);
@@ -210,13 +210,13 @@ typename Stepper<S>::Attempt Stepper<S>::accept() {
   std::swap(before_, now_);
   std::swap(now_, next_);
   past_ = std::min(past_ + 1, 2);
-  passages_.see(now_, equations_, equations_.regularity(), hold_pivot_, way_);
+  passages_.see(equations_, equations_.regularity(), hold_pivot_, way_);
   if (rereference_spherical_joints(1)) {  // same configuration, other coordinates
     if (!newton(now_.y)) return Attempt::no_convergence;
     differentiate(now_);
     past_ = 0;
     if (!settle()) return Attempt::not_held;
-    passages_.restart(now_, equations_, equations_.regularity(), hold_pivot_);
+    passages_.restart(equations_, equations_.regularity(), hold_pivot_);
     return Attempt::done;
   }
   equations_.keep();

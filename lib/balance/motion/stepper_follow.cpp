@@ -18,7 +18,7 @@ void Stepper<S>::follow(const MotionMoment& next, const StepMeasures& measures) 
   hold_pivot_ = measures.hold_pivot;
   if (guard_ != nullptr) hold_approach_.see(hold_pivot_, next.time);
   approach_.see(measures.pivot, next.time);
-  passages_.see(now_, equations_, measures.pivot, hold_pivot_, way_);
+  passages_.see(equations_, measures.pivot, hold_pivot_, way_);
 }
 
 template <class S>
