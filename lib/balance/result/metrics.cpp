@@ -52,9 +52,17 @@ std::vector<Place> every_second(const std::vector<Place>& places) {
 /// A scalar with its sign, or a vector's magnitude, at every place.
 std::vector<double> values(const Track& track, const std::vector<Place>& places) {
   std::vector<double> all(places.size());
+  const Result* result = nullptr;
+  const double* first = nullptr;
+  long width = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const Samples& array = places[i].result->*track.array;
-    const double* at = array.data() + places[i].row * array.cols() + track.first;
+    if (places[i].result != result) {
+      result = places[i].result;
+      const Samples& array = result->*track.array;
+      first = array.data() + track.first;
+      width = array.cols();
+    }
+    const double* at = first + places[i].row * width;
     double squares = at[0] * at[0];
     for (int k = 1; k < track.count; ++k) squares += at[k] * at[k];
     all[i] = track.count == 1 ? at[0] : std::sqrt(squares);
@@ -71,18 +79,19 @@ void drop_round_off(Metric& metric, double start) {
 Metric measure(const Track& track, const std::vector<Place>& places) {
   Metric metric{track.quantity, track.unit};
   const std::vector<double> all = values(track, places);
-  double low = INFINITY, high = -INFINITY, squares = 0, sum = 0, last = 0;
+  double peak = 0, low = INFINITY, high = -INFINITY, squares = 0, sum = 0, last = 0, last_square = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const double size = std::abs(all[i]);
-    metric.peak = std::max(metric.peak, size);
+    const double size = std::abs(all[i]), square = size * size;
+    peak = std::max(peak, size);
     low = std::min(low, all[i]), high = std::max(high, all[i]);
     if (i > 0) {
-      const double step = places[i].time - places[i - 1].time;
-      squares += step * (size * size + last * last) / 2;
-      sum += step * (size + last) / 2;
+      const double half = (places[i].time - places[i - 1].time) / 2;
+      squares += half * (square + last_square);
+      sum += half * (size + last);
     }
-    last = size;
+    last = size, last_square = square;
   }
+  metric.peak = peak;
   // of peaks that differ by round-off only, the first
   const auto first_peak =
       std::find_if(all.begin(), all.end(), [&](double value) { return std::abs(value) >= (1 - 1e-10) * metric.peak; });
@@ -122,14 +131,10 @@ double energy(const Result& result, const std::vector<Place>& places) {
   return above(round_off * (places.back().time - places.front().time), sum);
 }
 
-/// Quantities that show first that places are too few: what the motors and the frame feel.
-std::vector<Metric> telling_figures(const Result& result, const std::vector<Place>& places) {
-  std::vector<Metric> all;
-  for (const Track& track : list_tracks(result))
-    if (track.array == &Result::torque || track.array == &Result::shaking_force ||
-        track.array == &Result::shaking_moment)
-      all.push_back(measure(track, places));
-  return all;
+/// It shows first that places are too few: what the motors and the frame feel.
+bool is_telling(const Track& track) {
+  return track.array == &Result::torque || track.array == &Result::shaking_force ||
+         track.array == &Result::shaking_moment;
 }
 
 /// The largest turn of a joint from one place to the next [rad], and whose.
@@ -160,14 +165,17 @@ std::string sampling_note(const Result& result, const BetweenSamples& between) {
            " degrees from one to the next; ask for more samples";
   }
   if (half.size() < 3) return "";
-  const std::vector<Metric> fine = telling_figures(result, places), coarse = telling_figures(result, half);
-  for (std::size_t i = 0; i < fine.size(); ++i) {
-    const double change = std::max(std::abs(fine[i].peak - coarse[i].peak), std::abs(fine[i].rms - coarse[i].rms));
-    const bool counts = fine[i].peak > 1e3 * fine[i].round_off;  // of what is nearly round-off every digit changes
-    if (counts && change > much * fine[i].peak)
+  for (const Track& track : list_tracks(result)) {
+    const auto fine = std::find_if(result.metrics.begin(), result.metrics.end(),
+                                   [&](const Metric& metric) { return metric.quantity == track.quantity; });
+    // of what is nearly round-off every digit changes
+    if (!is_telling(track) || fine == result.metrics.end() || !(fine->peak > 1e3 * fine->round_off)) continue;
+    const Metric coarse = measure(track, half);
+    const double change = std::max(std::abs(fine->peak - coarse.peak), std::abs(fine->rms - coarse.rms));
+    if (change > much * fine->peak)
       return std::to_string(places.size()) +
-             " places along the motion are few for its figures: without every second one " + fine[i].quantity +
-             " would change by " + std::to_string(static_cast<int>(std::lround(100 * change / fine[i].peak))) +
+             " places along the motion are few for its figures: without every second one " + fine->quantity +
+             " would change by " + std::to_string(static_cast<int>(std::lround(100 * change / fine->peak))) +
              " %; ask for more samples";
   }
   return "";

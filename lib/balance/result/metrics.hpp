@@ -27,7 +27,7 @@ double figure_of(const Metric& metric, Figure figure);
 /// Fills result.metrics and result.energy. Averages are over time, by the trapezoidal rule between all places.
 void add_metrics(Result& result, const BetweenSamples& between);
 
-/// One sentence if there are too few places to rely on the figures: a joint turns by more than half a radian from one to the
+/// After add_metrics(): one sentence if there are too few places to rely on the figures: a joint turns by more than half a radian from one to the
 /// next, or a figure would be another by more than 2 % without every second one. Empty otherwise.
 std::string sampling_note(const Result& result, const BetweenSamples& between);
 

@@ -23,11 +23,11 @@ namespace balance {
 
 namespace {
 
-/// Which moments' terms are measured: some hundred evenly spread ones, and wherever accelerations are larger or the mobility is
+/// Which moments' terms are measured: some fifty evenly spread ones, and wherever accelerations are larger or the mobility is
 /// smaller than at all before.
 class Selection {
  public:
-  explicit Selection(long samples) : stride_(std::max(1L, samples / 128)) {}
+  explicit Selection(long samples) : stride_(std::max(1L, samples / 50)) {}
 
   bool takes(long row, const VectorX& accelerations, double mobility) {
     const double fastest = accelerations.size() == 0 ? 0 : accelerations.cwiseAbs().maxCoeff();
