@@ -52,16 +52,12 @@ std::vector<Place> every_second(const std::vector<Place>& places) {
 /// A scalar with its sign, or a vector's magnitude, at every place.
 std::vector<double> values(const Track& track, const std::vector<Place>& places) {
   std::vector<double> all(places.size());
-  const Result* result = nullptr;
-  const double* first = nullptr;
-  long width = 0;
+  const auto begin_of = [&](const Result* result) { return (result->*track.array).data() + track.first; };
+  const Result* result = places.front().result;
+  const double* first = begin_of(result);
+  const long width = (result->*track.array).cols();
   for (std::size_t i = 0; i < places.size(); ++i) {
-    if (places[i].result != result) {
-      result = places[i].result;
-      const Samples& array = result->*track.array;
-      first = array.data() + track.first;
-      width = array.cols();
-    }
+    if (places[i].result != result) first = begin_of(result = places[i].result);
     const double* at = first + places[i].row * width;
     double squares = at[0] * at[0];
     for (int k = 1; k < track.count; ++k) squares += at[k] * at[k];
