@@ -69,13 +69,14 @@ class Expansion {
     erase_entry(document, "include");
     const Cursor at(section, "include", problems_);
     chain_.push_back(path);
-    std::map<std::string, std::size_t> own;
-    for (std::size_t i = 0; i < document.items.size(); ++i) own[document.keys[i].text] = document.items[i].items.size();
+    // By their places, as a document in error may have a section twice. The parts' own sections come behind.
+    std::vector<std::size_t> own;
+    for (const Node& said : document.items) own.push_back(said.items.size());
     std::vector<std::string> names;
     const auto items = at.is_map() ? std::vector{at} : at.items("a part {file, as} or a list of them");
     for (const Cursor& item : items) problems_.guard([&] { place(item, path, names, document); });
     chain_.pop_back();
-    for (std::size_t i = 0; i < document.items.size(); ++i) put_last(document.items[i], own[document.keys[i].text]);
+    for (std::size_t i = 0; i < own.size(); ++i) put_last(document.items[i], own[i]);
     return document;
   }
 
