@@ -1,6 +1,10 @@
-/// Time of a figure with its derivatives by eight numbers of the motion, as a ratio to the plain run.
+/// Time of a run with its derivatives by eight numbers of the motion, as ratios: a figure's to the plain run's, which works in lanes, and the
+/// run's alone to that of the scalar engine.
 
 #include "balance/analysis/figure_gradient.hpp"
+#include "balance/dynamics/observer.hpp"
+#include "balance/gradients/motion_gradient.hpp"
+#include "balance/motion/walk.hpp"
 #include "balance/simulation/simulate.hpp"
 #include "balance/spec/read_spec.hpp"
 
@@ -32,17 +36,41 @@ double seconds(const Work& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+/// Motion and forces at every stop, sample by sample.
+void walk_plainly(const Mechanism& mechanism, const Trajectory& trajectory) {
+  Tree<Planar> tree = compile<Planar>(mechanism, prescribed_coordinates(trajectory));
+  const Plan<Planar> plan = make_plan(mechanism, tree, trajectory);
+  Observer<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
+  Stepper<Planar> stepper(mechanism, tree, plan);
+  stepper.watch(observer.guard());
+  walk(stepper, *plan.schedule, trajectory.samples,
+       [&](const Stop&) { return observer.observe(stepper, Detail::forces); });
+}
+
+/// By the spec's free numbers.
+RunGradient walk_over_duals(const DesignSpace& space, const VectorX& x) {
+  std::vector<DualNumber> inputs(space.inputs.begin(), space.inputs.end());
+  for (int i = 0; i < static_cast<int>(x.size()); ++i)
+    inputs[static_cast<std::size_t>(space.free[static_cast<std::size_t>(i)])] = DualNumber::variable(x[i], i);
+  const RecordedValues<DualNumber> values(*space.recording, inputs);
+  return differentiate(values.mechanism(), converted<DualNumber>(space.recording->trajectories.front(), values),
+                       {"shaking_moment"});
+}
+
 void slopes(benchmark::State& bench) {
   const DesignSpace space = open_angle();
   const VectorX x = VectorX::Constant(8, 0.1);
   const Trial trial = space.trial(x);
-  double plain = 0, derived = 0;
+  double plain = 0, derived = 0, scalar = 0, duals = 0;
   for (auto _ : bench) {
     plain += seconds([&] { benchmark::DoNotOptimize(simulate(trial.mechanism, trial.trajectories.front()).energy); });
     derived +=
         seconds([&] { benchmark::DoNotOptimize(figure_slopes(space, x, "calm", {"shaking_moment"}).energy.value); });
+    scalar += seconds([&] { walk_plainly(trial.mechanism, trial.trajectories.front()); });
+    duals += seconds([&] { benchmark::DoNotOptimize(walk_over_duals(space, x).run.time); });
   }
-  bench.counters["ratio"] = derived / plain;
+  bench.counters["figure"] = derived / plain;
+  bench.counters["run"] = duals / scalar;
 }
 BENCHMARK(slopes)->Unit(benchmark::kMillisecond);
 

@@ -75,7 +75,7 @@ TEST_CASE("where the motors do not determine the motion there is no equation, an
   m.actuators = {2};  // the rocker drives: dead where crank and coupler are in line
   m.assembly = {{0, 0.8}, {2, 1.6}};
   EquationTerms terms(m);
-  REQUIRE(terms.independent() == std::vector<int>{2});
+  REQUIRE(terms.independent() == std::vector<CoordinateId>{2});
   // crank and coupler stretched: 1.5 from A to C
   const double cosine = (1.5 * 1.5 - 1 - 0.64) / (2 * 0.8);
   const double limit = std::acos(cosine);

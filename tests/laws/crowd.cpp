@@ -232,8 +232,8 @@ class Maker {
   }
 
   /// Coordinates that move as freely of each other as any.
-  std::vector<int> well_conditioned() {
-    std::vector<int> order(static_cast<std::size_t>(coordinates())), chosen;
+  std::vector<CoordinateId> well_conditioned() {
+    std::vector<CoordinateId> order(static_cast<std::size_t>(coordinates())), chosen;
     for (std::size_t c = 0; c < order.size(); ++c) order[c] = static_cast<int>(c);
     for (std::size_t c = order.size(); c > 1; --c) std::swap(order[c - 1], order[pick(static_cast<int>(c))]);
     MatrixX rest = null_space_;

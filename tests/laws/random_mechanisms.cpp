@@ -91,7 +91,7 @@ class Maker {
 
   /// A joint between two bodies as they lie at the start, at coordinates near zero there.
   void close_loop() {
-    const int last = static_cast<int>(m_.bodies.size()) - 1;
+    const BodyId last = static_cast<int>(m_.bodies.size()) - 1;
     const std::vector<Pose> world = poses(m_, start_);
     for (int attempt = 0; attempt < 20; ++attempt) {
       const JointType kind = type();
@@ -133,7 +133,7 @@ class Maker {
   }
 
   void add_masses() {
-    const int last = static_cast<int>(m_.bodies.size()) - 1;
+    const BodyId last = static_cast<int>(m_.bodies.size()) - 1;
     m_.attachments.push_back(
         {"weight", AttachmentKind::counterweight, 1 + pick(last), 0.4 * anywhere(), 0.7, inertia(0.02)});
     for (int k = 0; k < 2; ++k) {

@@ -88,8 +88,8 @@ void add_disc(Mechanism& m, int body, const Vector3& at, const Vector3& axis, in
   m.discs.push_back(disc);
 }
 
-Trajectory joint_motion(const std::vector<int>& coordinates, const VectorX& from, const VectorX& to, double duration,
-                        long samples) {
+Trajectory joint_motion(const std::vector<balance::CoordinateId>& coordinates, const VectorX& from, const VectorX& to,
+                        double duration, long samples) {
   Trajectory t;
   t.name = "test";
   t.drive = balance::DriveKind::joints;

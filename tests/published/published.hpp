@@ -43,8 +43,8 @@ void add_disc(Mechanism& m, int body, const Vector3& at, const Vector3& axis, in
 Matrix3 about_z(double J);
 
 /// Cycloidal motion of joint coordinates.
-Trajectory joint_motion(const std::vector<int>& coordinates, const VectorX& from, const VectorX& to, double duration,
-                        long samples);
+Trajectory joint_motion(const std::vector<balance::CoordinateId>& coordinates, const VectorX& from, const VectorX& to,
+                        double duration, long samples);
 
 /// Uniform in [low, high]; the seed stands where the generator is made.
 double draw(std::mt19937& random, double low, double high);

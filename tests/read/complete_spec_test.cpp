@@ -39,7 +39,7 @@ TEST_CASE("a planar spec becomes the mechanism that it describes") {
   CHECK(m.couplings[0].follower == 3);
   CHECK(m.couplings[0].leader.terms[0].coordinate == 1);
   CHECK(m.couplings[0].ratio == -1);
-  CHECK(m.actuators == std::vector<int>{0, 1, 2});
+  CHECK(m.actuators == std::vector<CoordinateId>{0, 1, 2});
   REQUIRE(m.tool);
   CHECK(m.tool->body == 2);
   CHECK(m.tool->point == "H");

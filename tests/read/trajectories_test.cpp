@@ -114,12 +114,12 @@ TEST_CASE("a circle needs no end") {
 TEST_CASE("components and remaining coordinates are read in their order") {
   CHECK(line("law: cubic, drive: tool, components: [y, angle]").components ==
         std::vector<Component>{Component::y, Component::rz});
-  CHECK(line("law: cubic, drive: com, remaining: [J2, D.slide]").remaining == std::vector<int>{1, 2});
+  CHECK(line("law: cubic, drive: com, remaining: [J2, D.slide]").remaining == std::vector<CoordinateId>{1, 2});
 }
 
 TEST_CASE("remaining quantities have courses of their own") {
   const Trajectory t = line("law: cubic, drive: com, remaining: {J2: line, angle: {spline: [0.1, l], jump: true}}");
-  CHECK(t.remaining == std::vector<int>{1});
+  CHECK(t.remaining == std::vector<CoordinateId>{1});
   CHECK(t.remaining_angle);
   REQUIRE(t.courses.size() == 1);
   CHECK(t.courses[0].coordinate == -1);

@@ -52,8 +52,9 @@ class Checker {
   }
 
  private:
-  static std::vector<int> needed(const Study& study) {
-    return study.trajectories.empty() ? std::vector<int>{} : prescribed_coordinates(study.trajectories.front());
+  static std::vector<CoordinateId> needed(const Study& study) {
+    return study.trajectories.empty() ? std::vector<CoordinateId>{}
+                                      : prescribed_coordinates(study.trajectories.front());
   }
 
   /// The first trajectory's start pose, else the actuators at their rough values.
@@ -85,7 +86,7 @@ class Checker {
       Loop loop;
       loop.cut_joint = mechanism_.joints[closure.joint].name;
       loop.constraints = static_cast<int>(closure.rows.size());
-      for (const int body : loop_bodies(mechanism_, spanning, closure.joint))
+      for (const BodyId body : loop_bodies(mechanism_, spanning, closure.joint))
         loop.bodies.push_back(mechanism_.bodies[body].name);
       report_.loops.push_back(loop);
     }
@@ -205,14 +206,14 @@ class Checker {
     return "assembly: {" + line + "}";
   }
 
-  bool stated(int coordinate) const {
+  bool stated(CoordinateId coordinate) const {
     const LinearQuantity& source = tree_.sources[coordinate];
     return std::any_of(from_.drive.linear.begin(), from_.drive.linear.end(), [&](const LinearQuantity& quantity) {
       return quantity.depends_on_one() && source.depends_on_one() && quantity.terms[0].first == source.terms[0].first;
     });
   }
 
-  bool follows(int coordinate) const {
+  bool follows(CoordinateId coordinate) const {
     return std::any_of(mechanism_.couplings.begin(), mechanism_.couplings.end(),
                        [&](const Coupling& coupling) { return coupling.follower == coordinate; });
   }

@@ -15,7 +15,7 @@ namespace {
 
 /// A landmark's place in the axes of the body that carries it.
 struct Placed {
-  int body = 0;
+  BodyId body = 0;
   Vector3 position = Vector3::Zero();
 };
 

@@ -35,14 +35,14 @@ ChainBuilder::ChainBuilder(const Mechanism& whole, const LooseSprings& loose, co
   body_[ground] = ground;
 }
 
-void ChainBuilder::add_body(int b) {
+void ChainBuilder::add_body(BodyId b) {
   const Body& body = whole_.bodies[static_cast<std::size_t>(b)];
   body_[static_cast<std::size_t>(b)] = append(body);
   chain_.name += (chain_.name.empty() ? "" : ", ") + body.name;
   carried_.push_back({Bearer::body, body_[static_cast<std::size_t>(b)], b});
 }
 
-void ChainBuilder::add_joint(int j) {
+void ChainBuilder::add_joint(JointId j) {
   Joint joint = whole_.joints[static_cast<std::size_t>(j)];
   joint.first = body_[static_cast<std::size_t>(joint.first)];
   joint.second = body_[static_cast<std::size_t>(joint.second)];
@@ -107,12 +107,12 @@ Chain ChainBuilder::finish(MatrixX& left_over) {
   return std::move(chain_);
 }
 
-int ChainBuilder::append(const Body& body) {
+BodyId ChainBuilder::append(const Body& body) {
   chain_.mechanism.bodies.push_back(body);
   return static_cast<int>(chain_.mechanism.bodies.size()) - 1;
 }
 
-void ChainBuilder::append(const Joint& joint, int whole) {
+void ChainBuilder::append(const Joint& joint, JointId whole) {
   chain_.mechanism.joints.push_back(joint);
   joints_.push_back(whole);
 }

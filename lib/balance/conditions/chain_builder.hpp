@@ -26,7 +26,7 @@ class Columns {
 
 /// A point mass that a chain carries at the end of a joint that was cut.
 struct Tip {
-  int joint = 0;
+  JointId joint = 0;
   int other = 0;  ///< the body beyond the joint
   VectorX mass;   ///< P: linear in the whole mechanism's parameters
 };
@@ -37,8 +37,8 @@ class ChainBuilder {
   /// @param whole, loose, columns must outlive the builder
   ChainBuilder(const Mechanism& whole, const LooseSprings& loose, const Columns& columns);
 
-  void add_body(int body);
-  void add_joint(int joint);
+  void add_body(BodyId body);
+  void add_joint(JointId joint);
   /// At the joint's point; where that point wanders over the chain's last body, on a body of its own that has no other mass.
   /// @param present the whole mechanism's parameters
   void add_tip(const Tip& tip, const VectorX& present);
@@ -47,7 +47,7 @@ class ChainBuilder {
   /// @param left_over loses what this chain carries
   Chain finish(MatrixX& left_over);
 
-  bool has(int body) const { return body_[static_cast<std::size_t>(body)] >= 0; }
+  bool has(BodyId body) const { return body_[static_cast<std::size_t>(body)] >= 0; }
 
  private:
   /// Parameters that are the same in the chain and in the whole.
@@ -62,24 +62,26 @@ class ChainBuilder {
     Eigen::Index taken = -1;  ///< parameter of the whole that it is, if it is one
   };
 
-  int append(const Body& body);
-  void append(const Joint& joint, int whole);
+  BodyId append(const Body& body);
+  void append(const Joint& joint, JointId whole);
   void add_mass(const Attachment& mass, const VectorX& linear, Eigen::Index taken = -1);
   void add_attachment(int attachment);
   void add_disc(int disc);
   void add_spring(int spring);
   void add_loads_and_friction();
   void find_coordinates();
-  int here(int coordinate) const { return coordinate_[static_cast<std::size_t>(coordinate)]; }
+  CoordinateId here(CoordinateId coordinate) const { return coordinate_[static_cast<std::size_t>(coordinate)]; }
   bool bring_here(Followed& followed) const;
-  bool is_own(int body) const { return body != ground && has(body); }
+  bool is_own(BodyId body) const { return body != ground && has(body); }
 
   const Mechanism& whole_;
   const LooseSprings& loose_;
   const Columns& columns_;
   Chain chain_;
-  std::vector<int> body_, coordinate_;  ///< of the whole to those of the chain, −1 for none
-  std::vector<int> joints_;             ///< of the chain to those of the whole
+  // of the whole to those of the chain, −1 for none
+  std::vector<BodyId> body_;
+  std::vector<CoordinateId> coordinate_;
+  std::vector<JointId> joints_;  ///< of the chain to those of the whole
   std::vector<Carried> carried_;
   std::vector<Point> points_;
 };

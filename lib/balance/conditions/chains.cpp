@@ -33,7 +33,7 @@ class Splitting {
     if (!split_.refusal.empty() || split_.serial) return std::move(split_);
     split_.left_over = MatrixX::Identity(columns_.count(), columns_.count());
     for (const Platform& platform : cuts_.platforms) share(platform);
-    for (const int joint : cuts_.opened) open(joint);
+    for (const JointId joint : cuts_.opened) open(joint);
     for (int chain = 0; chain < cuts_.chains; ++chain) build(chain);
     describe();
     return std::move(split_);
@@ -41,7 +41,7 @@ class Splitting {
 
  private:
   const Joint& joint(int j) const { return whole_.joints[static_cast<std::size_t>(j)]; }
-  int chain_of(int body) const { return cuts_.chain_of[static_cast<std::size_t>(body)]; }
+  int chain_of(BodyId body) const { return cuts_.chain_of[static_cast<std::size_t>(body)]; }
 
   void add_tip(int j, int other, const VectorX& mass) {
     const int own = joint(j).first == other ? joint(j).second : joint(j).first;
@@ -49,7 +49,7 @@ class Splitting {
   }
 
   /// Mass and first moments of a body with everything on it, linear in the parameters: (1 + d) × P.
-  MatrixX moments(int body) const {
+  MatrixX moments(BodyId body) const {
     MatrixX sum = MatrixX::Zero(1 + d_, columns_.count());
     const auto add = [&](Bearer bearer, std::size_t index) {
       const Index first = columns_.first(bearer, static_cast<int>(index));
@@ -149,7 +149,7 @@ class Splitting {
     split_.chains.push_back(builder.finish(split_.left_over));
   }
 
-  const std::string& name(int body) const { return whole_.bodies[static_cast<std::size_t>(body)].name; }
+  const std::string& name(BodyId body) const { return whole_.bodies[static_cast<std::size_t>(body)].name; }
 
   void describe() {
     std::string names, cut;

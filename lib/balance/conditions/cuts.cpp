@@ -9,7 +9,7 @@ namespace balance {
 
 namespace {
 
-using Bodies = std::vector<int>;
+using Bodies = std::vector<BodyId>;
 
 /// Connected bodies, by joints between two of them.
 std::vector<Bodies> pieces(const Mechanism& mechanism, const Bodies& bodies) {
@@ -34,16 +34,19 @@ std::vector<Bodies> pieces(const Mechanism& mechanism, const Bodies& bodies) {
   return out;
 }
 
-bool has(const Bodies& bodies, int body) { return std::find(bodies.begin(), bodies.end(), body) != bodies.end(); }
+template <class Id>
+bool has(const std::vector<Id>& some, Id one) {
+  return std::find(some.begin(), some.end(), one) != some.end();
+}
 
-std::vector<int> joints_of(const Mechanism& mechanism, int body) {
-  std::vector<int> out;
+std::vector<JointId> joints_of(const Mechanism& mechanism, BodyId body) {
+  std::vector<JointId> out;
   for (std::size_t j = 0; j < mechanism.joints.size(); ++j)
     if (mechanism.joints[j].first == body || mechanism.joints[j].second == body) out.push_back(static_cast<int>(j));
   return out;
 }
 
-int other_end(const Joint& joint, int body) { return joint.first == body ? joint.second : joint.first; }
+BodyId other_end(const Joint& joint, BodyId body) { return joint.first == body ? joint.second : joint.first; }
 
 bool reaches_ground(const Mechanism& mechanism, const Bodies& bodies) {
   return std::any_of(mechanism.joints.begin(), mechanism.joints.end(), [&](const Joint& joint) {
@@ -52,17 +55,17 @@ bool reaches_ground(const Mechanism& mechanism, const Bodies& bodies) {
 }
 
 /// The part of the spec that a body is in, `leg1` of `leg1.crank`; empty for a body of the whole.
-std::string part_of(const Mechanism& mechanism, int body) {
+std::string part_of(const Mechanism& mechanism, BodyId body) {
   const std::string& name = mechanism.bodies[static_cast<std::size_t>(body)].name;
   const auto dot = name.find('.');
   return dot == std::string::npos ? "" : name.substr(0, dot);
 }
 
 /// How many parts a body of the whole has joints with; of another none.
-int parts_at(const Mechanism& mechanism, int body) {
+int parts_at(const Mechanism& mechanism, BodyId body) {
   std::set<std::string> parts;
   for (const int j : joints_of(mechanism, body)) {
-    const int other = other_end(mechanism.joints[static_cast<std::size_t>(j)], body);
+    const BodyId other = other_end(mechanism.joints[static_cast<std::size_t>(j)], body);
     if (const std::string part = part_of(mechanism, other); !part.empty()) parts.insert(part);
   }
   return part_of(mechanism, body).empty() ? static_cast<int>(parts.size()) : 0;
@@ -143,7 +146,7 @@ class Cutter {
         std::all_of(piece.begin(), piece.end(), [&](int b) { return joints_of(mechanism_, b).size() <= 2; });
     if (!binary || loops(piece) != 1 || piece.size() < 2) return false;
     Bodies round;
-    const std::vector<int> joints = walk(piece, round);
+    const std::vector<JointId> joints = walk(piece, round);
     std::size_t at = joints.size() / 2;
     for (std::size_t j = 1; j + 1 < joints.size(); ++j)
       if (carries_tool(mechanism_.joints[static_cast<std::size_t>(joints[j])])) at = j;
@@ -158,14 +161,14 @@ class Cutter {
   }
 
   /// Joints and bodies in the order round the loop, from the ground to the ground.
-  std::vector<int> walk(const Bodies& piece, Bodies& round) const {
-    std::vector<int> joints;
-    int body = ground;
+  std::vector<JointId> walk(const Bodies& piece, Bodies& round) const {
+    std::vector<JointId> joints;
+    BodyId body = ground;
     do {
       for (std::size_t j = 0; j < mechanism_.joints.size(); ++j) {
         const Joint& joint = mechanism_.joints[j];
-        const int next = other_end(joint, body);
-        if ((joint.first != body && joint.second != body) || has(joints, static_cast<int>(j))) continue;
+        const BodyId next = other_end(joint, body);
+        if ((joint.first != body && joint.second != body) || has(joints, JointId(static_cast<int>(j)))) continue;
         if (body == ground && !has(piece, next)) continue;
         joints.push_back(static_cast<int>(j));
         body = next;
@@ -179,7 +182,7 @@ class Cutter {
   bool carries_tool(const Joint& joint) const {
     if (!mechanism_.tool || !holds_point(joint.type)) return false;
     const Tool& tool = *mechanism_.tool;
-    const auto is_at = [&](int body, const Vector3& point) {
+    const auto is_at = [&](BodyId body, const Vector3& point) {
       return body == tool.body && (point - tool.position).norm() <= coincident * characteristic_length(mechanism_);
     };
     return is_at(joint.first, joint.point_first) || is_at(joint.second, joint.point_second);

@@ -13,8 +13,8 @@ inline constexpr double coincident = 1e-9;
 
 /// A body that several chains carry together.
 struct Platform {
-  int body = 0;
-  std::vector<int> joints;  ///< to the chains
+  BodyId body = 0;
+  std::vector<JointId> joints;  ///< to the chains
 };
 
 struct Cuts {
@@ -22,7 +22,7 @@ struct Cuts {
   int chains = 0;             ///< connected pieces that reach the ground; they may branch
   std::vector<int> chain_of;  ///< per body: its chain, −1 for the ground and platforms
   std::vector<Platform> platforms;
-  std::vector<int> opened;  ///< joints of loops without a platform
+  std::vector<JointId> opened;  ///< joints of loops without a platform
 };
 
 /// Everything that moves in one piece, the ground aside, is looked at by itself. Without loops it is a chain. With loops its

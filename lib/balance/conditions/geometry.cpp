@@ -26,7 +26,7 @@ class NumberList {
   }
 
   /// A place on a body: a named point of it, or one of its own.
-  void add_point(int body, const Vector3& position, GeometricPlace place, const std::string& own_label) {
+  void add_point(BodyId body, const Vector3& position, GeometricPlace place, const std::string& own_label) {
     const int axes = mechanism_.space == SpaceKind::planar ? 2 : 3;
     const std::optional<int> point = find_point(body, position);
     for (place.axis = 0; place.axis < axes; ++place.axis) {
@@ -49,7 +49,7 @@ class NumberList {
   void add_terms(const Followed& followed, const std::string& owner, GeometricPlace place) {
     if (followed.terms.size() < 2) return;
     for (; place.item < static_cast<int>(followed.terms.size()); ++place.item) {
-      const int coordinate = followed.terms[at(place.item)].coordinate;
+      const CoordinateId coordinate = followed.terms[at(place.item)].coordinate;
       add(owner + "." + mechanism_.coordinates[at(coordinate)].name + ".ratio", "1", place);
     }
   }
@@ -69,7 +69,7 @@ class NumberList {
   std::vector<GeometricNumber> finish() { return std::move(numbers_); }
 
  private:
-  std::optional<int> find_point(int body, const Vector3& position) const {
+  std::optional<int> find_point(BodyId body, const Vector3& position) const {
     const auto& points = mechanism_.bodies[at(body)].points;
     for (std::size_t i = 0; i < points.size(); ++i)
       if (points[i].position == position) return static_cast<int>(i);

@@ -77,7 +77,7 @@ class Stations : public GoalResidual::Implementation {
   bool collect(const Mechanism& mechanism, const Use& use) override {
     Tree<S> tree = compile<S>(mechanism, mechanism.actuators);
     if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows) return false;
-    for (const int spherical : tree_.spherical_joints)
+    for (const NodeId spherical : tree_.spherical_joints)
       tree.nodes[static_cast<std::size_t>(spherical)].R_PF = tree_.nodes[static_cast<std::size_t>(spherical)].R_PF;
     MatrixX rows;
     if (!rows_at(mechanism, tree, stations_, rows)) return false;

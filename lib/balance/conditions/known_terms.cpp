@@ -108,7 +108,7 @@ std::vector<Parameter> list_known_terms(const Mechanism& mechanism) {
       }
     }
   for (std::size_t f = 0; f < mechanism.friction.size(); ++f) {
-    const int coordinate = mechanism.friction[f].coordinate;
+    const CoordinateId coordinate = mechanism.friction[f].coordinate;
     const bool turns = mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::angle;
     add(Bearer::friction, f, "viscous", ParameterKind::viscous, turns ? 2 : 0);
     add(Bearer::friction, f, "coulomb", ParameterKind::coulomb, turns ? 2 : 1);

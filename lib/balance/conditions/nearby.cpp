@@ -65,7 +65,7 @@ class NearbyRows : public NearbyConditions::Implementation {
     if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows ||
         tree.spherical_joints != tree_.spherical_joints)
       return Told::nothing;
-    for (const int spherical : tree_.spherical_joints)
+    for (const NodeId spherical : tree_.spherical_joints)
       tree.nodes[static_cast<std::size_t>(spherical)].R_PF = tree_.nodes[static_cast<std::size_t>(spherical)].R_PF;
     const NaturalUnits units(mechanism, known.parameters);
     MatrixX rows;

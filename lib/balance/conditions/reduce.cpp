@@ -29,7 +29,7 @@ std::vector<int> depths(const Mechanism& mechanism) {
   depth[ground] = 0;
   std::queue<int> waiting({ground});
   for (; !waiting.empty(); waiting.pop()) {
-    const int body = waiting.front();
+    const BodyId body = waiting.front();
     for (const Joint& joint : mechanism.joints) {
       const int other = joint.first == body ? joint.second : joint.second == body ? joint.first : body;
       if (depth[static_cast<std::size_t>(other)] >= 0) continue;

@@ -207,7 +207,7 @@ class RestingEfforts {
   Tree<S> tree_;
   VectorX scale_;
   MatrixX histories_;  ///< changes of all loads' components at all times
-  std::vector<int> actuators_;
+  std::vector<CoordinateId> actuators_;
   std::vector<bool> lengths_;
   MatrixX selection_;
   EffortRows all_;
@@ -226,7 +226,7 @@ std::vector<LargestEffort> resting(const Mechanism& mechanism, const Conditions&
 std::string unit_text(const Parameter& term, const Mechanism& mechanism) {
   if (term.bearer == Bearer::spring) return term.length_power == 2 ? "N m/rad" : "N/m";
   if (term.bearer == Bearer::load) return term.kind == ParameterKind::couple ? "N m" : "N";
-  const int coordinate = mechanism.friction[static_cast<std::size_t>(term.index)].coordinate;
+  const CoordinateId coordinate = mechanism.friction[static_cast<std::size_t>(term.index)].coordinate;
   const bool turns = mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::angle;
   if (term.kind == ParameterKind::viscous) return turns ? "N m s/rad" : "N s/m";
   return turns ? "N m" : "N";

@@ -100,7 +100,7 @@ void GoalRows<S>::check(int freedoms) {
   }
   selection_ = MatrixX::Zero(count, tree_.columns);
   for (int a = 0; a < count; ++a) {
-    const int coordinate = mechanism_.actuators[static_cast<std::size_t>(a)];
+    const CoordinateId coordinate = mechanism_.actuators[static_cast<std::size_t>(a)];
     const LinearQuantity& source = tree_.sources[static_cast<std::size_t>(coordinate)];
     for (const auto& [column, ratio] : source.terms)
       selection_(a, column) = ratio * scale_[column] / (source.is_length ? tree_.length : 1);

@@ -69,7 +69,7 @@ bool Sampler<S>::start() {
   const Solution found = find_pose(mechanism_, tree_, closures_, {});
   if (!found.found) return false;
   y_ = found.y;
-  for (const int spherical : tree_.spherical_joints) rereference(tree_, spherical, y_.data());
+  for (const NodeId spherical : tree_.spherical_joints) rereference(tree_, spherical, y_.data());
   rank_ = generic_closure_rank(tree_, y_);
   freedoms_ = tree_.columns - rank_;
   if (freedoms_ == 0) return false;
@@ -139,7 +139,7 @@ template <class S>
 bool Sampler<S>::out_of_range(const VectorX& y) const {
   for (int c = 0; c < tree_.columns; ++c)
     if (tree_.column_kind_length[static_cast<std::size_t>(c)] != 0 && std::abs(y[c]) > reach * scale_[c]) return true;
-  for (const int spherical : tree_.spherical_joints) {
+  for (const NodeId spherical : tree_.spherical_joints) {
     const Node<S>& middle = tree_.nodes[static_cast<std::size_t>(spherical) + 1];
     if (middle.motion != NodeMotion::weld &&
         std::abs(middle.ratio * y[middle.column] + middle.offset) > spherical_limit)

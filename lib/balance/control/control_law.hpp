@@ -44,7 +44,7 @@ class ControlLaw {
   const VectorX& at_limit() const { return at_limit_; }  ///< 1 where the limit cut, else 0
 
   /// The coordinates that have a sliding variable s = −(ė + λ e), and their λ; none for laws without one.
-  const std::vector<int>& sliding() const { return sliding_; }
+  const std::vector<CoordinateId>& sliding() const { return sliding_; }
   const VectorX& sliding_lambda() const { return lambda_; }
 
   /// What a user should know of the gains.
@@ -78,7 +78,7 @@ class ControlLaw {
   VectorX state_, rates_;  ///< of the model, per coordinate
   MatrixX tied_;           ///< how all coordinates move with the actuated ones to which belts and gears tie them
   VectorX kp_, kd_, lambda_, k_;
-  std::vector<int> sliding_;
+  std::vector<CoordinateId> sliding_;
   std::vector<bool> readable_;  ///< per coordinate: its value means the same in every assembly of the mechanism
   VectorX efforts_, at_limit_;
   MotionOutcome trouble_;

@@ -64,7 +64,7 @@ class Linearised {
   /// @return nothing where the model cannot be put
   std::optional<Moment> at(const DesiredState& state) {
     if (!put(state.position, state.velocity)) return {};
-    const std::vector<int> independent = model_.independent();
+    const std::vector<CoordinateId> independent = model_.independent();
     const EquationOfMotion here = model_.equation();
     const Transformation all = model_.transformation();
     const auto d = static_cast<Eigen::Index>(independent.size()), motors = here.input.cols();
@@ -110,7 +110,7 @@ class Linearised {
     return mechanism;
   }
 
-  double unit(int coordinate) const {
+  double unit(CoordinateId coordinate) const {
     return mechanism_.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::length ? length_ : 1;
   }
 
@@ -119,7 +119,7 @@ class Linearised {
   }
 
   bool change(const VectorX& position, const VectorX& velocity, const VectorX& efforts,
-              const std::vector<int>& independent, VectorX& out) {
+              const std::vector<CoordinateId>& independent, VectorX& out) {
     if (!put(position, velocity) || model_.independent() != independent) return false;
     const EquationOfMotion equation = model_.equation();
     out = Eigen::LLT<MatrixX>(equation.mass).solve(equation.input * efforts - equation.bias);

@@ -24,7 +24,7 @@ class ForwardDynamics::Core {
   virtual VectorX acceleration(const VectorX& efforts) = 0;
 
   int freedoms = -1;
-  std::vector<int> independent, tree;
+  std::vector<CoordinateId> independent, tree;
   VectorX position, velocity, rates;
 };
 
@@ -139,7 +139,7 @@ class CoreOf : public ForwardDynamics::Core {
 
 ForwardDynamics::ForwardDynamics(const Mechanism& mechanism, const ForwardOptions& options) {
   options.validate();
-  for (const int coordinate : options.preferred)
+  for (const CoordinateId coordinate : options.preferred)
     if (coordinate < 0 || coordinate >= static_cast<int>(mechanism.coordinates.size()))
       throw std::invalid_argument("a preferred coordinate does not exist");
   in_space(mechanism.space, [&]<class S>(S) { core_ = std::make_unique<CoreOf<S>>(mechanism, options); });
@@ -153,8 +153,8 @@ MotionOutcome ForwardDynamics::set(double time, const VectorX& position, const V
   return core_->set(time, position, velocity);
 }
 int ForwardDynamics::freedoms() const { return core_->freedoms; }
-const std::vector<int>& ForwardDynamics::independent() const { return core_->independent; }
-const std::vector<int>& ForwardDynamics::tree() const { return core_->tree; }
+const std::vector<CoordinateId>& ForwardDynamics::independent() const { return core_->independent; }
+const std::vector<CoordinateId>& ForwardDynamics::tree() const { return core_->tree; }
 const VectorX& ForwardDynamics::position() const { return core_->position; }
 const VectorX& ForwardDynamics::velocity() const { return core_->velocity; }
 VectorX ForwardDynamics::rates() const { return core_->rates; }

@@ -25,7 +25,7 @@ struct ForwardOptions {
   double friction_width = 1e-3;
   /// Mechanism coordinates that should be the independent ones, usually the actuated ones: kept as long as they determine the
   /// others. Empty, or of another number than the freedoms: whatever determines the rest best.
-  std::vector<int> preferred;
+  std::vector<CoordinateId> preferred;
 
   /// @throws std::invalid_argument
   void validate() const;
@@ -72,9 +72,9 @@ class ForwardDynamics {
   int freedoms() const;  ///< d; −1 before the first successful set()
   /// The coordinates whose rates ν holds: per freedom a mechanism coordinate. Chosen anew only by set(). A coordinate of a
   /// spherical joint that nobody drives stands for a turn counted from a reference orientation of the program's own choice.
-  const std::vector<int>& independent() const;
+  const std::vector<CoordinateId>& independent() const;
   /// The coordinates of TreeEquation and tree_transformation(), in the same sense. Constant.
-  const std::vector<int>& tree() const;
+  const std::vector<CoordinateId>& tree() const;
 
   // At the state last set:
   const VectorX& position() const;  ///< per mechanism coordinate, loops closed; angles of cut joints in (−π, π]

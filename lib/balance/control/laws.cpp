@@ -105,7 +105,7 @@ bool ControlLaw::slide(const DesiredState& desired, const VectorX& position, con
 /// Errors of the tree's coordinates at the model's state. Where a coordinate has no reading of its own (a spherical joint's), the
 /// error is the one that the others' errors cause to first order.
 ControlLaw::Errors ControlLaw::tree_errors(const DesiredState& desired, const Transformation& tree) const {
-  const std::vector<int>&columns = model_.tree(), &independent = model_.independent();
+  const std::vector<CoordinateId>&columns = model_.tree(), &independent = model_.independent();
   const auto error = [&](int c) {
     const double e = desired.position[c] - state_[c];
     const bool driven =

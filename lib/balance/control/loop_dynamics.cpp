@@ -31,7 +31,7 @@ LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& 
       wrenches_(full_.nodes.size()) {
   options.validate();
   const int n = columns();
-  for (const int spherical : full_.spherical_joints) reference_.push_back(full_.nodes[spherical].R_PF);
+  for (const NodeId spherical : full_.spherical_joints) reference_.push_back(full_.nodes[spherical].R_PF);
   for (int c = 0; c < n; ++c) scale_.push_back(full_.column_kind_length[c] ? full_.length : 1);
   for (std::size_t a = 0; a < mechanism.actuators.size(); ++a)
     for (const auto& [column, ratio] : full_.sources[mechanism.actuators[a]].terms)

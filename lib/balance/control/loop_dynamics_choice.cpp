@@ -31,7 +31,7 @@ MotionOutcome stopped(MotionStatus status, double time, std::string reason) {
 template <class S>
 std::vector<int> LoopDynamics<S>::preferred_columns() const {
   std::vector<int> out;
-  for (const int coordinate : options_.preferred) {
+  for (const CoordinateId coordinate : options_.preferred) {
     if (!full_.sources[coordinate].depends_on_one()) return {};
     const int column = full_.sources[coordinate].terms[0].first;
     if (std::find(out.begin(), out.end(), column) != out.end()) return {};
@@ -51,7 +51,7 @@ void LoopDynamics<S>::weigh_columns() {
     for (int c = 0; c < columns(); ++c)
       if (seen[c] && ++loops[c] > 1) weight_[c] = 1;
   }
-  for (const int spherical : full_.spherical_joints)
+  for (const NodeId spherical : full_.spherical_joints)
     for (int k = spherical; k < spherical + 3; ++k)
       if (full_.nodes[k].column >= 0) weight_[full_.nodes[k].column] = spherical_weight;
 }
@@ -211,7 +211,7 @@ void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, cons
 template <class S>
 bool LoopDynamics<S>::rereference_spherical_joints(double limit, double* y, double* dy) {
   bool any = false;
-  for (const int spherical : full_.spherical_joints) {
+  for (const NodeId spherical : full_.spherical_joints) {
     const double middle = std::remainder(y[full_.nodes[spherical + 1].column], 2 * std::numbers::pi);
     if (std::abs(middle) < limit) continue;
     const Tree<S> before = full_;

@@ -18,8 +18,8 @@ std::string what_lacks(const Body& body) {
 }
 
 /// The light body on a joint, else all light ones.
-std::string light_bodies(const Mechanism& mechanism, int joint) {
-  for (const int body : {mechanism.joints[joint].second, mechanism.joints[joint].first})
+std::string light_bodies(const Mechanism& mechanism, JointId joint) {
+  for (const BodyId body : {mechanism.joints[joint].second, mechanism.joints[joint].first})
     if (body != ground && is_light(mechanism.bodies[body])) return what_lacks(mechanism.bodies[body]);
   std::string all;
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
@@ -46,7 +46,7 @@ MotionOutcome check_masses(const Mechanism& mechanism, LoopDynamics<S>& loops, d
   if (sizes[0] > nothing * sizes[sizes.size() - 1]) return fine;
   Eigen::Index free = 0;
   solver.eigenvectors().col(0).cwiseAbs().maxCoeff(&free);
-  const int coordinate = leaders(loops.tree())[loops.independent()[free]];
+  const CoordinateId coordinate = leaders(loops.tree())[loops.independent()[free]];
   return {MotionStatus::actuation_singularity,
           time,
           "the mass matrix is singular: no mass resists an acceleration of " + mechanism.coordinates[coordinate].name +

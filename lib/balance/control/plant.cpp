@@ -31,7 +31,7 @@ MotionOutcome Plant::start(double time, const VectorX& position, const VectorX& 
 }
 MotionOutcome Plant::advance(double time, const VectorX& efforts) { return engine_->advance(time, efforts); }
 int Plant::freedoms() const { return engine_->freedoms(); }
-const std::vector<int>& Plant::independent() const { return engine_->independent(); }
+const std::vector<CoordinateId>& Plant::independent() const { return engine_->independent(); }
 double Plant::time() const { return engine_->time(); }
 const VectorX& Plant::position() const { return engine_->position(); }
 const VectorX& Plant::velocity() const { return engine_->velocity(); }

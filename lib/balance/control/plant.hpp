@@ -47,7 +47,7 @@ class Plant {
   MotionOutcome advance(double time, const VectorX& efforts);
 
   int freedoms() const;
-  const std::vector<int>& independent() const;  ///< as ForwardDynamics::independent(); may change in advance()
+  const std::vector<CoordinateId>& independent() const;  ///< as ForwardDynamics::independent(); may change in advance()
   double time() const;
   const VectorX& position() const;  ///< per mechanism coordinate; angles run on past ±π
   const VectorX& velocity() const;

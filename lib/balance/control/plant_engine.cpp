@@ -21,7 +21,7 @@ ForwardOptions with_actuated(const Mechanism& mechanism, ForwardOptions options)
 
 /// Columns that take part in a loop.
 template <class S>
-std::vector<int> columns_in_loops(const Tree<S>& tree) {
+std::vector<Column> columns_in_loops(const Tree<S>& tree) {
   std::set<int> columns;
   for (const Closure<S>& closure : tree.closures)
     for (const PathStep& step : closure.path) columns.insert(tree.nodes[step.node].column);
@@ -97,7 +97,7 @@ MotionOutcome EngineOf<S>::advance(double time, const VectorX& efforts) {
 }
 
 template <class S>
-const std::vector<int>& EngineOf<S>::independent() {
+const std::vector<CoordinateId>& EngineOf<S>::independent() {
   independent_.clear();
   for (const int column : loops_.independent()) independent_.push_back(leaders_[column]);
   return independent_;

@@ -16,7 +16,7 @@ class Plant::Engine {
   virtual MotionOutcome start(double time, const VectorX& position, const VectorX& velocity) = 0;
   virtual MotionOutcome advance(double time, const VectorX& efforts) = 0;
   virtual int freedoms() const = 0;
-  virtual const std::vector<int>& independent() = 0;
+  virtual const std::vector<CoordinateId>& independent() = 0;
   virtual double time() const = 0;
   virtual const VectorX& position() const = 0;
   virtual const VectorX& velocity() const = 0;
@@ -37,7 +37,7 @@ class EngineOf : public Plant::Engine {
   MotionOutcome start(double time, const VectorX& q, const VectorX& dq) override;
   MotionOutcome advance(double time, const VectorX& efforts) override;
   int freedoms() const override { return loops_.freedoms(); }
-  const std::vector<int>& independent() override;
+  const std::vector<CoordinateId>& independent() override;
   double time() const override { return time_; }
   const VectorX& position() const override { return position_; }
   const VectorX& velocity() const override { return velocity_; }
@@ -86,8 +86,8 @@ class EngineOf : public Plant::Engine {
   PlantOptions options_;
   typename S::Vector about_;
   LoopDynamics<S> loops_;
-  std::vector<int> leaders_, independent_;
-  std::vector<int> matrix_columns_;  ///< tree columns that the closures' matrix depends on
+  std::vector<CoordinateId> leaders_, independent_;
+  std::vector<Column> matrix_columns_;  ///< tree columns that the closures' matrix depends on
   std::optional<Observer<S>> observer_;
   std::optional<TermMeter<S>> meter_;
   Integrator integrator_;

@@ -14,7 +14,7 @@ MatrixX SingularityWatch::matrix() {
   const double length = characteristic_length(mechanism_);
   MatrixX out(equation.jacobian.rows() + equation.input.cols(), equation.jacobian.cols());
   out << equation.jacobian, equation.input.transpose();
-  const std::vector<int>& leaders = dynamics_.tree();
+  const std::vector<CoordinateId>& leaders = dynamics_.tree();
   for (std::size_t c = 0; c < leaders.size(); ++c)
     if (mechanism_.coordinates[static_cast<std::size_t>(leaders[c])].kind == CoordinateKind::length)
       out.col(static_cast<Eigen::Index>(c)) *= length;

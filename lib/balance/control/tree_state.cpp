@@ -14,7 +14,7 @@ namespace {
 
 /// Angular velocity of what a spherical joint carries against its parent, per unit rate of each of its nodes: parent's axes.
 template <class S>
-Matrix3 spherical_axes(const Tree<S>& tree, const double* y, int spherical) {
+Matrix3 spherical_axes(const Tree<S>& tree, const double* y, NodeId spherical) {
   Matrix3 axes = Matrix3::Zero(), R = Matrix3::Identity();
   for (int n = spherical; n < spherical + 3; ++n) {
     const Node<S>& node = tree.nodes[n];
@@ -112,7 +112,7 @@ void from_tree(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& 
 
 template <class S>
 void carry_spherical_rates(const Tree<S>& before, const double* y, const Tree<S>& after, const double* y_after,
-                           int spherical, double* dy) {
+                           NodeId spherical, double* dy) {
   const Matrix3 old_axes = spherical_axes(before, y, spherical), new_axes = spherical_axes(after, y_after, spherical);
   Vector3 w = Vector3::Zero();
   for (int k = 0; k < 3; ++k)
@@ -143,7 +143,7 @@ std::string configuration_text(const Mechanism& mechanism, const VectorX& q) {
   template void to_tree<S>(const Mechanism&, const Tree<S>&, const VectorX&, const VectorX&, VectorX&, VectorX&); \
   template void from_tree<S>(const Mechanism&, const Tree<S>&, const State<S>&, const double*, const double*,     \
                              const double*, VectorX&, VectorX&, VectorX&);                                        \
-  template void carry_spherical_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*, int, double*);
+  template void carry_spherical_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*, NodeId, double*);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)
 #undef BALANCE_INSTANTIATE

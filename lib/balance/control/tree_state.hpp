@@ -22,12 +22,12 @@ void from_tree(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& 
 
 /// Per tree column the mechanism coordinate that it is, not a multiple of it.
 template <class S>
-std::vector<int> leaders(const Tree<S>& tree) {
-  std::vector<int> out(tree.columns, -1);
+std::vector<CoordinateId> leaders(const Tree<S>& tree) {
+  std::vector<CoordinateId> out(tree.columns, -1);
   for (std::size_t c = tree.sources.size(); c-- > 0;) {
     const LinearQuantity& source = tree.sources[c];
     if (!source.depends_on_one()) continue;
-    int& leader = out[source.terms[0].first];
+    CoordinateId& leader = out[source.terms[0].first];
     if (leader < 0 || source.is_column()) leader = static_cast<int>(c);
   }
   return out;
@@ -37,17 +37,17 @@ std::vector<int> leaders(const Tree<S>& tree) {
 /// @param before the tree and y before rereference(), `after` and y_after those after it
 template <class S>
 void carry_spherical_rates(const Tree<S>& before, const double* y, const Tree<S>& after, const double* y_after,
-                           int spherical, double* dy);
+                           NodeId spherical, double* dy);
 
 /// "J1 0.3, J2 -1.2, …", the first dozen.
 std::string configuration_text(const Mechanism& mechanism, const VectorX& q);
 
-#define BALANCE_DECLARE(S)                                                                                           \
-  extern template void to_tree<S>(const Mechanism&, const Tree<S>&, const VectorX&, const VectorX&, VectorX&,        \
-                                  VectorX&);                                                                         \
-  extern template void from_tree<S>(const Mechanism&, const Tree<S>&, const State<S>&, const double*, const double*, \
-                                    const double*, VectorX&, VectorX&, VectorX&);                                    \
-  extern template void carry_spherical_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*, int,   \
+#define BALANCE_DECLARE(S)                                                                                            \
+  extern template void to_tree<S>(const Mechanism&, const Tree<S>&, const VectorX&, const VectorX&, VectorX&,         \
+                                  VectorX&);                                                                          \
+  extern template void from_tree<S>(const Mechanism&, const Tree<S>&, const State<S>&, const double*, const double*,  \
+                                    const double*, VectorX&, VectorX&, VectorX&);                                     \
+  extern template void carry_spherical_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*, NodeId, \
                                                 double*);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)

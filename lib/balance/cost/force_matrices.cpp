@@ -165,8 +165,8 @@ std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const
   const std::string stem = name.substr(0, bracket);
   if (stem == "torque" || stem == "power") {
     CostQuantity quantity{stem == "torque" ? Kind::torque : Kind::power, {}};
-    const std::vector<int>& actuators = mechanism.actuators;
-    const auto kind = [&](int coordinate) { return mechanism.coordinates[coordinate].kind; };
+    const std::vector<CoordinateId>& actuators = mechanism.actuators;
+    const auto kind = [&](CoordinateId coordinate) { return mechanism.coordinates[coordinate].kind; };
     if (bracket == std::string::npos) {  // a worst one exists where units agree
       const bool alike = std::all_of(actuators.begin(), actuators.end(),
                                      [&](int c) { return stem == "power" || kind(c) == kind(actuators[0]); });

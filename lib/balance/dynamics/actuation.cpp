@@ -14,7 +14,7 @@ template <class S>
 Actuation<S>::Actuation(const MechanismOf<T>& mechanism, const Tree<S>& tree, int freedoms)
     : columns_(tree.columns), closures_(tree.closure_rows), freedoms_(freedoms) {
   std::set<int> distinct;
-  for (const int coordinate : mechanism.actuators) {
+  for (const CoordinateId coordinate : mechanism.actuators) {
     const LinearQuantityOf<T>& source = tree.sources[coordinate];
     const auto& [column, ratio] = source.terms[0];
     actuated_.push_back(

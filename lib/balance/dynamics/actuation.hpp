@@ -61,14 +61,15 @@ class Actuation : public Guard<S> {
   friend class LaneActuation;  ///< the same over many samples at once
   using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
   struct Selected {
-    int column;
+    Column column;
     T ratio;      ///< of the actuated coordinate to the tree coordinate
     double unit;  ///< of the actuated coordinate: the characteristic length where it is a length, else 1
     std::vector<std::pair<int, T>> more;  ///< further columns with their ratios, of a sum
   };
   /// An entry of the closures among the equations and, where it is one of the passive columns', in `passive_`.
   struct Gathered {
-    int row, column;
+    int row;
+    Column column;
     int index = -1;
     int place = -1;  ///< among the equations' values
   };
@@ -90,7 +91,7 @@ class Actuation : public Guard<S> {
   int columns_, closures_, freedoms_;
   bool regular_ = false;  ///< as many closures and actuators as coordinates, each actuator on its own
   std::vector<Selected> actuated_;
-  std::vector<int> passive_columns_;
+  std::vector<Column> passive_columns_;
   SquareSystem<T> passive_;  ///< closure rows × passive columns
   std::vector<Gathered> gathered_;
   long factorised_ = -1;  ///< Equations::filled() where `passive_` was factorised

@@ -10,7 +10,7 @@ namespace balance {
 namespace {
 
 template <class S>
-FixedFrame<S> placed(const Tree<S>& tree, int body, const Vector3Of<typename S::Scalar>& point) {
+FixedFrame<S> placed(const Tree<S>& tree, BodyId body, const Vector3Of<typename S::Scalar>& point) {
   const FixedFrame<S>& frame = tree.bodies[body];
   return {frame.node, frame.R_N, frame.p_N + frame.R_N * to_vector<S>(point)};
 }

@@ -89,13 +89,13 @@ class Observer {
   /// A coordinate that is none of y's: of a cut joint, linear in y where it is a planar angle, else read off the relative
   /// pose; of a floating spherical joint.
   struct CutCoordinate {
-    int coordinate;
+    CoordinateId coordinate;
     bool linear;
     LinearQuantityOf<T> quantity;
   };
 
   struct TreeCoordinate {
-    int coordinate;
+    CoordinateId coordinate;
     LinearQuantityOf<T> source;
   };
 
@@ -123,7 +123,7 @@ class Observer {
   Actuation<S> actuation_;
   std::vector<TreeCoordinate> own_;
   std::vector<CutCoordinate> cut_;
-  std::vector<int> cut_joints_;  ///< with coordinates that are not linear
+  std::vector<JointId> cut_joints_;  ///< with coordinates that are not linear
   FixedFrame<S> tool_;
   LinearQuantityOf<T> tool_angle_;
   State<S>* state_ = nullptr;

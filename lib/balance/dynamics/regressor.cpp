@@ -76,7 +76,7 @@ Regressor<S> regressor(const Tree<S>& tree, const State<S>& state) {
       Wrench<S> own, here;
       add_inertia_wrench<S>(unit_inertia<S>(k), s, own);
       pass_on(s, own, here);
-      for (int n = frame.node; n > 0; n = tree.nodes[n].parent) {
+      for (NodeId n = frame.node; n > 0; n = tree.nodes[n].parent) {
         const Node<S>& node = tree.nodes[n];
         if (node.motion != NodeMotion::weld) out.torque(node.column, column) += along_motion(node, here);
         Wrench<S> below;

@@ -106,7 +106,7 @@ void TermMeter<S>::move(const Instant<S>& now) {
 }
 
 template <class S>
-double TermMeter<S>::unit(int coordinate) const {
+double TermMeter<S>::unit(CoordinateId coordinate) const {
   return mechanism_.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::length ? tree_.length : 1;
 }
 
@@ -246,7 +246,7 @@ void TermMeter<S>::add_pushed(const Instant<S>& now, const RateTerm<S>& term, do
 template <class S>
 void TermMeter<S>::read_transmitted(const Instant<S>& now, const Sample& seen) {
   for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
-    const int coordinate = mechanism_.actuators[a];
+    const CoordinateId coordinate = mechanism_.actuators[a];
     const auto i = static_cast<Eigen::Index>(a);
     now_.effort[i] = std::abs(seen.effort[i]);
     for (const auto& [column, ratio] : tree_.sources[static_cast<std::size_t>(coordinate)].terms)

@@ -52,7 +52,7 @@ class TermMeter {
   void add_closures(const Instant<S>& now, const std::vector<double>& multipliers);
   void add_pushed(const Instant<S>& now, const RateTerm<S>& term, double size);
   void read_transmitted(const Instant<S>& now, const Sample& seen);
-  double unit(int coordinate) const;
+  double unit(CoordinateId coordinate) const;
 
   const Mechanism& mechanism_;
   const Tree<S>& tree_;

@@ -28,7 +28,7 @@ MotionOutcome judge(int open, int stated, int freedoms) {
 
 template <class S>
 Configured find(const Mechanism& mechanism, const PoseTarget& pose) {
-  std::vector<int> needed;
+  std::vector<CoordinateId> needed;
   for (const CoordinateValue& value : pose.joints) needed.push_back(value.coordinate);
   const Tree<S> tree = compile<S>(mechanism, needed);
   const PoseEquations<S> stated = pose_equations(mechanism, tree, pose);

@@ -25,7 +25,7 @@ class EquationTerms::Engine {
 
   const Mechanism mechanism;
   const InverseOptions options;
-  std::vector<int> independent;
+  std::vector<CoordinateId> independent;
   std::vector<std::string> redundant, closures, notes;
   std::vector<bool> redundant_lengths;
 };

@@ -19,7 +19,7 @@ std::unique_ptr<EquationTerms::Engine> make_engine(const Mechanism& mechanism, c
   });
 }
 
-void check(const char* what, const VectorX& values, const std::vector<int>& independent) {
+void check(const char* what, const VectorX& values, const std::vector<CoordinateId>& independent) {
   if (values.size() != static_cast<Eigen::Index>(independent.size()))
     throw std::invalid_argument(std::string(what) + ": expected " + std::to_string(independent.size()) +
                                 " numbers; got " + std::to_string(values.size()));
@@ -36,7 +36,7 @@ EquationTerms& EquationTerms::operator=(EquationTerms&&) noexcept = default;
 
 const Mechanism& EquationTerms::mechanism() const { return engine_->mechanism; }
 int EquationTerms::degrees_of_freedom() const { return static_cast<int>(engine_->independent.size()); }
-const std::vector<int>& EquationTerms::independent() const { return engine_->independent; }
+const std::vector<CoordinateId>& EquationTerms::independent() const { return engine_->independent; }
 const std::vector<std::string>& EquationTerms::redundant() const { return engine_->redundant; }
 std::vector<bool> EquationTerms::redundant_lengths() const { return engine_->redundant_lengths; }
 const std::vector<std::string>& EquationTerms::closures() const { return engine_->closures; }

@@ -80,7 +80,7 @@ class EquationTerms {
   const Mechanism& mechanism() const;
   int degrees_of_freedom() const;
   /// Indices of the mechanism's coordinates that are the independent ones, in the order of a state's numbers.
-  const std::vector<int>& independent() const;
+  const std::vector<CoordinateId>& independent() const;
   /// Names of the tree's coordinates: of the joint coordinate that moves with each at the same rate.
   const std::vector<std::string>& redundant() const;
   /// Per tree coordinate: whether it is a length.

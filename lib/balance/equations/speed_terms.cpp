@@ -16,7 +16,7 @@ namespace {
 constexpr double least_part = 1e-9;  ///< of the largest singular value: what counts as no inverse
 
 /// Rows of any unit, columns in characteristic lengths.
-bool is_regular(MatrixX rows, const Mechanism& mechanism, const std::vector<int>& independent) {
+bool is_regular(MatrixX rows, const Mechanism& mechanism, const std::vector<CoordinateId>& independent) {
   for (std::size_t k = 0; k < independent.size(); ++k)
     if (mechanism.coordinates[static_cast<std::size_t>(independent[k])].kind == CoordinateKind::length)
       rows.col(static_cast<Eigen::Index>(k)) *= characteristic_length(mechanism);

@@ -5,9 +5,9 @@
 namespace balance {
 
 template <class S>
-DualMoment<S>::DualMoment(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<int>& needed,
-                          const DriveQuantities& quantities, bool redundant, int freedoms,
-                          const typename D::Vector& about)
+DualMoment<S>::DualMoment(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree,
+                          const std::vector<CoordinateId>& needed, const DriveQuantities& quantities, bool redundant,
+                          int freedoms, const typename D::Vector& about)
     : values_(tree),
       tree_(compile<D>(mechanism, needed)),
       drive_(drive_rows(mechanism, tree_, quantities)),
@@ -38,7 +38,7 @@ template <class S>
 void DualMoment<S>::move(const double* y, const DriveSampleOf<DualNumber>& target) {
   if (direct_) return move_direct(target);
   // a floating spherical joint counts from any constant orientation
-  for (const int spherical : values_.spherical_joints)
+  for (const NodeId spherical : values_.spherical_joints)
     tree_.nodes[spherical].R_PF = cast<DualNumber>(values_.nodes[spherical].R_PF);
   now_.y = Eigen::Map<const VectorX>(y, tree_.columns).template cast<DualNumber>();
   const auto fill = [&] {

@@ -23,7 +23,7 @@ class DualMoment {
   /// @param mechanism, tree must outlive the moment; the tree is that of the mechanism's values
   /// @param needed as the tree was compiled with
   /// @param redundant more closure rows than rank @param about world point of moments
-  DualMoment(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<int>& needed,
+  DualMoment(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<CoordinateId>& needed,
              const DriveQuantities& quantities, bool redundant, int freedoms, const typename D::Vector& about);
 
   /// Differentiates the configuration, rates and accelerations that the target prescribes.

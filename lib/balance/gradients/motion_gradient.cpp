@@ -135,7 +135,7 @@ class DualRun {
   const Extent extent_ = extent_of(wanted_);
   const Mechanism mechanism_;
   const Trajectory trajectory_;
-  std::vector<int> needed_;
+  std::vector<CoordinateId> needed_;
   Tree<S> tree_;
   Plan<S> plan_;
   std::optional<ScheduleGradient> schedule_;

@@ -18,11 +18,11 @@ constexpr double reach = 1e-4;  ///< of a step [m, rad, parts]
 /// The driven quantities at a pose of the mechanism, with their derivatives.
 template <class S>
 DriveSampleOf<DualNumber> measured(const MechanismOf<DualNumber>& mechanism, const Tree<S>& values,
-                                   const std::vector<int>& needed, const PoseTargetOf<DualNumber>& pose,
+                                   const std::vector<CoordinateId>& needed, const PoseTargetOf<DualNumber>& pose,
                                    const VectorX& y, const DriveQuantities& quantities) {
   using D = OverDuals<S>;
   Tree<D> tree = compile<D>(mechanism, needed);
-  for (const int spherical : values.spherical_joints)
+  for (const NodeId spherical : values.spherical_joints)
     tree.nodes[spherical].R_PF = cast<DualNumber>(values.nodes[spherical].R_PF);
   const PoseEquations<D> stated = pose_equations(mechanism, tree, pose);
   Equations<D> equations(tree, stated.drive, true);
@@ -130,7 +130,7 @@ void set(const DriveSample& values, DriveSampleOf<DualNumber>& sample) {
 
 template <class S>
 ScheduleGradient::ScheduleGradient(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree,
-                                   const std::vector<int>& needed, const TrajectoryOf<DualNumber>& trajectory,
+                                   const std::vector<CoordinateId>& needed, const TrajectoryOf<DualNumber>& trajectory,
                                    const Trajectory& values, const Plan<S>& plan)
     : schedule_(*plan.schedule) {
   Ways rates;
@@ -152,7 +152,7 @@ ScheduleGradient::ScheduleGradient(const MechanismOf<DualNumber>& mechanism, con
 
 template <class S>
 std::array<ScheduleGradient::Ends, dual_width> ScheduleGradient::derive_ends(
-    const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<int>& needed,
+    const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<CoordinateId>& needed,
     const TrajectoryOf<DualNumber>& trajectory, const Plan<S>& plan, const Ways& rates) const {
   std::array<Ends, dual_width> ends;
   if (std::holds_alternative<TablePath>(plan.request.path)) return ends;
@@ -245,10 +245,10 @@ bool ScheduleGradient::moves(long jump) const {
 }
 
 template ScheduleGradient::ScheduleGradient(const MechanismOf<DualNumber>&, const Tree<Planar>&,
-                                            const std::vector<int>&, const TrajectoryOf<DualNumber>&, const Trajectory&,
-                                            const Plan<Planar>&);
+                                            const std::vector<CoordinateId>&, const TrajectoryOf<DualNumber>&,
+                                            const Trajectory&, const Plan<Planar>&);
 template ScheduleGradient::ScheduleGradient(const MechanismOf<DualNumber>&, const Tree<Spatial>&,
-                                            const std::vector<int>&, const TrajectoryOf<DualNumber>&, const Trajectory&,
-                                            const Plan<Spatial>&);
+                                            const std::vector<CoordinateId>&, const TrajectoryOf<DualNumber>&,
+                                            const Trajectory&, const Plan<Spatial>&);
 
 }  // namespace balance

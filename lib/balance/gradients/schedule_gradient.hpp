@@ -15,8 +15,9 @@ class ScheduleGradient {
  public:
   /// @param values of the trajectory @param plan done, of the values; must outlive this
   template <class S>
-  ScheduleGradient(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<int>& needed,
-                   const TrajectoryOf<DualNumber>& trajectory, const Trajectory& values, const Plan<S>& plan);
+  ScheduleGradient(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree,
+                   const std::vector<CoordinateId>& needed, const TrajectoryOf<DualNumber>& trajectory,
+                   const Trajectory& values, const Plan<S>& plan);
 
   /// Values, rates and accelerations with their derivatives at a place that stays the same part of the duration, or at a jump, which goes
   /// where the numbers move it. Where they are linear in a number, and by the duration, exact; else differences of fourth order of a smooth
@@ -48,8 +49,9 @@ class ScheduleGradient {
 
   template <class S>
   std::array<Ends, dual_width> derive_ends(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree,
-                                           const std::vector<int>& needed, const TrajectoryOf<DualNumber>& trajectory,
-                                           const Plan<S>& plan, const Ways& rates) const;
+                                           const std::vector<CoordinateId>& needed,
+                                           const TrajectoryOf<DualNumber>& trajectory, const Plan<S>& plan,
+                                           const Ways& rates) const;
   void add_tangent(std::size_t number, const Trajectory& values, const Trajectory& rate, const Ends& ends,
                    const DriveQuantities& quantities);
   void add_neighbours(std::size_t number, const TrajectoryOf<DualNumber>& trajectory, double size,
@@ -63,10 +65,10 @@ class ScheduleGradient {
 };
 
 extern template ScheduleGradient::ScheduleGradient(const MechanismOf<DualNumber>&, const Tree<Planar>&,
-                                                   const std::vector<int>&, const TrajectoryOf<DualNumber>&,
+                                                   const std::vector<CoordinateId>&, const TrajectoryOf<DualNumber>&,
                                                    const Trajectory&, const Plan<Planar>&);
 extern template ScheduleGradient::ScheduleGradient(const MechanismOf<DualNumber>&, const Tree<Spatial>&,
-                                                   const std::vector<int>&, const TrajectoryOf<DualNumber>&,
+                                                   const std::vector<CoordinateId>&, const TrajectoryOf<DualNumber>&,
                                                    const Trajectory&, const Plan<Spatial>&);
 
 }  // namespace balance

@@ -80,10 +80,11 @@ class LoopReader {
   /// A link's frame; a joint's is that of the link that it carries.
   BodyFrame frame(const Cursor& at) {
     const std::string& name = at.word("a joint's or a link's name");
-    const int joint = robot_.find_joint(name), body = robot_.find_body(name);
+    const int joint = robot_.find_joint(name);
+    const BodyId body = robot_.find_body(name);
     if (joint < 0 && body < 0)
       at.fail({.expected = "a joint or a link", .found = in_quotes(name), .hint = nearest_is(name, all_names())});
-    const int carried = joint >= 0 ? robot_.joints[static_cast<std::size_t>(joint)].joint.second : body;
+    const BodyId carried = joint >= 0 ? robot_.joints[static_cast<std::size_t>(joint)].joint.second : body;
     named_.push_back(carried);
     return {carried, {}};
   }

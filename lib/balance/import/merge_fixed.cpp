@@ -65,7 +65,7 @@ void merge(Robot& robot, int from, int to, const Pose& pose) {
   gone.body.points.clear();
   gone.kept = false;
   for (RobotJoint& joint : robot.joints) move_joint(joint, from, to, pose);
-  const auto move_end = [&](int& body, Vector3& point) {
+  const auto move_end = [&](BodyId& body, Vector3& point) {
     if (body != from) return;
     body = to;
     point = pose.p + pose.R * point;

@@ -253,7 +253,7 @@ class UrdfReader {
   void move_to_front(int root) {
     const auto place = robot_.bodies.begin() + root;
     std::rotate(robot_.bodies.begin(), place, place + 1);
-    const auto moved = [root](int& body) { body = body == root ? 0 : body < root ? body + 1 : body; };
+    const auto moved = [root](BodyId& body) { body = body == root ? ground : body < root ? BodyId(body + 1) : body; };
     for (RobotJoint& joint : robot_.joints) {
       moved(joint.joint.first);
       moved(joint.joint.second);

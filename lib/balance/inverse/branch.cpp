@@ -16,14 +16,14 @@ constexpr double longest_correction = 0.1;  // of a prediction, in radians or ch
 constexpr int newton_steps = 8;
 
 template <class S>
-Drive<S> drive_of(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<int>& coordinates) {
+Drive<S> drive_of(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<CoordinateId>& coordinates) {
   Drive<S> drive;
   for (const int c : coordinates) drive.linear.push_back(coordinate_row(mechanism, tree, c));
   return drive;
 }
 
 template <class S>
-bool no_sums(const Tree<S>& tree, const std::vector<int>& coordinates) {
+bool no_sums(const Tree<S>& tree, const std::vector<CoordinateId>& coordinates) {
   return std::all_of(coordinates.begin(), coordinates.end(),
                      [&](int c) { return tree.sources[static_cast<std::size_t>(c)].depends_on_one(); });
 }
@@ -49,11 +49,11 @@ Branch<S>::Branch(const Mechanism& mechanism, IndependentChoice<S> choice)
   plain_ = direct_;
   for (std::size_t k = 0; k < columns_.size(); ++k)
     plain_ = plain_ && columns_[k].column == static_cast<int>(k) && columns_[k].inverse == 1 && columns_[k].offset == 0;
-  std::set<int> matrix_columns;
+  std::set<Column> matrix_columns;
   for (const Closure<S>& closure : tree_.closures)
     for (const PathStep& part : closure.path) matrix_columns.insert(tree_.nodes[part.node].column);
   matrix_columns_.assign(matrix_columns.begin(), matrix_columns.end());
-  for (const int spherical : tree_.spherical_joints) first_references_.push_back(tree_.nodes[spherical].R_PF);
+  for (const NodeId spherical : tree_.spherical_joints) first_references_.push_back(tree_.nodes[spherical].R_PF);
   for (VectorX* values : {&y_, &dy_, &ddy_, &predicted_, &trial_}) values->setZero(tree_.columns);
   for (VectorX* values : {&sample_.value, &sample_.rate, &sample_.acceleration}) values->setZero(freedoms_);
   q_.assign(static_cast<std::size_t>(freedoms_), 0);
@@ -93,7 +93,7 @@ template <class S>
 bool Branch<S>::rereference_spherical_joints() {
   constexpr double limit = 1;  // at a right angle a spherical joint's coordinates fail
   bool any = false;
-  for (const int spherical : tree_.spherical_joints) {
+  for (const NodeId spherical : tree_.spherical_joints) {
     const double middle = std::remainder(y_[tree_.nodes[spherical + 1].column], 2 * std::numbers::pi);
     if (std::abs(middle) < limit) continue;
     rereference(tree_, spherical, y_.data());

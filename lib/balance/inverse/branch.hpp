@@ -24,8 +24,8 @@ class Branch {
   const Equations<S>& equations() const { return equations_; }
   int freedoms() const { return freedoms_; }
   /// Coordinates that the tree was compiled with.
-  const std::vector<int>& needed() const { return needed_; }
-  const std::vector<int>& independent() const { return independent_; }
+  const std::vector<CoordinateId>& needed() const { return needed_; }
+  const std::vector<CoordinateId>& independent() const { return independent_; }
   bool redundant() const { return redundant_; }
   /// See IndependentChoice::note.
   const std::string& note() const { return note_; }
@@ -91,13 +91,13 @@ class Branch {
   void go_back(const Mark& mark);
 
   struct OwnColumn {
-    int column;
+    Column column;
     double inverse, offset;  ///< y[column] = (q − offset) · inverse
   };
 
   const Mechanism& mechanism_;
   Tree<S> tree_;
-  std::vector<int> needed_, independent_;
+  std::vector<CoordinateId> needed_, independent_;
   std::string note_;
   int freedoms_;
   bool redundant_, direct_, plain_ = false;
@@ -105,7 +105,7 @@ class Branch {
   Equations<S> equations_;
   double round_off_;
   std::vector<OwnColumn> columns_;
-  std::vector<int> matrix_columns_;  ///< columns that the closures' matrix depends on
+  std::vector<Column> matrix_columns_;  ///< columns that the closures' matrix depends on
   std::vector<typename S::Rotation> first_references_;
   State<S> state_;
   DriveSample sample_;

@@ -86,7 +86,7 @@ MotionOutcome Branch<S>::lead(const double* q, const char* words) {
 template <class S>
 typename Branch<S>::Mark Branch<S>::mark() const {
   Mark mark{y_, q_, {}};
-  for (const int spherical : tree_.spherical_joints) mark.references.push_back(tree_.nodes[spherical].R_PF);
+  for (const NodeId spherical : tree_.spherical_joints) mark.references.push_back(tree_.nodes[spherical].R_PF);
   return mark;
 }
 

@@ -58,7 +58,7 @@ InverseEngine<S>::InverseEngine(const Mechanism& given, const InverseOptions& wi
   for (const std::string& note : observer_.actuation().notes()) notes.push_back(note);
   for (const PassiveFreedom& spin : tree.locked_freedoms) notes.push_back(locked_freedom(mechanism, spin));
   std::vector<bool> driven(tau_.size(), false);
-  for (const int coordinate : mechanism.actuators) {
+  for (const CoordinateId coordinate : mechanism.actuators) {
     const LinearQuantity& source = tree.sources[coordinate];
     if (!source.depends_on_one()) continue;
     const auto& [column, ratio] = source.terms[0];

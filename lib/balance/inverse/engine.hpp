@@ -64,7 +64,7 @@ class InverseEngine final : public InverseDynamics::Engine {
 
  private:
   struct Motor {
-    int column;
+    Column column;
     double inverse;  ///< of the actuated coordinate's ratio to the tree coordinate
   };
 

@@ -29,7 +29,7 @@ constexpr double least =
 template <class S>
 struct Loops {
   Tree<S> tree;
-  std::vector<int> needed;  ///< it was compiled with
+  std::vector<CoordinateId> needed;  ///< it was compiled with
   int freedoms = 0;
   std::vector<MatrixX>
       velocities;  ///< scaled columns × freedoms; the first one where the mechanism assembles, if it is generic
@@ -55,7 +55,7 @@ void look_around(const VectorX& start, Loops<S>& loops) {
 }
 
 template <class S>
-Loops<S> analyse(const Mechanism& mechanism, const std::vector<int>& needed) {
+Loops<S> analyse(const Mechanism& mechanism, const std::vector<CoordinateId>& needed) {
   Loops<S> loops{compile<S>(mechanism, needed), needed, 0, {}};
   System<S> closures(loops.tree, Drive<S>{});
   const Solution start = find_pose(mechanism, loops.tree, closures, {});
@@ -67,7 +67,7 @@ Loops<S> analyse(const Mechanism& mechanism, const std::vector<int>& needed) {
 
 /// Rates of coordinates, in their units, per unit of each allowed velocity; a coordinate that is none of the tree's has none.
 template <class S>
-MatrixX rates_of(const Tree<S>& tree, const std::vector<int>& coordinates, const MatrixX& velocities) {
+MatrixX rates_of(const Tree<S>& tree, const std::vector<CoordinateId>& coordinates, const MatrixX& velocities) {
   MatrixX rates = MatrixX::Zero(static_cast<Eigen::Index>(coordinates.size()), velocities.cols());
   const VectorX scale = column_scale(tree);
   for (std::size_t k = 0; k < coordinates.size(); ++k) {
@@ -80,7 +80,7 @@ MatrixX rates_of(const Tree<S>& tree, const std::vector<int>& coordinates, const
 }
 
 template <class S>
-bool determine(const Loops<S>& loops, const std::vector<int>& coordinates) {
+bool determine(const Loops<S>& loops, const std::vector<CoordinateId>& coordinates) {
   if (static_cast<int>(coordinates.size()) != loops.freedoms) return false;
   if (loops.freedoms == 0) return true;
   return std::any_of(loops.velocities.begin(), loops.velocities.end(), [&](const MatrixX& velocities) {
@@ -97,17 +97,17 @@ void take_out(MatrixX& rates, Eigen::Index row) {
 
 /// Actuated coordinates in their order, then those with the largest rates; floating ones only if there are no others.
 template <class S>
-std::vector<int> pick(const Mechanism& mechanism, const Loops<S>& loops) {
-  std::vector<int> all(mechanism.coordinates.size()), chosen;
+std::vector<CoordinateId> pick(const Mechanism& mechanism, const Loops<S>& loops) {
+  std::vector<CoordinateId> all(mechanism.coordinates.size()), chosen;
   for (std::size_t c = 0; c < all.size(); ++c) all[c] = static_cast<int>(c);
   if (loops.velocities.empty()) return chosen;
   MatrixX rates = rates_of(loops.tree, all, loops.velocities.front());
-  const auto take = [&](int coordinate) {
+  const auto take = [&](CoordinateId coordinate) {
     take_out(rates, coordinate);
     chosen.push_back(coordinate);
   };
   const auto missing = [&] { return static_cast<int>(chosen.size()) < loops.freedoms; };
-  for (const int coordinate : mechanism.actuators)
+  for (const CoordinateId coordinate : mechanism.actuators)
     if (missing() && rates.row(coordinate).norm() > least) take(coordinate);
   for (const bool floating : {false, true})
     while (missing()) {
@@ -123,18 +123,18 @@ std::vector<int> pick(const Mechanism& mechanism, const Loops<S>& loops) {
 }
 
 template <class S>
-bool any_floats(const Tree<S>& tree, const std::vector<int>& coordinates) {
+bool any_floats(const Tree<S>& tree, const std::vector<CoordinateId>& coordinates) {
   return std::any_of(coordinates.begin(), coordinates.end(), [&](int c) { return tree.floats[c]; });
 }
 
-std::string list_names(const Mechanism& mechanism, const std::vector<int>& coordinates) {
+std::string list_names(const Mechanism& mechanism, const std::vector<CoordinateId>& coordinates) {
   std::string text;
   for (const int c : coordinates) text += (text.empty() ? "" : ", ") + mechanism.coordinates[c].name;
   return text;
 }
 
-std::vector<int> named(const Mechanism& mechanism, const std::vector<std::string>& names) {
-  std::vector<int> coordinates;
+std::vector<CoordinateId> named(const Mechanism& mechanism, const std::vector<std::string>& names) {
+  std::vector<CoordinateId> coordinates;
   for (const std::string& name : names) {
     coordinates.push_back(coordinate_named(mechanism, name, "independent"));
     if (std::count(coordinates.begin(), coordinates.end(), coordinates.back()) > 1)
@@ -144,14 +144,14 @@ std::vector<int> named(const Mechanism& mechanism, const std::vector<std::string
 }
 
 template <class S>
-IndependentChoice<S> finish(Loops<S>&& loops, std::vector<int> coordinates, std::string note) {
+IndependentChoice<S> finish(Loops<S>&& loops, std::vector<CoordinateId> coordinates, std::string note) {
   const bool redundant = loops.tree.closure_rows > loops.tree.columns - loops.freedoms;
   return {std::move(loops.tree), std::move(loops.needed), std::move(coordinates), loops.freedoms, redundant,
           std::move(note)};
 }
 
 template <class S>
-IndependentChoice<S> take_named(const Mechanism& mechanism, const std::vector<int>& coordinates) {
+IndependentChoice<S> take_named(const Mechanism& mechanism, const std::vector<CoordinateId>& coordinates) {
   Loops<S> loops = analyse<S>(mechanism, coordinates);
   const std::string list = list_names(mechanism, coordinates);
   if (static_cast<int>(coordinates.size()) != loops.freedoms)
@@ -167,7 +167,7 @@ IndependentChoice<S> take_named(const Mechanism& mechanism, const std::vector<in
 template <class S>
 IndependentChoice<S> choose_independent(const Mechanism& mechanism, const std::vector<std::string>& names) {
   if (!names.empty()) return take_named<S>(mechanism, named(mechanism, names));
-  std::vector<int> coordinates;
+  std::vector<CoordinateId> coordinates;
   for (int rounds = 0; rounds < 4; ++rounds) {
     Loops<S> loops = analyse<S>(mechanism, coordinates);
     if (rounds == 0 && determine(loops, mechanism.actuators)) return finish(std::move(loops), mechanism.actuators, "");

@@ -12,11 +12,11 @@ namespace balance {
 template <class S>
 struct IndependentChoice {
   Tree<S> tree;
-  std::vector<int> needed;       ///< coordinates that the tree was compiled with
-  std::vector<int> coordinates;  ///< as many as freedoms, and they determine the others
-  int freedoms = 0;              ///< by rank
-  bool redundant = false;        ///< closures have more rows than rank
-  std::string note;              ///< which coordinates were chosen if nobody asked for them; else empty
+  std::vector<CoordinateId> needed;       ///< coordinates that the tree was compiled with
+  std::vector<CoordinateId> coordinates;  ///< as many as freedoms, and they determine the others
+  int freedoms = 0;                       ///< by rank
+  bool redundant = false;                 ///< closures have more rows than rank
+  std::string note;                       ///< which coordinates were chosen if nobody asked for them; else empty
 };
 
 /// @param names may be empty: see InverseOptions::independent

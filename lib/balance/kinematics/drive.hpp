@@ -16,9 +16,9 @@ struct Drive {
   std::vector<int> point;  ///< world components of the tool point
   std::vector<int> com;    ///< world components of the centre of mass
   std::vector<LinearQuantityOf<typename S::Scalar>> linear;
-  std::vector<int> rotation;   ///< spatial: world components of the tool's rotation
-  FixedFrame<S> tool;          ///< tool point with the axes of its body
-  std::vector<int> tool_path;  ///< nodes that move the tool
+  std::vector<int> rotation;      ///< spatial: world components of the tool's rotation
+  FixedFrame<S> tool;             ///< tool point with the axes of its body
+  std::vector<NodeId> tool_path;  ///< nodes that move the tool
 
   int values() const { return static_cast<int>(point.size() + com.size() + linear.size()); }
   int rows() const { return values() + static_cast<int>(rotation.size()); }

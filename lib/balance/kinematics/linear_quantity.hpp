@@ -2,15 +2,19 @@
 /// What is linear in the tree's coordinates: joint coordinates, the angle of a planar tool. Private to kinematics and the rooms
 /// that open it up.
 
+#include "balance/base/id.hpp"
+
 #include <utility>
 #include <vector>
 
 namespace balance {
 
+using Column = IdOf<struct ColumnList>;  ///< of the tree's coordinates y and of all matrices that go with them
+
 /// Σ coefficient · y[column] + constant.
 template <class T>
 struct LinearQuantityOf {
-  std::vector<std::pair<int, T>> terms;
+  std::vector<std::pair<Column, T>> terms;
   T constant = 0;
   bool is_length = false;
 

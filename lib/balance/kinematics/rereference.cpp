@@ -6,7 +6,7 @@
 namespace balance {
 
 template <class S>
-void rereference(Tree<S>& tree, int spherical, typename S::Scalar* y) {
+void rereference(Tree<S>& tree, NodeId spherical, typename S::Scalar* y) {
   Matrix3 all = Matrix3::Identity(), fixed = Matrix3::Identity();
   for (int n = spherical; n < spherical + 3; ++n) {
     const Node<S>& node = tree.nodes[n];
@@ -21,7 +21,7 @@ void rereference(Tree<S>& tree, int spherical, typename S::Scalar* y) {
   tree.nodes[spherical].R_PF = to_rotation<S>(exact.toRotationMatrix());
 }
 
-template void rereference<Planar>(Tree<Planar>&, int, double*);
-template void rereference<Spatial>(Tree<Spatial>&, int, double*);
+template void rereference<Planar>(Tree<Planar>&, NodeId, double*);
+template void rereference<Spatial>(Tree<Spatial>&, NodeId, double*);
 
 }  // namespace balance

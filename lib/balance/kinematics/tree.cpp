@@ -50,7 +50,7 @@ class Compiler {
  public:
   using T = typename S::Scalar;
 
-  Compiler(const MechanismOf<T>& mechanism, const std::vector<int>& needed) : mechanism_(mechanism) {
+  Compiler(const MechanismOf<T>& mechanism, const std::vector<CoordinateId>& needed) : mechanism_(mechanism) {
     const Mechanism& values = values_of(mechanism);
     coordinates_ = coordinates_of_joints(values);
     needed_ = joints_needed(values, needed);
@@ -67,7 +67,7 @@ class Compiler {
     tree_.floats.assign(mechanism_.coordinates.size(), false);
     number_columns();
     for (const TreeEdge& edge : spanning_.edges) add_joint(edge);
-    for (const int joint : spanning_.cut) add_closure(joint);
+    for (const JointId joint : spanning_.cut) add_closure(joint);
     add_masses();
     for (const TreeEdge& edge : spanning_.edges)
       if (const JointOf<T>& joint = mechanism_.joints[edge.joint]; rolls(joint.type) && !joint.slips)
@@ -120,7 +120,7 @@ class Compiler {
     return nullptr;
   }
 
-  int coordinate_of(int joint, int index) const {
+  int coordinate_of(JointId joint, int index) const {
     for (const int c : coordinates_[joint])
       if (mechanism_.coordinates[c].index == index) return c;
     throw std::invalid_argument("joint has no such coordinate");
@@ -167,7 +167,7 @@ class Compiler {
     const PassiveFreedom* spin = locked_freedom(edge);
     if (spin != nullptr) chain = turns_before(*spin, R_parent_child);
     const FixedFrame<S> parent = tree_.bodies[edge.parent];
-    int node = parent.node;
+    NodeId node = parent.node;
     Matrix3Of<T> R = to_matrix(parent.R_N);  // axes of the parent body in the current node
     Vector3Of<T> p = R * start + to_3d(parent.p_N);
     const bool sphere = joint.type == JointType::rolling_sphere;
@@ -221,7 +221,7 @@ class Compiler {
   }
 
   /// Closes the loop of a split joint: the copy that the joint carries is its second body.
-  void weld(int joint, const FixedFrame<S>& copy, int body) { splits_.push_back({joint, copy, body}); }
+  void weld(JointId joint, const FixedFrame<S>& copy, BodyId body) { splits_.push_back({joint, copy, body}); }
 
   void add_closure(int j) {
     const JointOf<T>& joint = mechanism_.joints[j];
@@ -259,7 +259,7 @@ class Compiler {
     const Matrix3Of<T> axes = node_axes<S>({NodeMotion::turn, disc.axis, 0});
     const Matrix3Of<T> R = to_matrix(carrier.R_N) * axes;
     const Vector3Of<T> p = to_3d(carrier.p_N) + to_matrix(carrier.R_N) * disc.position;
-    const int node = add_nodes(carrier.node, R, p, NodeMotion::turn, followed(disc.follows), disc.ratio);
+    const NodeId node = add_nodes(carrier.node, R, p, NodeMotion::turn, followed(disc.follows), disc.ratio);
     // the disc's own frame: its CoM, the carrier's axes at coordinate zero
     const FixedFrame<S> frame{node, to_rotation<S>(Matrix3Of<T>(axes.transpose())), S::Vector::Zero()};
     add_element(frame, inertia_about_origin<S>(disc.mass, Vector3Of<T>::Zero(), disc.inertia));
@@ -303,14 +303,14 @@ class Compiler {
   }
 
   struct Split {
-    int joint;
+    JointId joint;
     FixedFrame<S> copy;
-    int body;
+    BodyId body;
   };
 
   const MechanismOf<T>& mechanism_;
-  std::vector<std::vector<int>> coordinates_;  ///< per joint
-  std::vector<bool> needed_;                   ///< per joint
+  std::vector<std::vector<CoordinateId>> coordinates_;  ///< per joint
+  std::vector<bool> needed_;                            ///< per joint
   SpanningTree spanning_;
   Tree<S> tree_;
   std::vector<Split> splits_;
@@ -319,12 +319,13 @@ class Compiler {
 }  // namespace
 
 template <class S>
-Tree<S> compile(const MechanismOf<typename S::Scalar>& mechanism, const std::vector<int>& needed) {
+Tree<S> compile(const MechanismOf<typename S::Scalar>& mechanism, const std::vector<CoordinateId>& needed) {
   return Compiler<S>(mechanism, needed).run();
 }
 
-template Tree<PlanarOf<Number>> compile<PlanarOf<Number>>(const MechanismOf<Number>&, const std::vector<int>&);
-template Tree<SpatialOf<Number>> compile<SpatialOf<Number>>(const MechanismOf<Number>&, const std::vector<int>&);
+template Tree<PlanarOf<Number>> compile<PlanarOf<Number>>(const MechanismOf<Number>&, const std::vector<CoordinateId>&);
+template Tree<SpatialOf<Number>> compile<SpatialOf<Number>>(const MechanismOf<Number>&,
+                                                            const std::vector<CoordinateId>&);
 template PlanarOf<Number>::Inertia inertia_about_origin<PlanarOf<Number>>(const Number&, const Vector3Of<Number>&,
                                                                           const Matrix3Of<Number>&);
 template SpatialOf<Number>::Inertia inertia_about_origin<SpatialOf<Number>>(const Number&, const Vector3Of<Number>&,

@@ -10,6 +10,8 @@
 
 namespace balance {
 
+using NodeId = IdOf<struct NodeList>;  ///< into Tree::nodes
+
 enum class NodeMotion { weld, turn, slide };
 
 /// Rigid frame N hanging on the frame P of its parent. Its displacement is x = ratio · y[column] + offset; one that is a sum of
@@ -21,16 +23,16 @@ struct alignas(line_alignment<typename S::Scalar>) Node {
   typename S::Rotation R_PF;  ///< N at x = 0; turns about its z axis, slides along S::slide_direction()
   typename S::Vector p_PF = S::Vector::Zero();
   typename S::Inertia inertia;  ///< of everything fixed to N, about N's origin, in N's axes
-  int parent = -1;              ///< −1 only for node 0, the world
+  NodeId parent = -1;           ///< −1 only for node 0, the world
   NodeMotion motion = NodeMotion::weld;
-  int column = -1;  ///< of y; −1 for welds
+  Column column = -1;  ///< −1 for welds
   bool massless = true;
 };
 
 /// A frame fixed to a node.
 template <class S>
 struct FixedFrame {
-  int node = 0;
+  NodeId node = 0;
   typename S::Rotation R_N;
   typename S::Vector p_N = S::Vector::Zero();
 };
@@ -44,7 +46,7 @@ struct ClosureRow {
 
 /// Which nodes move a frame, and with which sign it counts.
 struct PathStep {
-  int node;
+  NodeId node;
   double sign;
   int term = 0;  ///< of a sum of speeds
 };
@@ -69,7 +71,7 @@ struct RollingContact {
 /// A joint that is enforced instead of parametrised.
 template <class S>
 struct Closure {
-  int joint = 0;       ///< −1: a constraint of the mechanism
+  JointId joint = 0;   ///< −1: a constraint of the mechanism
   bool split = false;  ///< welds the copy that a split joint carries
   FixedFrame<S> a, b;
   std::vector<ClosureRow> rows;
@@ -104,11 +106,11 @@ struct Tree {
   bool slides = false;  ///< some closure is not pinned
   /// Every coordinate of the mechanism in terms of y; without terms where the joint is cut.
   std::vector<LinearQuantityOf<typename S::Scalar>> sources;
-  std::vector<int> joint_nodes;     ///< per joint: the last node of its chain, −1 if cut
+  std::vector<NodeId> joint_nodes;  ///< per joint: the last node of its chain, −1 if cut
   std::vector<bool> joint_forward;  ///< per joint: the tree walks it from its first to its second body
   /// First nodes of the spherical joints whose coordinates nobody prescribes, drives or couples: these may be counted from
   /// another reference orientation at any time (rereference), so that they never reach their singular position.
-  std::vector<int> spherical_joints;
+  std::vector<NodeId> spherical_joints;
   std::vector<bool>
       floats;  ///< per coordinate of the mechanism: one of a spherical joint's, whose source holds at the start only
   /// Bodies whose passive freedom is held: the spherical joint that carries them lacks its last turn, like a universal joint.
@@ -121,11 +123,11 @@ struct Tree {
 
 /// @param needed coordinates that must not be cut (those a drive prescribes)
 template <class S>
-Tree<S> compile(const MechanismOf<typename S::Scalar>& mechanism, const std::vector<int>& needed);
+Tree<S> compile(const MechanismOf<typename S::Scalar>& mechanism, const std::vector<CoordinateId>& needed);
 
 /// Counts a spherical joint's coordinates from the present orientation on: they become zero, nothing moves.
 template <class S>
-void rereference(Tree<S>& tree, int spherical, typename S::Scalar* y);
+void rereference(Tree<S>& tree, NodeId spherical, typename S::Scalar* y);
 
 /// Inertia given about the CoM in a frame's axes, moved to that frame's origin.
 template <class S>
@@ -137,9 +139,9 @@ template <class S>
 typename S::Inertia moved(const typename S::Inertia& inertia, const typename S::Rotation& R,
                           const typename S::Vector& p);
 
-extern template void rereference<Planar>(Tree<Planar>&, int, double*);
-extern template void rereference<Spatial>(Tree<Spatial>&, int, double*);
-extern template Tree<Planar> compile<Planar>(const Mechanism&, const std::vector<int>&);
-extern template Tree<Spatial> compile<Spatial>(const Mechanism&, const std::vector<int>&);
+extern template void rereference<Planar>(Tree<Planar>&, NodeId, double*);
+extern template void rereference<Spatial>(Tree<Spatial>&, NodeId, double*);
+extern template Tree<Planar> compile<Planar>(const Mechanism&, const std::vector<CoordinateId>&);
+extern template Tree<Spatial> compile<Spatial>(const Mechanism&, const std::vector<CoordinateId>&);
 
 }  // namespace balance

@@ -72,18 +72,18 @@ class LaneActuation {
     int to;    ///< in the passive matrix, or the row
   };
   struct Motor {
-    int column;
+    Column column;
     double ratio;
     std::vector<Place> entries;
   };
 
-  int position(int column) const {
+  int position(Column column) const {
     return static_cast<int>(std::find(passive_columns_.begin(), passive_columns_.end(), column) -
                             passive_columns_.begin());
   }
 
   int closures_;
-  std::vector<int> passive_columns_;
+  std::vector<Column> passive_columns_;
   std::vector<Motor> motors_;
   std::vector<Place> passive_entries_;
   LaneSystem<T::lanes> passive_;

@@ -2,6 +2,7 @@
 #include "balance/lanes/kernels.hpp"
 
 #include "balance/base/number.hpp"
+#include "balance/base/pack_transpose.hpp"
 #include "balance/dynamics/recursion.hpp"
 #include "balance/lanes/motion.hpp"
 

@@ -54,9 +54,9 @@ struct GroupSetup {
   const Drive<S>& drive;
   const Actuation<S>& actuation;  ///< regular, used before
   typename S::Vector about;
-  double round_off;                        ///< scaled residual that cannot be improved upon
-  const std::vector<int>& matrix_columns;  ///< columns on which the equations' matrix depends
-  bool direct;                             ///< every column is prescribed by itself
+  double round_off;                           ///< scaled residual that cannot be improved upon
+  const std::vector<Column>& matrix_columns;  ///< columns on which the equations' matrix depends
+  bool direct;                                ///< every column is prescribed by itself
 };
 
 /// A motion without external forces and friction, with independent closures: Newton's method on the poses, rates, accelerations and

@@ -29,7 +29,7 @@ class RootFinder {
   enum class State { unknown, open, known };
 
   /// Leaders before those that they lead, without recursion: chains may be long.
-  void resolve(int coordinate) {
+  void resolve(CoordinateId coordinate) {
     std::vector<int> open = {coordinate};
     while (!open.empty()) {
       const int c = open.back();

@@ -8,9 +8,9 @@
 namespace balance {
 
 /// Per body its joints, in their order.
-std::vector<std::vector<int>> joints_of_bodies(const Mechanism& mechanism);
+std::vector<std::vector<JointId>> joints_of_bodies(const Mechanism& mechanism);
 
 /// Per joint its coordinates, in their order.
-std::vector<std::vector<int>> coordinates_of_joints(const Mechanism& mechanism);
+std::vector<std::vector<CoordinateId>> coordinates_of_joints(const Mechanism& mechanism);
 
 }  // namespace balance

@@ -2,16 +2,16 @@
 
 namespace balance {
 
-bool follows_itself(const Leaders& leaders, int follower, const std::vector<int>& from) {
+bool follows_itself(const Leaders& leaders, CoordinateId follower, const std::vector<CoordinateId>& from) {
   std::vector<bool> seen(leaders.size(), false);
-  std::vector<int> open = from;
+  std::vector<CoordinateId> open = from;
   while (!open.empty()) {
-    const int c = open.back();
+    const CoordinateId c = open.back();
     open.pop_back();
     if (c == follower) return true;
     if (seen[static_cast<std::size_t>(c)]) continue;
     seen[static_cast<std::size_t>(c)] = true;
-    const std::vector<int>& above = leaders[static_cast<std::size_t>(c)];
+    const std::vector<CoordinateId>& above = leaders[static_cast<std::size_t>(c)];
     open.insert(open.end(), above.begin(), above.end());
   }
   return false;

@@ -93,7 +93,7 @@ double largest_distance(std::vector<Vector3> places) {
 
 double characteristic_length(const Mechanism& mechanism) {
   double length = 0;
-  const std::vector<std::vector<int>> joints = joints_of_bodies(mechanism);
+  const std::vector<std::vector<JointId>> joints = joints_of_bodies(mechanism);
   for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
     std::vector<Vector3> places;
     for (const NamedPoint& point : mechanism.bodies[b].points) places.push_back(point.position);

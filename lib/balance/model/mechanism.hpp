@@ -5,8 +5,10 @@
 /// Planar mechanisms use the same types: positions have z = 0, axes of rotation are z, an inertia has only its zz entry.
 
 #include "balance/base/types.hpp"
+#include "balance/model/ids.hpp"
 #include "balance/model/speed.hpp"
 
+#include <concepts>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -19,7 +21,7 @@ namespace balance {
 enum class SpaceKind { planar, spatial };
 
 /// The rigid body that does not move; always bodies[0].
-inline constexpr int ground = 0;
+inline constexpr BodyId ground = 0;
 
 /// A named place on a body, in the body's axes from the body's origin [m].
 template <class T>
@@ -79,8 +81,8 @@ template <class T>
 struct JointOf {
   std::string name;
   JointType type = JointType::revolute;
-  int first = ground;
-  int second = ground;
+  BodyId first = ground;
+  BodyId second = ground;
   Vector3Of<T> point_first = Vector3Of<T>::Zero();
   Vector3Of<T> point_second = Vector3Of<T>::Zero();
   Vector3Of<T> axis = Vector3Of<T>::UnitZ();   ///< planar prismatic and pin_slot: direction of the slide
@@ -101,7 +103,7 @@ enum class CoordinateKind { angle, length };
 /// One scalar coordinate of a joint. Mechanism::coordinates lists them joint by joint.
 struct Coordinate {
   std::string name;  ///< "J" where the joint has one coordinate, else "J.angle", "J.slide", "J.x", "J.1", …
-  int joint = 0;
+  JointId joint = 0;
   int index = 0;  ///< within the joint
   CoordinateKind kind = CoordinateKind::angle;
 };
@@ -109,7 +111,7 @@ struct Coordinate {
 /// ratio · q[coordinate].
 template <class T>
 struct CoordinateTermOf {
-  int coordinate = 0;
+  CoordinateId coordinate = 0;
   T ratio = 1;
 };
 
@@ -119,8 +121,9 @@ template <class T>
 struct FollowedOf {
   std::vector<CoordinateTermOf<T>> terms;
 
-  FollowedOf(int coordinate = 0)
-      : terms{{coordinate, T(1)}} {}  // NOLINT(google-explicit-constructor): mostly it is one
+  FollowedOf() : FollowedOf(CoordinateId()) {}
+  template <std::convertible_to<CoordinateId> Id>
+  FollowedOf(Id coordinate) : terms{{coordinate, T(1)}} {}  // NOLINT(google-explicit-constructor): mostly it is one
   explicit FollowedOf(std::vector<CoordinateTermOf<T>> sum) : terms(std::move(sum)) {}
 
   /// @param q per coordinate of the mechanism: positions, rates or accelerations
@@ -135,7 +138,7 @@ struct FollowedOf {
 /// Gear or belt: q[follower] = ratio · (what the leader says) + offset.
 template <class T>
 struct CouplingOf {
-  int follower = 0;  ///< coordinate
+  CoordinateId follower = 0;
   FollowedOf<T> leader;
   T ratio = 1;
   T offset = 0;
@@ -148,7 +151,7 @@ template <class T>
 struct AttachmentOf {
   std::string name;
   AttachmentKind kind = AttachmentKind::counterweight;
-  int body = 0;
+  BodyId body = 0;
   Vector3Of<T> position = Vector3Of<T>::Zero();            ///< of its CoM, in the body's axes [m]
   T mass = 0;                                              ///< [kg], zero allowed (a free mass may vanish)
   Matrix3Of<T> inertia = Matrix3Of<T>::Zero();             ///< about its CoM, in the body's axes [kg m^2]
@@ -161,7 +164,7 @@ struct AttachmentOf {
 template <class T>
 struct DiscOf {
   std::string name;
-  int body = 0;                                  ///< the carrier
+  BodyId body = 0;                               ///< the carrier
   Vector3Of<T> position = Vector3Of<T>::Zero();  ///< in the carrier's axes [m]
   Vector3Of<T> axis = Vector3Of<T>::UnitZ();     ///< unit vector in the carrier's axes
   FollowedOf<T> follows;
@@ -176,7 +179,7 @@ enum class Frame { world, body };
 template <class T>
 struct LoadOf {
   std::string name;
-  int body = 0;
+  BodyId body = 0;
   Vector3Of<T> point = Vector3Of<T>::Zero();  ///< where the force acts, in the body's axes [m]
   Frame frame = Frame::world;                 ///< axes in which force and moment are given
   std::vector<T> time;                        ///< empty for a constant load, else increasing [s]; held beyond its ends
@@ -189,14 +192,14 @@ struct LoadOf {
 template <class T>
 struct SpringOf {
   std::string name;
-  int first = 0;
-  int second = 0;
+  BodyId first = ground;
+  BodyId second = ground;
   Vector3Of<T> point_first = Vector3Of<T>::Zero();
   Vector3Of<T> point_second = Vector3Of<T>::Zero();
-  T stiffness = 0;      ///< [N/m], in an angle [N m/rad]
-  T free_length = 0;    ///< [m]; zero is a zero-free-length spring
-  T preload = 0;        ///< in a joint: what it drives the coordinate with at zero [N m or N]
-  int coordinate = -1;  ///< −1: between its points
+  T stiffness = 0;               ///< [N/m], in an angle [N m/rad]
+  T free_length = 0;             ///< [m]; zero is a zero-free-length spring
+  T preload = 0;                 ///< in a joint: what it drives the coordinate with at zero [N m or N]
+  CoordinateId coordinate = -1;  ///< −1: between its points
 
   bool in_joint() const { return coordinate >= 0; }
 };
@@ -205,7 +208,7 @@ struct SpringOf {
 /// static_limit() (model/friction.hpp has the law).
 template <class T>
 struct FrictionOf {
-  int coordinate = 0;
+  CoordinateId coordinate = 0;
   T viscous = 0;                  ///< [N m s/rad] or [N s/m]
   T coulomb = 0;                  ///< [N m] or [N]
   std::optional<T> at_rest = {};  ///< what it takes to break loose, at least coulomb [N m or N]; none: coulomb
@@ -215,7 +218,7 @@ struct FrictionOf {
 /// The point of interest of one body.
 template <class T>
 struct ToolOf {
-  int body = 0;
+  BodyId body = 0;
   std::string point;                             ///< its name on the body
   Vector3Of<T> position = Vector3Of<T>::Zero();  ///< in the body's axes [m]
 };
@@ -223,7 +226,7 @@ struct ToolOf {
 /// A rough value of one joint coordinate that helps to pick the assembly mode.
 template <class T>
 struct CoordinateValueOf {
-  int coordinate = 0;
+  CoordinateId coordinate = 0;
   T value = 0;
 };
 
@@ -242,7 +245,7 @@ struct MechanismOf {
   std::vector<LoadOf<T>> loads;
   std::vector<SpringOf<T>> springs;
   std::vector<FrictionOf<T>> friction;
-  std::vector<int> actuators;  ///< coordinates that a motor drives
+  std::vector<CoordinateId> actuators;  ///< coordinates that a motor drives
   std::optional<ToolOf<T>> tool;
   std::vector<CoordinateValueOf<T>> assembly;
 };

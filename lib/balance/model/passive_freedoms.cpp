@@ -8,10 +8,12 @@ namespace balance {
 
 namespace {
 
-Vector3 point_on(const Joint& joint, int body) { return joint.first == body ? joint.point_first : joint.point_second; }
+Vector3 point_on(const Joint& joint, BodyId body) {
+  return joint.first == body ? joint.point_first : joint.point_second;
+}
 
 /// Something acts on the body from elsewhere than its joints.
-bool is_touched(const Mechanism& mechanism, int body) {
+bool is_touched(const Mechanism& mechanism, BodyId body) {
   const auto on = [body](const auto& part) { return part.body == body; };
   return std::any_of(mechanism.discs.begin(), mechanism.discs.end(), on) ||
          std::any_of(mechanism.loads.begin(), mechanism.loads.end(), on) ||
@@ -23,7 +25,7 @@ bool is_touched(const Mechanism& mechanism, int body) {
 }
 
 /// First moment of the body and what is fixed to it, divided by its mass; `otherwise` where there is none.
-Vector3 common_com(const Mechanism& mechanism, int body, const Vector3& otherwise) {
+Vector3 common_com(const Mechanism& mechanism, BodyId body, const Vector3& otherwise) {
   double mass = mechanism.bodies[body].mass;
   Vector3 moment = mass * mechanism.bodies[body].com;
   for (const Attachment& extra : mechanism.attachments) {
@@ -38,32 +40,34 @@ constexpr double on_line = 1e-6;  // of the distance between the joints: what ro
 
 class PassiveFreedomFinder {
  public:
-  PassiveFreedomFinder(const Mechanism& mechanism, const std::vector<int>& needed)
+  PassiveFreedomFinder(const Mechanism& mechanism, const std::vector<CoordinateId>& needed)
       : mechanism_(mechanism), keep_(joints_needed(mechanism, needed)), on_(mechanism.bodies.size()) {
     for (std::size_t j = 0; j < mechanism.joints.size(); ++j)
-      for (const int body : {mechanism.joints[j].first, mechanism.joints[j].second})
+      for (const BodyId body : {mechanism.joints[j].first, mechanism.joints[j].second})
         on_[body].push_back(static_cast<int>(j));
   }
 
   std::vector<PassiveFreedom> run() {
-    for (int body = 1; body < static_cast<int>(mechanism_.bodies.size()); ++body) find_rod(body);
+    for (BodyId body = 1; body < static_cast<int>(mechanism_.bodies.size()); ++body) find_rod(body);
     for (const Joint& joint : mechanism_.joints)
       if (joint.type == JointType::prismatic && joint.first != ground && joint.second != ground) find_leg(joint);
     return std::move(spins_);
   }
 
  private:
-  bool may_spin_at(int joint) const { return mechanism_.joints[joint].type == JointType::spherical && !keep_[joint]; }
+  bool may_spin_at(JointId joint) const {
+    return mechanism_.joints[joint].type == JointType::spherical && !keep_[joint];
+  }
 
   /// Its own and what it carries has its centre of mass on the line through a point.
-  bool is_balanced(int body, const Vector3& point, const Vector3& line, double length) const {
+  bool is_balanced(BodyId body, const Vector3& point, const Vector3& line, double length) const {
     const Vector3 off = line.cross(common_com(mechanism_, body, point) - point);
     return off.norm() <= on_line * length;
   }
 
   /// A body between two spherical joints.
-  void find_rod(int body) {
-    const std::vector<int>& at = on_[body];
+  void find_rod(BodyId body) {
+    const std::vector<JointId>& at = on_[body];
     if (at.size() != 2 || !may_spin_at(at[0]) || !may_spin_at(at[1]) || is_touched(mechanism_, body)) return;
     const Vector3 A = point_on(mechanism_.joints[at[0]], body), B = point_on(mechanism_.joints[at[1]], body);
     const double length = (B - A).norm();
@@ -73,7 +77,7 @@ class PassiveFreedomFinder {
   }
 
   /// The other joint of a body with two, if it is a spherical one that may spin; −1 otherwise.
-  int spherical_beside(int body, const Joint& slide) const {
+  int spherical_beside(BodyId body, const Joint& slide) const {
     if (on_[body].size() != 2 || is_touched(mechanism_, body)) return -1;
     const int other = &mechanism_.joints[on_[body][0]] == &slide ? on_[body][1] : on_[body][0];
     return may_spin_at(other) ? other : -1;
@@ -97,17 +101,17 @@ class PassiveFreedomFinder {
 
   const Mechanism& mechanism_;
   const std::vector<bool> keep_;
-  std::vector<std::vector<int>> on_;  ///< joints of every body
+  std::vector<std::vector<JointId>> on_;  ///< joints of every body
   std::vector<PassiveFreedom> spins_;
 };
 
 }  // namespace
 
-std::vector<PassiveFreedom> passive_freedoms(const Mechanism& mechanism, const std::vector<int>& needed) {
+std::vector<PassiveFreedom> passive_freedoms(const Mechanism& mechanism, const std::vector<CoordinateId>& needed) {
   return PassiveFreedomFinder(mechanism, needed).run();
 }
 
-std::vector<PassiveFreedom> locked_freedoms(const Mechanism& mechanism, const std::vector<int>& needed,
+std::vector<PassiveFreedom> locked_freedoms(const Mechanism& mechanism, const std::vector<CoordinateId>& needed,
                                             const SpanningTree& tree) {
   const std::vector<PassiveFreedom> all = passive_freedoms(mechanism, needed);
   const auto same = [](const PassiveFreedom& a, const PassiveFreedom& b) {

@@ -32,7 +32,7 @@ class Row {
       if (spring.in_joint()) spring.coordinate += coordinates_;
     });
     append(whole_.friction, next.friction, [this](Friction& one) { one.coordinate += coordinates_; });
-    append(whole_.actuators, next.actuators, [this](int& actuator) { actuator += coordinates_; });
+    append(whole_.actuators, next.actuators, [this](CoordinateId& actuator) { actuator += coordinates_; });
     append(whole_.assembly, next.assembly, [this](CoordinateValue& value) { value.coordinate += coordinates_; });
     whole_.coordinates = list_coordinates(whole_.space, whole_.joints);
   }
@@ -47,11 +47,11 @@ class Row {
       all.push_back(std::move(one));
     }
   }
-  int body(int index) const { return index == ground ? ground : index + bodies_; }
+  BodyId body(BodyId one) const { return one == ground ? one : BodyId(one + bodies_); }
   void shift(Followed& what) const {
     for (CoordinateTerm& term : what.terms) term.coordinate += coordinates_;
   }
-  void join(int& first, int& second) const {
+  void join(BodyId& first, BodyId& second) const {
     first = body(first);
     second = body(second);
   }

@@ -13,7 +13,7 @@ class LoopWalk {
 
   /// All loops of so many joints.
   void list(std::size_t length, std::size_t most, std::vector<SimpleLoop>& loops) {
-    for (int body = 0; body < static_cast<int>(mechanism_.bodies.size()); ++body)
+    for (BodyId body = 0; body < static_cast<int>(mechanism_.bodies.size()); ++body)
       go_on(body, body, length, most, loops);
   }
   bool tired() const { return steps_ > most_steps; }

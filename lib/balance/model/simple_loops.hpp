@@ -9,7 +9,7 @@
 namespace balance {
 
 struct LoopStep {
-  int joint = 0;
+  JointId joint = 0;
   bool forward = true;  ///< walked from its first body to its second
 };
 

@@ -15,12 +15,12 @@ namespace {
 /// Number of joints between each body and the ground.
 std::vector<int> distances_from_ground(const Mechanism& mechanism) {
   std::vector<int> distance(mechanism.bodies.size(), -1);
-  const std::vector<std::vector<int>> joints = joints_of_bodies(mechanism);
+  const std::vector<std::vector<JointId>> joints = joints_of_bodies(mechanism);
   std::queue<int> open;
   distance[ground] = 0;
   open.push(ground);
   while (!open.empty()) {
-    const int body = open.front();
+    const BodyId body = open.front();
     open.pop();
     for (const int j : joints[body]) {
       const Joint& joint = mechanism.joints[j];
@@ -41,12 +41,12 @@ int find(std::vector<int>& parent, int i) {
 /// Walks the chosen joints from the ground outwards.
 std::vector<TreeEdge> walk(const Mechanism& mechanism, const std::vector<bool>& chosen) {
   std::vector<TreeEdge> edges;
-  const std::vector<std::vector<int>> joints = joints_of_bodies(mechanism);
+  const std::vector<std::vector<JointId>> joints = joints_of_bodies(mechanism);
   std::vector<bool> reached(mechanism.bodies.size(), false);
   std::vector<int> open = {ground};
   reached[ground] = true;
   while (!open.empty()) {
-    const int body = open.back();
+    const BodyId body = open.back();
     open.pop_back();
     for (const int j : joints[body]) {
       const Joint& joint = mechanism.joints[j];
@@ -65,7 +65,7 @@ std::vector<TreeEdge> walk(const Mechanism& mechanism, const std::vector<bool>& 
 
 }  // namespace
 
-std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<int>& needed) {
+std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<CoordinateId>& needed) {
   std::vector<bool> keep(mechanism.joints.size(), false);
   const auto mark = [&](int c) {
     const Coordinate& coordinate = mechanism.coordinates[c];
@@ -73,8 +73,8 @@ std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<in
     const bool place = mechanism.joints[coordinate.joint].type == JointType::rolling_sphere && coordinate.index < 2;
     keep[coordinate.joint] = keep[coordinate.joint] || !place;
   };
-  for (const int coordinate : needed) mark(coordinate);
-  for (const int coordinate : mechanism.actuators) mark(coordinate);
+  for (const CoordinateId coordinate : needed) mark(coordinate);
+  for (const CoordinateId coordinate : mechanism.actuators) mark(coordinate);
   const auto mark_all = [&](const Followed& followed) {
     for (const CoordinateTerm& term : followed.terms) mark(term.coordinate);
   };
@@ -89,7 +89,7 @@ std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<in
   return keep;
 }
 
-SpanningTree span(const Mechanism& mechanism, const std::vector<int>& needed) {
+SpanningTree span(const Mechanism& mechanism, const std::vector<CoordinateId>& needed) {
   const std::vector<int> distance = distances_from_ground(mechanism);
   std::vector<bool> keep = joints_needed(mechanism, needed);
   for (std::size_t j = 0; j < keep.size(); ++j) keep[j] = keep[j] || rolls(mechanism.joints[j].type);
@@ -105,7 +105,7 @@ SpanningTree span(const Mechanism& mechanism, const std::vector<int>& needed) {
   std::iota(group.begin(), group.end(), 0);
   std::vector<bool> chosen(mechanism.joints.size(), false);
   SpanningTree tree;
-  std::vector<int> split;
+  std::vector<JointId> split;
   for (const int j : order) {
     const int a = find(group, mechanism.joints[j].first), b = find(group, mechanism.joints[j].second);
     if (a != b) {
@@ -117,21 +117,21 @@ SpanningTree span(const Mechanism& mechanism, const std::vector<int>& needed) {
   }
   std::sort(tree.cut.begin(), tree.cut.end());
   tree.edges = walk(mechanism, chosen);
-  for (const int j : split)
+  for (const JointId j : split)
     tree.edges.push_back({j, mechanism.joints[j].first, mechanism.joints[j].second, true, true});
   return tree;
 }
 
-std::vector<int> loop_bodies(const Mechanism& mechanism, const SpanningTree& tree, int joint) {
-  std::vector<int> parent(mechanism.bodies.size(), -1);
+std::vector<BodyId> loop_bodies(const Mechanism& mechanism, const SpanningTree& tree, JointId joint) {
+  std::vector<BodyId> parent(mechanism.bodies.size(), -1);
   for (const TreeEdge& edge : tree.edges)
     if (!edge.split) parent[edge.child] = edge.parent;
-  const auto to_ground = [&](int body) {
-    std::vector<int> path;
+  const auto to_ground = [&](BodyId body) {
+    std::vector<BodyId> path;
     for (; body >= 0; body = parent[body]) path.push_back(body);
     return path;
   };
-  std::vector<int> a = to_ground(mechanism.joints[joint].first), b = to_ground(mechanism.joints[joint].second);
+  std::vector<BodyId> a = to_ground(mechanism.joints[joint].first), b = to_ground(mechanism.joints[joint].second);
   while (a.size() > 1 && b.size() > 1 && a[a.size() - 2] == b[b.size() - 2]) a.pop_back(), b.pop_back();
   if (!a.empty() && !b.empty() && a.back() == b.back()) b.pop_back();
   a.insert(a.end(), b.rbegin(), b.rend());

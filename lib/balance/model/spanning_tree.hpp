@@ -9,9 +9,9 @@ namespace balance {
 
 /// How a joint of the spanning tree is walked: from `parent` to `child`.
 struct TreeEdge {
-  int joint = 0;
-  int parent = 0;       ///< body
-  int child = 0;        ///< body; meaningless for a split edge
+  JointId joint = 0;
+  BodyId parent = 0;
+  BodyId child = 0;     ///< meaningless for a split edge
   bool forward = true;  ///< the parent is the joint's first body
   /// The joint closes a loop, yet its coordinates are needed: it carries a massless copy of its child, and the loop is closed
   /// by welding that copy to the child.
@@ -20,37 +20,37 @@ struct TreeEdge {
 
 struct SpanningTree {
   std::vector<TreeEdge> edges;  ///< parents before children; every moving body is the child of one unsplit edge
-  std::vector<int> cut;         ///< joints enforced as loop closures, in the mechanism's order
+  std::vector<JointId> cut;     ///< joints enforced as loop closures, in the mechanism's order
 };
 
 /// Per joint: one of its coordinates is in `needed`, in a coupling, an actuator, followed by a disc or has friction.
-std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<int>& needed);
+std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<CoordinateId>& needed);
 
 /// A body between two spherical joints may spin about the line through them without anything else moving.
 struct PassiveFreedom {
-  int body = 0;
+  BodyId body = 0;
   Vector3 line = Vector3::UnitZ();  ///< unit vector along it, in the body's axes
-  int joints[2] = {0, 0};
+  JointId joints[2] = {0, 0};
 };
 
 /// Bodies whose spin nothing notices: exactly two joints, both spherical and not needed, the common CoM of body and attachments
 /// on the line, no disc, spring or load on the body. Two bodies between spherical joints that slide along the line through these
 /// spin together: each is listed, with the same joints, and one of them is to be held.
 /// @param needed coordinates that must be available
-std::vector<PassiveFreedom> passive_freedoms(const Mechanism& mechanism, const std::vector<int>& needed);
+std::vector<PassiveFreedom> passive_freedoms(const Mechanism& mechanism, const std::vector<CoordinateId>& needed);
 
 /// Cuts the joints that leave the fewest coordinates; among equals those farthest from the ground, which keeps chains short.
 /// Joints that are needed are never cut.
 /// @param needed coordinates that must be available
 /// @throws std::invalid_argument if a body is not connected to the ground
-SpanningTree span(const Mechanism& mechanism, const std::vector<int>& needed);
+SpanningTree span(const Mechanism& mechanism, const std::vector<CoordinateId>& needed);
 
 /// The passive freedoms that a tree holds: of two bodies that spin together the one that its spherical joint carries.
-std::vector<PassiveFreedom> locked_freedoms(const Mechanism& mechanism, const std::vector<int>& needed,
+std::vector<PassiveFreedom> locked_freedoms(const Mechanism& mechanism, const std::vector<CoordinateId>& needed,
                                             const SpanningTree& tree);
 
 /// Bodies around the loop that a joint outside the tree closes, from its first body to its second.
-std::vector<int> loop_bodies(const Mechanism& mechanism, const SpanningTree& tree, int joint);
+std::vector<BodyId> loop_bodies(const Mechanism& mechanism, const SpanningTree& tree, JointId joint);
 
 /// Degrees of freedom by counting (Grübler–Kutzbach), couplings included.
 int count_freedoms(const Mechanism& mechanism);

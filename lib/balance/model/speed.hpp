@@ -2,6 +2,7 @@
 /// Speeds that need not be rates of coordinates: sums of rates of joint coordinates and of components of bodies' motion.
 
 #include "balance/base/types.hpp"
+#include "balance/model/ids.hpp"
 
 #include <string>
 #include <vector>
@@ -13,9 +14,9 @@ template <class T>
 struct SpeedTermOf {
   enum class Of { coordinate, velocity, velocity_own, turning, turning_own };
   Of of = Of::coordinate;
-  int index = 0;  ///< coordinate of the mechanism, or component 0 to 2; what turns in the plane has component 2
-  T factor = 1;   ///< SI
-  int body = 0;   ///< of a component
+  int index = 0;    ///< coordinate of the mechanism, or component 0 to 2; what turns in the plane has component 2
+  T factor = 1;     ///< SI
+  BodyId body = 0;  ///< of a component
   Vector3Of<T> position = Vector3Of<T>::Zero();  ///< of the point whose velocity is meant, in the body's axes [m]
 };
 

@@ -43,8 +43,8 @@ void check_coordinates(const Mechanism& mechanism, std::vector<Fault>& all) {
 /// Every body is reached from the ground.
 void check_connected(const Mechanism& mechanism, std::vector<Fault>& all) {
   std::vector<bool> reached(mechanism.bodies.size(), false);
-  const auto at = [](int body) { return static_cast<std::size_t>(body); };
-  const auto exists = [&](int body) { return body >= 0 && at(body) < mechanism.bodies.size(); };
+  const auto at = [](BodyId body) { return static_cast<std::size_t>(body); };
+  const auto exists = [&](BodyId body) { return body >= 0 && at(body) < mechanism.bodies.size(); };
   if (!reached.empty()) reached[ground] = true;
   for (bool growing = true; growing;) {
     growing = false;
@@ -74,7 +74,7 @@ void check_couplings(const Mechanism& mechanism, std::vector<Fault>& all) {
       faults.add(FaultKind::ratio_zero, "the ratio must not be zero: a joint that does not move is fixed");
     if (!follower || !leader) continue;
     const std::string name = mechanism.coordinates[static_cast<std::size_t>(coupling.follower)].name;
-    std::vector<int>& led_by = leaders[static_cast<std::size_t>(coupling.follower)];
+    std::vector<CoordinateId>& led_by = leaders[static_cast<std::size_t>(coupling.follower)];
     if (!led_by.empty())
       faults.add(FaultKind::coupled_twice, "'" + name + "' follows another coordinate already");
     else if (follows_itself(leaders, coupling.follower, coordinates_of(coupling.leader)))
@@ -85,7 +85,7 @@ void check_couplings(const Mechanism& mechanism, std::vector<Fault>& all) {
 }
 
 void check_references(const Mechanism& mechanism, std::vector<Fault>& all) {
-  std::set<int> actuated;
+  std::set<CoordinateId> actuated;
   for (std::size_t a = 0; a < mechanism.actuators.size(); ++a) {
     ElementFaults faults(ElementKind::actuator, a, "", all);
     if (faults.in_range(mechanism.actuators[a], mechanism.coordinates.size(), "its coordinate") &&

@@ -45,21 +45,21 @@ class ComRates {
 
  private:
   /// Σ m |rate of what it carries| / Σ m, per unit of a node's own turn or slide.
-  double reach(int joint) const {
+  double reach(NodeId moving) const {
     double sum = 0;
     for (std::size_t k = 1; k < tree_.nodes.size(); ++k) {
-      if (!carried_by(static_cast<int>(k), joint)) continue;
+      if (!carried_by(static_cast<int>(k), moving)) continue;
       const auto& inertia = tree_.nodes[k].inertia;
-      sum += tree_.nodes[joint].motion == NodeMotion::slide
+      sum += tree_.nodes[moving].motion == NodeMotion::slide
                  ? std::abs(inertia.mass)
-                 : inertia.moment.norm() + std::abs(inertia.mass) * (state_[k].p_WN - state_[joint].p_WN).norm();
+                 : inertia.moment.norm() + std::abs(inertia.mass) * (state_[k].p_WN - state_[moving].p_WN).norm();
     }
     return sum / tree_.mass;
   }
 
-  bool carried_by(int node, int joint) const {
-    while (node > joint) node = tree_.nodes[node].parent;
-    return node == joint;
+  bool carried_by(NodeId node, NodeId moving) const {
+    while (node > moving) node = tree_.nodes[node].parent;
+    return node == moving;
   }
 
   const Tree<S>& tree_;

@@ -62,7 +62,7 @@ PiecewiseSeries spline_on(const std::vector<double>& knots, const std::vector<do
 }
 
 /// Where the drive's values hold a coordinate (−1: the tool's angle).
-std::size_t component_of(const DriveQuantities& quantities, int coordinate) {
+std::size_t component_of(const DriveQuantities& quantities, CoordinateId coordinate) {
   const std::size_t first = quantities.point.size() + quantities.com.size();
   if (coordinate < 0 && quantities.tool_angle) return first;
   const auto& all = quantities.coordinates;

@@ -12,8 +12,8 @@ int remaining_values(const Trajectory& trajectory) {
   return static_cast<int>(trajectory.remaining.size()) + (trajectory.remaining_angle ? 1 : 0);
 }
 
-std::vector<int> prescribed_coordinates(const Trajectory& trajectory) {
-  std::vector<int> coordinates = trajectory.remaining;
+std::vector<CoordinateId> prescribed_coordinates(const Trajectory& trajectory) {
+  std::vector<CoordinateId> coordinates = trajectory.remaining;
   const auto add = [&](const PoseTarget& pose) {
     for (const CoordinateValue& joint : pose.joints) coordinates.push_back(joint.coordinate);
   };
@@ -77,18 +77,18 @@ void add_components(const std::vector<Component>& components, const Mechanism& m
   }
 }
 
-std::vector<int> named_joints(const Trajectory& trajectory) {
-  std::vector<int> coordinates;
+std::vector<CoordinateId> named_joints(const Trajectory& trajectory) {
+  std::vector<CoordinateId> coordinates;
   for (const CoordinateValue& value : trajectory.from.joints) coordinates.push_back(value.coordinate);
   return coordinates;
 }
 
 /// Drive `joints`: what `from` names, or the actuators.
-std::vector<int> driven_joints(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
-  std::vector<int> coordinates = named_joints(trajectory);
-  const std::set<int> named(coordinates.begin(), coordinates.end());
+std::vector<CoordinateId> driven_joints(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
+  std::vector<CoordinateId> coordinates = named_joints(trajectory);
+  const std::set<CoordinateId> named(coordinates.begin(), coordinates.end());
   const bool all_actuators = std::all_of(mechanism.actuators.begin(), mechanism.actuators.end(),
-                                         [&](int actuator) { return named.contains(actuator); });
+                                         [&](CoordinateId actuator) { return named.contains(actuator); });
   // a start pose may name more joints than move independently: then the motors' count
   if (coordinates.empty() || (static_cast<int>(coordinates.size()) > freedoms && all_actuators &&
                               static_cast<int>(mechanism.actuators.size()) == freedoms))
@@ -113,19 +113,19 @@ void add_remaining(const Mechanism& mechanism, const Trajectory& trajectory, int
 }
 
 /// What a pose says of joint coordinates; of one that it names twice the last value.
-std::map<int, double> joint_values(const PoseTarget& pose) {
-  std::map<int, double> values;
+std::map<CoordinateId, double> joint_values(const PoseTarget& pose) {
+  std::map<CoordinateId, double> values;
   for (const CoordinateValue& joint : pose.joints) values[joint.coordinate] = joint.value;
   return values;
 }
 
 /// The pose says everything that is prescribed.
 bool states_all(const DriveQuantities& quantities, const PoseTarget& pose) {
-  const std::map<int, double> joints = joint_values(pose);
+  const std::map<CoordinateId, double> joints = joint_values(pose);
   return (quantities.point.empty() || pose.tool) && (quantities.com.empty() || pose.com) &&
          (!quantities.tool_angle || pose.angle) && (quantities.rotation.empty() || pose.orientation) &&
          std::all_of(quantities.coordinates.begin(), quantities.coordinates.end(),
-                     [&](int coordinate) { return joints.contains(coordinate); });
+                     [&](CoordinateId coordinate) { return joints.contains(coordinate); });
 }
 
 }  // namespace
@@ -187,8 +187,8 @@ DriveValue stated_values(const DriveQuantities& quantities, const PoseTarget& po
     if (pose.angle) out.value[k] = *pose.angle;
     ++k;
   }
-  const std::map<int, double> joints = joint_values(pose);
-  for (const int coordinate : quantities.coordinates) {
+  const std::map<CoordinateId, double> joints = joint_values(pose);
+  for (const CoordinateId coordinate : quantities.coordinates) {
     if (const auto stated = joints.find(coordinate); stated != joints.end()) out.value[k] = stated->second;
     ++k;
   }

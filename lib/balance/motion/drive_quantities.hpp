@@ -13,7 +13,7 @@ namespace balance {
 int remaining_values(const Trajectory& trajectory);
 
 /// Coordinates that the trajectory prescribes or states anywhere.
-std::vector<int> prescribed_coordinates(const Trajectory& trajectory);
+std::vector<CoordinateId> prescribed_coordinates(const Trajectory& trajectory);
 
 /// The prescribed scalars in the order of DriveValue::value: point, com, the planar tool's angle, coordinates; and the
 /// components of a spatial tool's rotation.
@@ -22,7 +22,7 @@ struct DriveQuantities {
   std::vector<int> com;       ///< world components of the centre of mass
   bool tool_angle = false;    ///< planar: angle of the tool's body
   std::vector<int> rotation;  ///< spatial: world components of the tool's rotation
-  std::vector<int> coordinates;
+  std::vector<CoordinateId> coordinates;
   std::string mismatch;  ///< why they do not fit the freedoms; empty if they do
 
   int values() const { return static_cast<int>(point.size() + com.size() + coordinates.size()) + (tool_angle ? 1 : 0); }

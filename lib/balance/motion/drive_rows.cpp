@@ -9,7 +9,7 @@ namespace balance {
 
 template <class S>
 LinearQuantityOf<typename S::Scalar> coordinate_row(const MechanismOf<typename S::Scalar>& mechanism,
-                                                    const Tree<S>& tree, int coordinate) {
+                                                    const Tree<S>& tree, CoordinateId coordinate) {
   if (!tree.sources[coordinate].depends())
     throw std::invalid_argument("coordinate " + mechanism.coordinates[coordinate].name + " was cut");
   return tree.sources[coordinate];
@@ -50,7 +50,7 @@ Drive<S> drive_rows(const MechanismOf<typename S::Scalar>& mechanism, const Tree
   drive.rotation = quantities.rotation;
   if constexpr (is_planar<S>)
     if (quantities.tool_angle) drive.linear.push_back(tool_angle(tree, drive.tool));
-  for (const int coordinate : quantities.coordinates)
+  for (const CoordinateId coordinate : quantities.coordinates)
     drive.linear.push_back(coordinate_row(mechanism, tree, coordinate));
   return drive;
 }
@@ -82,9 +82,9 @@ PoseEquations<S> pose_equations(const MechanismOf<typename S::Scalar>& mechanism
 }
 
 template LinearQuantityOf<Number> coordinate_row<PlanarOf<Number>>(const MechanismOf<Number>&,
-                                                                   const Tree<PlanarOf<Number>>&, int);
+                                                                   const Tree<PlanarOf<Number>>&, CoordinateId);
 template LinearQuantityOf<Number> coordinate_row<SpatialOf<Number>>(const MechanismOf<Number>&,
-                                                                    const Tree<SpatialOf<Number>>&, int);
+                                                                    const Tree<SpatialOf<Number>>&, CoordinateId);
 template LinearQuantityOf<Number> tool_angle<Number>(const Tree<PlanarOf<Number>>&,
                                                      const FixedFrame<PlanarOf<Number>>&);
 template void attach_tool<PlanarOf<Number>>(const MechanismOf<Number>&, const Tree<PlanarOf<Number>>&,

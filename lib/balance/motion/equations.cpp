@@ -25,10 +25,10 @@ Equations<S>::Equations(const Tree<Constants<S>>& tree, const Drive<Constants<S>
 }
 
 template <class S>
-std::vector<typename Equations<S>::Entry> Equations<S>::entries_of(const std::vector<int>& nodes, int row) {
+std::vector<typename Equations<S>::Entry> Equations<S>::entries_of(const std::vector<NodeId>& nodes, int row) {
   std::vector<Entry> entries;
   std::set<int> seen;
-  for (const int n : nodes) {
+  for (const NodeId n : nodes) {
     const int column = tree_.nodes[n].column;
     entries.push_back({place(row, column), !seen.insert(column).second});
   }
@@ -38,13 +38,13 @@ std::vector<typename Equations<S>::Entry> Equations<S>::entries_of(const std::ve
 template <class S>
 void Equations<S>::build() {
   std::vector<std::set<int>> columns_of(static_cast<std::size_t>(rows()));
-  const auto mark = [&](int row, const std::vector<int>& nodes) {
-    for (const int n : nodes) columns_of[row].insert(tree_.nodes[n].column);
+  const auto mark = [&](int row, const std::vector<NodeId>& nodes) {
+    for (const NodeId n : nodes) columns_of[row].insert(tree_.nodes[n].column);
   };
-  std::vector<std::vector<int>> paths;
+  std::vector<std::vector<NodeId>> paths;
   int row = 0;
   for (const Closure<Constants<S>>& closure : tree_.closures) {
-    std::vector<int> nodes;
+    std::vector<NodeId> nodes;
     for (const PathStep& step : closure.path) nodes.push_back(step.node);
     for (std::size_t r = 0; r < closure.rows.size(); ++r) mark(row++, nodes);
     paths.push_back(nodes);

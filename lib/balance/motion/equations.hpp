@@ -89,7 +89,7 @@ class Equations {
     T& at = storage()[entry.index];
     at = entry.add ? at + value : value;
   }
-  std::vector<Entry> entries_of(const std::vector<int>& nodes, int row);
+  std::vector<Entry> entries_of(const std::vector<NodeId>& nodes, int row);
 
   const Tree<Constants<S>>& tree_;
   const Drive<Constants<S>>& drive_;
@@ -103,7 +103,7 @@ class Equations {
   std::vector<std::vector<Entry>> point_entries_;    ///< per point row: along the tool's path
   std::vector<std::vector<Entry>> com_entries_;      ///< per com row: all moving nodes
   std::vector<std::vector<Entry>> rotation_entries_;
-  std::vector<int> moving_;  ///< nodes that are no welds
+  std::vector<NodeId> moving_;  ///< nodes that are no welds
   MassDistribution<S> masses_;
   Matrix3Of<T> gap_matrix_ = Matrix3Of<T>::Identity();  ///< of the tool's rotation where last filled
   SquareSystem<T> sparse_;

@@ -57,7 +57,7 @@ void attach_tool(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>
 /// A joint coordinate as a quantity linear in y.
 template <class S>
 LinearQuantityOf<typename S::Scalar> coordinate_row(const MechanismOf<typename S::Scalar>& mechanism,
-                                                    const Tree<S>& tree, int coordinate);
+                                                    const Tree<S>& tree, CoordinateId coordinate);
 
 /// Angle of the tool's body against the world's x axis, continuous over whole turns.
 template <class T>

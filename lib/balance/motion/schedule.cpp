@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace balance {
@@ -179,8 +180,12 @@ LawValue Schedule::way(double time, Side side) const {
 double Schedule::longest_step(double time) const {
   constexpr double part = 1.0 / 24, least = 1e-6;  // of a leg: its law has one rise, at most two bends
   const double same = same_time * duration();
-  const auto [leg, progress] = implementation_->progress(time, Side::after);
   const bool found = implementation_->whole.has_value();
+  const Leg* leg = found ? nullptr : &implementation_->leg_at(time, Side::after);
+  LawValue progress;
+  // Of a plain leg its length says all; every step asks.
+  if (found || !implementation_->courses.empty() || std::holds_alternative<SplineCurve>(leg->curve))
+    std::tie(leg, progress) = implementation_->progress(time, Side::after);
   const double whole = found ? duration() : leg->clock.duration();
   double step = part * whole;
   if (const auto* curve = std::get_if<SplineCurve>(&leg->curve)) {

@@ -12,20 +12,20 @@ namespace balance {
 
 namespace {
 
-constexpr double solved = 1e-12;  // scaled residual after which one correction is the last
-constexpr int halvings = 24;
+constexpr double solved = 1e-12;    // scaled residual after which one correction is the last
+constexpr double halved = 0x1p-24;  // of a step, before it is given up
 
 /// Columns whose coordinate changes entries of the equations' matrix.
 template <class S>
-std::vector<int> columns_of_matrix(const Tree<S>& tree, const Drive<S>& drive) {
-  std::set<int> columns;
-  const auto add = [&](int node) {
+std::vector<Column> columns_of_matrix(const Tree<S>& tree, const Drive<S>& drive) {
+  std::set<Column> columns;
+  const auto add = [&](NodeId node) {
     if (tree.nodes[node].motion != NodeMotion::weld) columns.insert(tree.nodes[node].column);
   };
   for (const Closure<S>& closure : tree.closures)
     for (const PathStep& step : closure.path) add(step.node);
   if (!drive.point.empty() || !drive.rotation.empty())
-    for (const int node : drive.tool_path) add(node);
+    for (const NodeId node : drive.tool_path) add(node);
   for (std::size_t node = 1; !drive.com.empty() && node < tree.nodes.size(); ++node) add(static_cast<int>(node));
   return {columns.begin(), columns.end()};
 }
@@ -180,7 +180,7 @@ double Stepper<S>::turned(const MotionMoment& next) const {
   const double h = next.time - now_.time;
   const std::vector<double>& scale = equations_.column_scale();
   double most = 0;
-  for (const int c : matrix_columns_) {
+  for (const Column c : matrix_columns_) {
     const double rate = std::max(std::abs(now_.dy[c]), std::abs(next.dy[c]));
     most = std::max(most, std::max(std::abs(next.y[c] - now_.y[c]), h * rate) / scale[c]);
   }
@@ -228,7 +228,7 @@ typename Stepper<S>::Attempt Stepper<S>::accept() {
 template <class S>
 bool Stepper<S>::rereference_spherical_joints(double limit) {
   bool any = false;
-  for (const int spherical : tree_.spherical_joints) {
+  for (const NodeId spherical : tree_.spherical_joints) {
     const double middle = std::remainder(now_.y[tree_.nodes[spherical + 1].column], 2 * std::numbers::pi);
     if (std::abs(middle) < limit) continue;
     rereference(tree_, spherical, now_.y.data());
@@ -263,7 +263,7 @@ void Stepper<S>::accelerate(Side side) {
 template <class S>
 bool Stepper<S>::advance(double time) {
   if (direct_) return step(time) == Attempt::done;
-  const double smallest = std::ldexp(std::min(time - now_.time, plan_.schedule->duration() / 1024), -halvings);
+  const double smallest = halved * std::min(time - now_.time, plan_.schedule->duration() / 1024);
   double size = std::min(time - now_.time, stride_);
   int total = 0;
   while (now_.time < time) {

@@ -49,7 +49,7 @@ class Stepper {
   /// How often coordinates began to be counted from other references, so that those before and after are not comparable.
   int references() const { return references_; }
   /// Columns on which the matrix depends.
-  const std::vector<int>& matrix_columns() const { return matrix_columns_; }
+  const std::vector<Column>& matrix_columns() const { return matrix_columns_; }
   double round_off() const { return round_off_; }  ///< scaled residual that cannot be improved upon
 
   const double* y() const { return now_.y.data(); }
@@ -106,7 +106,7 @@ class Stepper {
   State<S> state_;
   DriveSample sample_;
   Guard<S>* guard_ = nullptr;
-  std::vector<int> matrix_columns_;
+  std::vector<Column> matrix_columns_;
   double floor_ = least_regularity;    ///< smallest pivot that counts as regular
   Approach approach_, hold_approach_;  ///< of the matrix that determines the motion, of the guarded one
   Passages<S> passages_;

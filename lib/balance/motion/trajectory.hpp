@@ -99,7 +99,7 @@ struct KeptMomentumOf {
 /// What a remaining quantity does besides going straight from its start to its end.
 template <class T>
 struct CourseOf {
-  int coordinate = -1;  ///< −1: the planar tool's angle
+  CoordinateId coordinate = -1;  ///< −1: the planar tool's angle
   std::variant<AddedSplineOf<T>, KeptMomentumOf<T>> kind;
 };
 
@@ -117,7 +117,7 @@ struct TrajectoryOf {
   std::vector<Component> components;
   /// Drive com: coordinates that go from their value at the start pose to their value at the end pose by the same law.
   /// Empty: the tool's angle or orientation if there is a tool, else the last actuated coordinates, as many as needed.
-  std::vector<int> remaining;
+  std::vector<CoordinateId> remaining;
   bool remaining_angle = false;      ///< the planar tool's angle is among them, before the others
   std::vector<CourseOf<T>> courses;  ///< of remaining quantities, each once
   PathOf<T> path;

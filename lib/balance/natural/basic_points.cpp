@@ -23,7 +23,7 @@ class Places {
   }
 
   struct Place {
-    int body;
+    BodyId body;
     Complex at;
   };
   const std::vector<Place>& all() const { return places_; }
@@ -33,7 +33,7 @@ class Places {
   }
 
  private:
-  int add(int body, const Vector3& point) {
+  int add(BodyId body, const Vector3& point) {
     const Complex at = planar(point, length_);
     for (std::size_t k = 0; k < places_.size(); ++k)
       if (places_[k].body == body && std::abs(places_[k].at - at) <= same_place) return static_cast<int>(k);
@@ -101,7 +101,7 @@ class Chooser {
   const Places::Place& place(int k) const { return places_.all()[static_cast<std::size_t>(k)]; }
   std::size_t group(int k) const { return static_cast<std::size_t>(places_.group(k)); }
 
-  std::string name(int body, const std::string& point) const {
+  std::string name(BodyId body, const std::string& point) const {
     return mechanism_.bodies[static_cast<std::size_t>(body)].name + "." + point;
   }
 

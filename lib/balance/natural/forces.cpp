@@ -37,7 +37,7 @@ void share(const Form& place, Complex force, std::vector<Complex>& forces) {
 
 AppliedForces::AppliedForces(const Mechanism& mechanism, const Model& model)
     : model_(model), gravity_(planar(mechanism.gravity, model.length())) {
-  const auto place = [&](int body, const Vector3& point) {
+  const auto place = [&](BodyId body, const Vector3& point) {
     return model.bodies[static_cast<std::size_t>(body)].place(planar(point, model.length()));
   };
   for (const Load& load : mechanism.loads)

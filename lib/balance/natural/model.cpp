@@ -17,7 +17,7 @@ double ScalarForm::rate(const std::vector<double>& rates) const {
   return sum;
 }
 
-int first_coordinate(const Mechanism& mechanism, int joint) {
+int first_coordinate(const Mechanism& mechanism, JointId joint) {
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
     if (mechanism.coordinates[c].joint == joint) return static_cast<int>(c);
   return -1;
@@ -31,7 +31,7 @@ std::vector<BodyPlace> place_bodies(const Mechanism& mechanism, const std::vecto
   std::queue<int> open({ground});
   placed[ground] = true;
   while (!open.empty()) {
-    const int body = open.front();
+    const BodyId body = open.front();
     open.pop();
     for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
       const Joint& joint = mechanism.joints[j];
@@ -76,7 +76,7 @@ class Builder {
     m_.basic = choose_points(mechanism);
   }
 
-  Model build(const std::vector<int>& needed, bool tool_angle) {
+  Model build(const std::vector<CoordinateId>& needed, bool tool_angle) {
     place_points();
     for (std::size_t b = 0; b < mechanism_.bodies.size(); ++b) add_body(b);
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) add_coordinate(static_cast<int>(c));
@@ -91,7 +91,7 @@ class Builder {
       if (spring.in_joint()) count(spring.coordinate);
     for (const Disc& disc : mechanism_.discs) count_all(disc.follows), body_angle(disc.body);
     if (mechanism_.tool) {
-      const int body = mechanism_.tool->body;
+      const BodyId body = mechanism_.tool->body;
       if (tool_angle) body_angle(body);
       m_.tool_turns = whole_turns(m_.body_angles[static_cast<std::size_t>(body)] - start_.tool_angle);
     }
@@ -238,7 +238,8 @@ class Builder {
 
 }  // namespace
 
-Model build_model(const Mechanism& mechanism, const std::vector<int>& needed, bool tool_angle, const Start& start) {
+Model build_model(const Mechanism& mechanism, const std::vector<CoordinateId>& needed, bool tool_angle,
+                  const Start& start) {
   return Builder(mechanism, start).build(needed, tool_angle);
 }
 

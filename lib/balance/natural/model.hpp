@@ -77,7 +77,8 @@ struct Model {
 
 /// @param needed coordinates that must be scalars, besides those of couplings, actuators, friction and discs
 /// @param tool_angle the tool's angle must be one
-Model build_model(const Mechanism& mechanism, const std::vector<int>& needed, bool tool_angle, const Start& start);
+Model build_model(const Mechanism& mechanism, const std::vector<CoordinateId>& needed, bool tool_angle,
+                  const Start& start);
 
 /// Mass matrix and rotors. Called by build_model.
 void add_masses(const Mechanism& mechanism, Model& model);
@@ -90,7 +91,7 @@ struct BodyPlace {
 std::vector<BodyPlace> place_bodies(const Mechanism& mechanism, const std::vector<double>& coordinates, double length);
 
 /// First coordinate of a joint.
-int first_coordinate(const Mechanism& mechanism, int joint);
+int first_coordinate(const Mechanism& mechanism, JointId joint);
 
 /// The angle that the joint's second body has in the first one's axes at coordinate zero.
 double rest_angle(const Joint& joint);

@@ -75,13 +75,13 @@ void Simulation::carry(const PayloadStretches& stretches, int stretch) {
   p.observer.emplace(p.carrying, p.model, p.plan.freedoms, p.about);
 }
 
-double Simulation::speed_of(int body, const Vector3& place) const {
+double Simulation::speed_of(BodyId body, const Vector3& place) const {
   const Model& model = parts_->model;
   const Form form = model.bodies[static_cast<std::size_t>(body)].place(planar(place, model.length()));
   return model.length() * std::abs(form.rate(parts_->stepper.value().state().velocity));
 }
 
-double Simulation::turning_of(int body) const { return std::abs(parts_->stepper.value().spin(body)); }
+double Simulation::turning_of(BodyId body) const { return std::abs(parts_->stepper.value().spin(body)); }
 
 bool Simulation::observe() {
   Parts& p = *parts_;

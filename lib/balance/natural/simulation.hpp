@@ -40,8 +40,8 @@ class Simulation {
   /// From now on only what is there in a stretch has mass (at first everything has).
   void carry(const PayloadStretches& stretches, int stretch);
   /// Speed of a place on a body [m/s] and how fast the body turns [rad/s], at the present moment.
-  double speed_of(int body, const Vector3& place) const;
-  double turning_of(int body) const;
+  double speed_of(BodyId body, const Vector3& place) const;
+  double turning_of(BodyId body) const;
   /// The present moment. On false the actuators do not hold the mechanism, or did not somewhere since the last look.
   bool observe();
   const Sample& last() const;

@@ -44,13 +44,13 @@ bool Stepper::begin(const Coordinates& near) {
   return holds;
 }
 
-double Stepper::spin(int body) const {
+double Stepper::spin(BodyId body) const {
   const BodyModel& b = model_.bodies[static_cast<std::size_t>(body)];
   if (b.angle >= 0) return now_.velocity.scalars[static_cast<std::size_t>(b.angle)];
   return cross(b.direction.at(now_.position), b.direction.rate(now_.velocity));
 }
 
-double Stepper::spin_rate(int body) const {
+double Stepper::spin_rate(BodyId body) const {
   const BodyModel& b = model_.bodies[static_cast<std::size_t>(body)];
   if (b.angle >= 0) return now_.acceleration.scalars[static_cast<std::size_t>(b.angle)];
   return cross(b.direction.at(now_.position), b.direction.rate(now_.acceleration));

@@ -32,8 +32,8 @@ class Stepper {
   const State& state() const { return now_; }
   /// Angle of every body, running on past ±π [rad], with its rates; from the scalars or read off the directions.
   const std::vector<double>& angles() const { return angles_; }
-  double spin(int body) const;
-  double spin_rate(int body) const;
+  double spin(BodyId body) const;
+  double spin_rate(BodyId body) const;
   int iterations() const { return iterations_; }
   const Equations& equations() const { return equations_; }
   const MotionOutcome& outcome() const { return outcome_; }

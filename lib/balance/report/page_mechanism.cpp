@@ -5,6 +5,12 @@
 #include <array>
 
 namespace balance {
+
+template <class Kind>
+void to_json(Json& json, const IdOf<Kind>& id) {
+  json = static_cast<int>(id);
+}
+
 namespace {
 
 Json place(const Vector3& p) { return vector_json(p, 3); }

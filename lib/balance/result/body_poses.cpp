@@ -51,7 +51,7 @@ Displacement displace(const Joint& joint, const double* q) {
 
 /// A joint on the way from the ground to a body.
 struct Step {
-  int joint = 0;
+  JointId joint = 0;
   bool forward = true;  ///< towards the joint's second body
   Eigen::Index first_coordinate = 0;
 };

@@ -194,7 +194,7 @@ bool GroupStepper<S>::is_sure() const {
   for (std::size_t l = 0; l < group_size; ++l) {
     const double pivot = std::min(job_.pivot[l], job_.hold_pivot[l]);
     if (!(pivot >= sure_pivot && job_.way[l] * job_.way[l] <= most_curvature * pivot)) return false;
-    for (const int spherical : tree_.spherical_joints) {
+    for (const NodeId spherical : tree_.spherical_joints) {
       const auto column = static_cast<std::size_t>(tree_.nodes[static_cast<std::size_t>(spherical) + 1].column);
       const double middle = std::remainder(job_.moments.y[column * group_size + l], 2 * std::numbers::pi);
       if (!(std::abs(middle) < sure_middle)) return false;

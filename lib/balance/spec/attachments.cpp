@@ -16,12 +16,12 @@ namespace {
 
 /// The keys that everything carried has.
 struct Carried {
-  std::optional<int> body;
+  std::optional<BodyId> body;
   std::optional<Cursor> at, mass, inertia;
 };
 
 int read_carrier(const Cursor& at, const Draft& draft) {
-  const int body = read_body(at, draft);
+  const BodyId body = read_body(at, draft);
   if (body == ground) at.fail({.expected = "a moving body", .found = "the ground"});
   return body;
 }

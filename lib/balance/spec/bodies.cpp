@@ -65,7 +65,7 @@ void read_body_fields(const Cursor& at, Draft& draft, BodyOf<Expression>& body) 
 }
 
 /// Something besides the joint that it hangs on needs the body.
-bool carries_something(const MechanismOf<Expression>& mechanism, int body) {
+bool carries_something(const MechanismOf<Expression>& mechanism, BodyId body) {
   const auto on = [body](const auto& part) { return part.body == body; };
   const auto ends = [body](const auto& part) { return part.first == body || part.second == body; };
   return std::count_if(mechanism.joints.begin(), mechanism.joints.end(), ends) > 1 ||

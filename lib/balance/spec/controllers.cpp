@@ -33,11 +33,11 @@ double read_fixed(const Cursor& at, Draft& draft, Dimension dimension, Sign sign
 /// In 1/s whatever the spec's unit of time.
 double read_hertz(const Cursor& at, Draft& draft) { return read_fixed(at, draft, dimension::none, Sign::positive); }
 
-CoordinateKind kind_of(int coordinate, const Draft& draft) {
+CoordinateKind kind_of(CoordinateId coordinate, const Draft& draft) {
   return draft.study.mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind;
 }
 
-std::string names_of(const std::vector<int>& actuators, const Draft& draft) {
+std::string names_of(const std::vector<CoordinateId>& actuators, const Draft& draft) {
   std::vector<std::string> names;
   for (const int c : actuators) names.push_back(draft.study.mechanism.coordinates[static_cast<std::size_t>(c)].name);
   return listed(names, "and");
@@ -54,7 +54,7 @@ void read_all_fixed(const Cursor& at, Draft& draft, Sign sign) {
 
 /// One number for all actuators, a list in their order, or a mapping with one for each.
 VectorX read_per_actuator(const Cursor& at, Draft& draft, const DimensionOf& dimension, Sign sign) {
-  const std::vector<int>& actuators = draft.mechanism().actuators;
+  const std::vector<CoordinateId>& actuators = draft.mechanism().actuators;
   const auto count = static_cast<Eigen::Index>(actuators.size());
   VectorX values = VectorX::Zero(count);
   const auto read = [&](const Cursor& c, Eigen::Index a) {
@@ -126,7 +126,7 @@ void read_measurement(const Cursor& at, Draft& draft, Measurement& measurement) 
 
 void read_efforts(const std::optional<Cursor>& torque, const std::optional<Cursor>& table,
                   const std::optional<Cursor>& file, Draft& draft, EffortTable& efforts) {
-  const std::vector<int>& actuators = draft.mechanism().actuators;
+  const std::vector<CoordinateId>& actuators = draft.mechanism().actuators;
   if (torque) {
     efforts.time = {0};
     efforts.effort = {read_per_actuator(*torque, draft, effort_of, Sign::any)};

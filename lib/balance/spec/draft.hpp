@@ -113,10 +113,10 @@ Matrix3E read_rpy(const Cursor& at, Draft& draft);
 Matrix3E read_quaternion(const Cursor& at, Draft& draft);
 
 /// A body's name. @return its index
-int read_body(const Cursor& at, const Draft& draft);
+BodyId read_body(const Cursor& at, const Draft& draft);
 
 struct PointReference {
-  int body = 0;
+  BodyId body = 0;
   std::string name;
   Vector3E position = Vector3E::Zero();
 };
@@ -124,11 +124,11 @@ struct PointReference {
 PointReference read_reference(const Cursor& at, const Draft& draft);
 /// A place on a known body: the name of one of its points (`H` or `body.H`) or its coordinates.
 /// @param body nothing if it could not be read
-Vector3E read_place(const Cursor& at, Draft& draft, std::optional<int> body);
+Vector3E read_place(const Cursor& at, Draft& draft, std::optional<BodyId> body);
 /// A coordinate's name. @return its index
-int read_coordinate(const Cursor& at, const Draft& draft);
+CoordinateId read_coordinate(const Cursor& at, const Draft& draft);
 /// The same for a name that has no node of its own (a key, a column).
-int find_coordinate(const Cursor& at, const std::string& name, const Draft& draft);
+CoordinateId find_coordinate(const Cursor& at, const std::string& name, const Draft& draft);
 /// A coordinate's name, or `{J1: 1, J2: -0.5}`: ratios of the follower, which has this dimension, to several.
 FollowedOf<Expression> read_followed(const Cursor& at, Draft& draft, const Dimension& follower);
 /// Whether a mapping's `follows` has ratios of its own: its `ratio` then is a plain factor of all of them.

@@ -16,7 +16,7 @@ FollowedOf<Expression> read_followed(const Cursor& at, Draft& draft, const Dimen
   bool right = true;
   for (const Member& member : members(at, "a joint coordinate, or a mapping of joint coordinates to ratios")) {
     const auto read = [&] {
-      const int coordinate = find_coordinate(member.key, member.name, draft);
+      const CoordinateId coordinate = find_coordinate(member.key, member.name, draft);
       const CoordinateKind kind = draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].kind;
       const Expression ratio = read_number(member.value, draft, follower / dimension_of(kind));
       if (ratio.value() == 0 && member.value.is_scalar())

@@ -97,7 +97,7 @@ void read_lists(const Cursor& at, Draft& draft, LoadOf<Expression>& load) {
 
 /// What a load's mapping says, before its parts are put together.
 struct LoadText {
-  std::optional<int> body;
+  std::optional<BodyId> body;
   std::optional<Cursor> place, force, moment, table, file;
 };
 
@@ -134,7 +134,7 @@ void read_load(const Cursor& at, Draft& draft, LoadOf<Expression>& load) {
   LoadText text;
   const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
   const auto read_carrier = [&](const Cursor& c) {
-    const int body = read_body(c, draft);
+    const BodyId body = read_body(c, draft);
     if (body == ground) c.fail({.expected = "a moving body", .found = "the ground"});
     text.body = body;
   };

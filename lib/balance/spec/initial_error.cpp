@@ -30,7 +30,7 @@ void read_initial_error(const Cursor& at, Draft& draft, InitialError& error) {
   for (const Member& member : members(*joints, "joint coordinates")) {
     const auto& actuators = draft.mechanism().actuators;
     draft.problems.guard([&] {
-      const int coordinate = find_coordinate(member.key, member.name, draft);
+      const CoordinateId coordinate = find_coordinate(member.key, member.name, draft);
       if (!draft.problems.spoilt("actuators") && !actuators.empty() &&
           std::find(actuators.begin(), actuators.end(), coordinate) == actuators.end())
         member.key.fail({.expected = "an actuated coordinate (the others follow)", .found = in_quotes(member.name)});

@@ -208,7 +208,7 @@ void check_connected(Draft& draft) {
   const auto& mechanism = draft.mechanism();
   std::vector<bool> used(mechanism.bodies.size()), reached(mechanism.bodies.size());
   reached[ground] = true;
-  const auto at = [](int body) { return static_cast<std::size_t>(body); };
+  const auto at = [](BodyId body) { return static_cast<std::size_t>(body); };
   // A joint of the ground with itself is one whose ends could not be read.
   for (const auto& joint : mechanism.joints)
     if (joint.first == joint.second || draft.problems.doubtful("joints." + joint.name + ".connects")) return;

@@ -40,7 +40,7 @@ Landmark read_landmark(const Cursor& at, const Draft& draft) {
   }
   const std::size_t dot = text.find('.');
   const std::string name = dot == std::string::npos ? "" : text.substr(dot + 1);
-  const int body = index_of(mechanism.bodies, text.substr(0, dot));
+  const BodyId body = index_of(mechanism.bodies, text.substr(0, dot));
   const int point = body < 0 ? -1 : index_of(mechanism.bodies[static_cast<std::size_t>(body)].points, name);
   if (point >= 0) return {Kind::point, body, point};
   if (body > 0 && name == "com") return {Kind::com, body, 0};

@@ -15,7 +15,7 @@ std::vector<std::string> body_names(const Draft& draft) {
   return names;
 }
 
-int find_body(const Cursor& at, const std::string& name, const Draft& draft) {
+BodyId find_body(const Cursor& at, const std::string& name, const Draft& draft) {
   if (const int found = draft.bodies.find(draft.mechanism().bodies, name); found >= 0) return found;
   const auto names = body_names(draft);
   at.fail_unless_doubtful("bodies." + name, {.expected = fmt::format("a body ({})", one_of(names)),
@@ -48,7 +48,7 @@ Vector3E find_point(const Cursor& at, const std::string& name, const BodyOf<Expr
 
 }  // namespace
 
-int read_body(const Cursor& at, const Draft& draft) { return find_body(at, at.word("a body's name"), draft); }
+BodyId read_body(const Cursor& at, const Draft& draft) { return find_body(at, at.word("a body's name"), draft); }
 
 PointReference read_reference(const Cursor& at, const Draft& draft) {
   const std::string what = "a point, body.point";
@@ -69,7 +69,7 @@ PointReference read_reference(const Cursor& at, const Draft& draft) {
   return reference;
 }
 
-Vector3E read_place(const Cursor& at, Draft& draft, std::optional<int> body) {
+Vector3E read_place(const Cursor& at, Draft& draft, std::optional<BodyId> body) {
   if (at.is_list()) return read_vector(at, draft, dimension::length);
   if (!body) throw Consequence();
   const auto& owner = draft.mechanism().bodies[static_cast<std::size_t>(*body)];
@@ -78,7 +78,7 @@ Vector3E read_place(const Cursor& at, Draft& draft, std::optional<int> body) {
   return find_point(at, name, owner);
 }
 
-int find_coordinate(const Cursor& at, const std::string& name, const Draft& draft) {
+CoordinateId find_coordinate(const Cursor& at, const std::string& name, const Draft& draft) {
   const auto& mechanism = draft.mechanism();
   const auto& coordinates = mechanism.coordinates;
   if (const int found = draft.coordinates.find(coordinates, name); found >= 0) return found;
@@ -102,7 +102,7 @@ int find_coordinate(const Cursor& at, const std::string& name, const Draft& draf
                                              .hint = nearest_is(name, names)});
 }
 
-int read_coordinate(const Cursor& at, const Draft& draft) {
+CoordinateId read_coordinate(const Cursor& at, const Draft& draft) {
   return find_coordinate(at, at.word("a joint coordinate's name"), draft);
 }
 
@@ -110,7 +110,7 @@ std::vector<CoordinateValueOf<Expression>> read_coordinate_values(const Cursor& 
   std::vector<CoordinateValueOf<Expression>> values;
   for (const Member& member : members(at, "a mapping of joint coordinates to values")) {
     at.problems().guard([&] {
-      const int coordinate = find_coordinate(member.key, member.name, draft);
+      const CoordinateId coordinate = find_coordinate(member.key, member.name, draft);
       const CoordinateKind kind = draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].kind;
       values.push_back({coordinate, read_number(member.value, draft, dimension_of(kind))});
     });

@@ -16,12 +16,12 @@ namespace {
 /// What a coupling's mapping says; what could not be read is nothing.
 struct CouplingText {
   std::optional<Cursor> joint, several, ratio, offset;
-  std::optional<int> follower, leader;
+  std::optional<CoordinateId> follower, leader;
 };
 
 bool read_ratio(const CouplingText& text, Draft& draft, CouplingOf<Expression>& coupling) {
   const auto& coordinates = draft.mechanism().coordinates;
-  const auto unit = [&](std::optional<int> c) {
+  const auto unit = [&](std::optional<CoordinateId> c) {
     return c ? dimension_of(coordinates[static_cast<std::size_t>(*c)].kind) : dimension::none;
   };
   const bool leader = !text.several || draft.problems.guard([&] {
@@ -40,7 +40,7 @@ bool read_ratio(const CouplingText& text, Draft& draft, CouplingOf<Expression>& 
   return leader && ratio && offset;
 }
 
-bool rolls(const Draft& draft, int coordinate) {
+bool rolls(const Draft& draft, CoordinateId coordinate) {
   return std::any_of(draft.wheels.begin(), draft.wheels.end(),
                      [&](const auto& wheel) { return wheel.follower == coordinate; });
 }
@@ -69,7 +69,7 @@ void read_coupling(const Cursor& at, Draft& draft, Leaders& leaders) {
   coupling.follower = *text.follower;
   if (text.leader) coupling.leader = *text.leader;
   const std::string name = mechanism.coordinates[static_cast<std::size_t>(coupling.follower)].name;
-  std::vector<int>& led_by = leaders[static_cast<std::size_t>(coupling.follower)];
+  std::vector<CoordinateId>& led_by = leaders[static_cast<std::size_t>(coupling.follower)];
   if (!led_by.empty())
     text.joint->fail(
         {.expected = "a coordinate that follows one other",
@@ -99,7 +99,7 @@ void read_actuators(const Cursor& section, Draft& draft) {
     std::set<int> known(actuators.begin(), actuators.end());
     for (const Cursor& item : section.items("a list of joint coordinates")) {
       const bool read = draft.problems.guard([&] {
-        const int coordinate = read_coordinate(item, draft);
+        const CoordinateId coordinate = read_coordinate(item, draft);
         if (!known.insert(coordinate).second)
           item.fail({.expected = "every actuator once", .found = fmt::format("{} again", item.found())});
         actuators.push_back(coordinate);

@@ -105,7 +105,7 @@ std::vector<int> default_columns(const Cursor& table, std::size_t count, const D
   std::vector<int> columns;
   if (trajectory.drive == DriveKind::joints) {
     for (const auto& value : trajectory.from.joints) columns.push_back(value.coordinate);
-    if (columns.empty()) columns = draft.mechanism().actuators;
+    if (columns.empty()) columns.assign(draft.mechanism().actuators.begin(), draft.mechanism().actuators.end());
   } else if (!trajectory.components.empty()) {
     for (const Component c : trajectory.components) {
       const int space = static_cast<int>(c);

@@ -61,7 +61,7 @@ void read_joints_box(const Cursor& at, Draft& draft, Box& box) {
   bool right = true;
   for (const Member& member : members(at, "a mapping of joint coordinates to stretches {J1: [0, 1]}")) {
     const auto read = [&] {
-      const int coordinate = find_coordinate(member.key, member.name, draft);
+      const CoordinateId coordinate = find_coordinate(member.key, member.name, draft);
       const CoordinateKind kind = draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].kind;
       box.sides.push_back(read_side(member.value, draft, dimension_of(kind)));
       box.joints.push_back(coordinate);

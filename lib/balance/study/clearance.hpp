@@ -15,8 +15,8 @@ struct Landmark {
     disc,        ///< its centre of mass
   };
   Kind kind = Kind::origin;
-  int body = 0;   ///< of origin, com and point
-  int index = 0;  ///< of the body's point, of the attachment or of the disc
+  BodyId body = 0;  ///< of origin, com and point
+  int index = 0;    ///< of the body's point, of the attachment or of the disc
 };
 
 /// Distance between a point and `to`: another point, or the straight line from one to another [m].
