@@ -2,11 +2,12 @@
 /// Numbers that carry their derivatives: forward differentiation, exact to round-off. Comparisons and branches look at the value
 /// alone.
 
+#include "balance/base/derivatives.hpp"
 #include "balance/base/elementary.hpp"
 #include "balance/base/types.hpp"
 
-#include <array>
 #include <cmath>
+#include <cstddef>
 
 namespace balance {
 
@@ -14,7 +15,7 @@ namespace balance {
 template <int N>
 struct Dual {
   double value = 0;
-  std::array<double, N> d{};  ///< per number
+  Derivatives<N> d;  ///< per number
 
   Dual() = default;
   Dual(double constant) : value(constant) {}  // NOLINT(google-explicit-constructor): a constant is a number, too
@@ -27,49 +28,49 @@ struct Dual {
 
   Dual& operator+=(const Dual& b) {
     value += b.value;
-    for (int i = 0; i < N; ++i) d[i] += b.d[i];
+    d += b.d;
     return *this;
   }
   Dual& operator-=(const Dual& b) {
     value -= b.value;
-    for (int i = 0; i < N; ++i) d[i] -= b.d[i];
+    d -= b.d;
     return *this;
   }
   Dual& operator*=(const Dual& b) {
-    for (int i = 0; i < N; ++i) d[i] = d[i] * b.value + value * b.d[i];
+    d = d * b.value + value * b.d;
     value *= b.value;
     return *this;
   }
   Dual& operator*=(double b) {
-    for (int i = 0; i < N; ++i) d[i] *= b;
+    d = d * b;
     value *= b;
     return *this;
   }
   Dual& operator/=(const Dual& b) {
     const double inverse = 1 / b.value;
     value /= b.value;
-    for (int i = 0; i < N; ++i) d[i] = (d[i] - value * b.d[i]) * inverse;
+    d = (d - value * b.d) * inverse;
     return *this;
   }
   // From both to a new one: a copy that is added to would be carried through memory twice.
   friend Dual operator+(const Dual& a, const Dual& b) {
     Dual out(a.value + b.value);
-    for (int i = 0; i < N; ++i) out.d[i] = a.d[i] + b.d[i];
+    out.d = a.d + b.d;
     return out;
   }
   friend Dual operator-(const Dual& a, const Dual& b) {
     Dual out(a.value - b.value);
-    for (int i = 0; i < N; ++i) out.d[i] = a.d[i] - b.d[i];
+    out.d = a.d - b.d;
     return out;
   }
   friend Dual operator*(const Dual& a, const Dual& b) {
     Dual out(a.value * b.value);
-    for (int i = 0; i < N; ++i) out.d[i] = a.d[i] * b.value + a.value * b.d[i];
+    out.d = a.d * b.value + a.value * b.d;
     return out;
   }
   friend Dual operator*(const Dual& a, double b) {
     Dual out(a.value * b);
-    for (int i = 0; i < N; ++i) out.d[i] = a.d[i] * b;
+    out.d = a.d * b;
     return out;
   }
   friend Dual operator*(double a, const Dual& b) { return b * a; }
@@ -91,7 +92,7 @@ double value_of(const Dual<N>& x) {
 template <int N>
 Dual<N> chained(const Dual<N>& x, double value, double derivative) {
   Dual<N> out(value);
-  for (int i = 0; i < N; ++i) out.d[i] = derivative * x.d[i];
+  out.d = derivative * x.d;
   return out;
 }
 
@@ -143,7 +144,7 @@ template <int N>
 Dual<N> atan2(const Dual<N>& y, const Dual<N>& x) {
   const double square = x.value * x.value + y.value * y.value;
   Dual<N> out(elementary::atan2(y.value, x.value));
-  for (int i = 0; i < N; ++i) out.d[i] = (x.value * y.d[i] - y.value * x.d[i]) / square;
+  out.d = (x.value * y.d - y.value * x.d) / square;
   return out;
 }
 template <int N>

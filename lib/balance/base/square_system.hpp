@@ -13,7 +13,7 @@ namespace balance {
 template <int N>
 void subtract(Dual<N>& x, double a, const Dual<N>& y) {
   x.value -= a * y.value;
-  for (int k = 0; k < N; ++k) x.d[k] -= a * y.d[k];
+  x.d -= a * y.d;
 }
 template <int N>
 void scale(Dual<N>& x, double a) {
@@ -86,7 +86,7 @@ class DualBlockTriangular {
     for (const Nonzero& entry : nonzeros_) {
       const auto [row, column] = place(entry);
       const T& a = entries_[at(entry)];
-      for (int k = 0; k < N; ++k) x[row].d[k] -= a.d[k] * solution_[column];
+      x[row].d -= a.d * solution_[column];
     }
     solve_values(x, work_.data());
   }
