@@ -8,20 +8,14 @@ namespace balance {
 
 namespace duals {
 
-/// As many numbers as the instruction set that a source is compiled for works on at once, aligned like one.
-#if defined(__AVX512F__)
-using Wide __attribute__((vector_size(64), aligned(8), may_alias)) = double;
-#elif defined(__AVX__)
-using Wide __attribute__((vector_size(32), aligned(8), may_alias)) = double;
-#else
-using Wide __attribute__((vector_size(16), aligned(8), may_alias)) = double;
-#endif
-inline constexpr int width = sizeof(Wide) / sizeof(double);
+/// What every x86-64 processor works on at once, aligned like one number. The same for every source: programs that use the library may be
+/// compiled for other processors than it is.
+using Pair __attribute__((vector_size(16), aligned(8), may_alias)) = double;
 
-template <int N, bool Fits = N % width == 0>
+template <int N, bool Even = N % 2 == 0>
 struct Row {
-  static constexpr int count = N / width;
-  Wide parts[count] = {};
+  static constexpr int count = N / 2;
+  Pair parts[count] = {};
 };
 template <int N>
 struct Row<N, false> {
