@@ -120,13 +120,13 @@ class Compiler {
     return nullptr;
   }
 
-  int coordinate_of(JointId joint, int index) const {
-    for (const int c : coordinates_[joint])
+  CoordinateId coordinate_of(JointId joint, int index) const {
+    for (const CoordinateId c : coordinates_[joint])
       if (mechanism_.coordinates[c].index == index) return c;
     throw std::invalid_argument("joint has no such coordinate");
   }
 
-  int add_node(int parent, const Matrix3Of<T>& R, const Vector3Of<T>& p, NodeMotion motion) {
+  NodeId add_node(NodeId parent, const Matrix3Of<T>& R, const Vector3Of<T>& p, NodeMotion motion) {
     Node<S> node;
     node.parent = parent;
     node.motion = motion;
@@ -137,9 +137,9 @@ class Compiler {
   }
 
   /// As many nodes about or along the same axis as the displacement has terms: their sum is the displacement.
-  int add_nodes(int parent, const Matrix3Of<T>& R, const Vector3Of<T>& p, NodeMotion motion,
-                const LinearQuantityOf<T>& displacement, const T& factor) {
-    int last = parent;
+  NodeId add_nodes(NodeId parent, const Matrix3Of<T>& R, const Vector3Of<T>& p, NodeMotion motion,
+                   const LinearQuantityOf<T>& displacement, const T& factor) {
+    NodeId last = parent;
     for (const auto& [column, ratio] : displacement.terms) {
       const bool first = last == parent;
       last = add_node(last, first ? R : Matrix3Of<T>::Identity(), first ? p : Vector3Of<T>::Zero(), motion);

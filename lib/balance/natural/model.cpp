@@ -17,7 +17,7 @@ double ScalarForm::rate(const std::vector<double>& rates) const {
   return sum;
 }
 
-int first_coordinate(const Mechanism& mechanism, JointId joint) {
+CoordinateId first_coordinate(const Mechanism& mechanism, JointId joint) {
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
     if (mechanism.coordinates[c].joint == joint) return static_cast<int>(c);
   return -1;

@@ -91,7 +91,7 @@ struct BodyPlace {
 std::vector<BodyPlace> place_bodies(const Mechanism& mechanism, const std::vector<double>& coordinates, double length);
 
 /// First coordinate of a joint.
-int first_coordinate(const Mechanism& mechanism, JointId joint);
+CoordinateId first_coordinate(const Mechanism& mechanism, JointId joint);
 
 /// The angle that the joint's second body has in the first one's axes at coordinate zero.
 double rest_angle(const Joint& joint);
