@@ -1,6 +1,7 @@
 # A room's sources compiled as one: reading headers takes half the compiler's time in a clean build. It costs
 # time in daily work, where one source changes, and asks that names in unnamed namespaces differ within a room.
 option(BALANCE_UNITY "Compile the sources of a room together" OFF)
+set(BALANCE_UNITY_EXCEPT "" CACHE STRING "Rooms whose sources are compiled one by one all the same, those one works on: spec;formulas")
 
 # Sources of one folder come together.
 function(balance_compile_together target)
@@ -11,6 +12,9 @@ function(balance_compile_together target)
   foreach(source IN LISTS sources)
     cmake_path(GET source PARENT_PATH room)
     cmake_path(GET room FILENAME room)
+    if(room IN_LIST BALANCE_UNITY_EXCEPT)
+      set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    endif()
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${room})
   endforeach()
   # What is in an unnamed namespace of an included source seems to GCC to be in a header.
