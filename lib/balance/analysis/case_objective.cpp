@@ -3,6 +3,7 @@
 #include "balance/analysis/figure_limits.hpp"
 #include "balance/analysis/finite_trial.hpp"
 #include "balance/analysis/objective.hpp"
+#include "balance/base/extrema.hpp"
 
 #include <fmt/format.h>
 
@@ -70,8 +71,7 @@ class Cases {
     for (std::size_t k = 0; k < each_.size(); ++k)
       values[static_cast<Eigen::Index>(k)] =
           each_[k].of_parameters(parameters(places_[k].parameters), gradient != nullptr ? &slopes[k] : nullptr);
-    Eigen::Index worst = 0;
-    counts_ == Counts::least ? values.minCoeff(&worst) : values.maxCoeff(&worst);
+    const Eigen::Index worst = counts_ == Counts::least ? min_index(values) : max_index(values);
     for (std::size_t k = 0; k < slopes.size() && gradient != nullptr; ++k)
       if (counts_ == Counts::mean)
         (*gradient)(places_[k].parameters) += slopes[k] / static_cast<double>(size());
@@ -105,7 +105,7 @@ class Cases {
   double together(const VectorX& values) const {
     if (!values.allFinite()) return NAN;
     if (counts_ == Counts::mean) return values.mean();
-    return counts_ == Counts::least ? values.minCoeff() : values.maxCoeff();
+    return counts_ == Counts::least ? min_coefficient(values) : max_coefficient(values);
   }
 
   CaseSpace space_;
@@ -174,6 +174,7 @@ Objective build(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms,
   objective.unit = each.front().unit;
   objective.convex = all([](const Objective& one) { return one.convex; });
   objective.size = all([](const Objective& one) { return one.size; });
+  objective.least = each.front().least;
   if (all([](const Objective& one) { return bool(one.of_parameters); }))
     objective.of_parameters = [cases](const VectorX& p, VectorX* gradient) {
       return cases->of_parameters(p, gradient);

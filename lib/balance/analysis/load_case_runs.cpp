@@ -1,6 +1,7 @@
 #include "balance/analysis/load_case_runs.hpp"
 
 #include "balance/analysis/start_pose.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/simulation/simulate.hpp"
 
 #include <cmath>
@@ -75,7 +76,7 @@ double LoadJudge::residual(const Study& loaded) const {
   const Conditions found = conditions(loaded);
   if (found.status != ConditionsStatus::done) return std::numeric_limits<double>::quiet_NaN();
   if (found.matrix.rows() == 0) return 0;
-  return scaled_residuals(found, term_values(loaded.mechanism, problem_.options.loose_springs)).cwiseAbs().maxCoeff();
+  return max_abs(scaled_residuals(found, term_values(loaded.mechanism, problem_.options.loose_springs)));
 }
 
 LoadCaseReport LoadJudge::report(const DesignSpace& space, const VectorX& loads, const VectorX& x) const {

@@ -1,5 +1,6 @@
 #include "balance/analysis/run_figure.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/result/body_poses.hpp"
 #include "balance/result/metrics.hpp"
 #include "balance/simulation/simulate.hpp"
@@ -72,7 +73,7 @@ double run_figure(const Mechanism& mechanism, const Result& run, const Objective
     case ObjectiveTerm::Run::clearance: return least_clearance(mechanism, run, term.clearance);
     case ObjectiveTerm::Run::mobility:
       if (run.mobility.size() == 0) break;
-      return run.mobility.minCoeff();
+      return min_coefficient(run.mobility);
     case ObjectiveTerm::Run::figure:
       for (const Metric& metric : run.metrics)
         if (metric.quantity == term.quantity) return figure_of(metric, term.figure);

@@ -2,6 +2,7 @@
 
 #include "balance/analysis/start_pose.hpp"
 #include "balance/base/elementary.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/conditions.hpp"
 #include "balance/natural/momentum.hpp"
@@ -35,16 +36,16 @@ struct Scales {
     for (std::size_t c = 0; c < r.coordinate_units.size(); ++c) {
       const double unit = r.coordinate_units[c] == "m" ? length : 1;
       const auto column = static_cast<Eigen::Index>(c);
-      rate = std::max(rate, r.joint_velocity.col(column).cwiseAbs().maxCoeff() / unit);
-      acceleration = std::max(acceleration, r.joint_acceleration.col(column).cwiseAbs().maxCoeff() / unit);
+      rate = std::max(rate, max_abs(r.joint_velocity.col(column)) / unit);
+      acceleration = std::max(acceleration, max_abs(r.joint_acceleration.col(column)) / unit);
     }
     acceleration = std::max(acceleration, rate * rate);
-    const auto span = [](const Samples& s) { return s.size() == 0 ? 0.0 : s.maxCoeff() - s.minCoeff(); };
-    energy = std::max({r.kinetic_energy.maxCoeff(), span(r.potential_energy),
+    const auto span = [](const Samples& s) { return s.size() == 0 ? 0.0 : max_coefficient(s) - min_coefficient(s); };
+    energy = std::max({max_coefficient(r.kinetic_energy), span(r.potential_energy),
                        total_mass(mechanism) * mechanism.gravity.norm() * length});
     for (Eigen::Index a = 0; a < r.torque.cols(); ++a)
-      energy = std::max(energy, r.torque.col(a).cwiseAbs().maxCoeff() *
-                                    (r.actuator_units[static_cast<std::size_t>(a)] == "N" ? length : 1));
+      energy = std::max(energy,
+                        max_abs(r.torque.col(a)) * (r.actuator_units[static_cast<std::size_t>(a)] == "N" ? length : 1));
   }
 
   /// Of a unit such as "m/s^2".
@@ -65,9 +66,9 @@ struct Scales {
 std::vector<bool> dead_centres(const Mechanism& mechanism, const Result& r) {
   std::vector<bool> dead(static_cast<std::size_t>(r.time.size()), false);
   for (const Friction& friction : mechanism.friction) {
-    if (friction.coulomb == 0) continue;
+    if (friction.dry(1) == 0 && friction.dry(-1) == 0) continue;
     const auto rate = r.joint_velocity.col(friction.coordinate);
-    const double least = 1e-9 * rate.cwiseAbs().maxCoeff();
+    const double least = 1e-9 * max_abs(rate);
     for (Eigen::Index k = 0; k < rate.size(); ++k)
       if (std::abs(rate[k]) <= least) dead[static_cast<std::size_t>(k)] = true;
   }
@@ -143,7 +144,7 @@ class Comparison {
 
 /// Orthonormal basis of the row space, in comparable units.
 MatrixX row_space(const MatrixX& rows, const VectorX& unit) {
-  const Eigen::JacobiSVD<MatrixX> svd(rows * unit.asDiagonal(), Eigen::ComputeThinV);
+  const SingularValueDecomposition svd(rows * unit.asDiagonal(), Eigen::ComputeThinV);
   return svd.matrixV().leftCols(rows.rows());
 }
 
@@ -160,7 +161,7 @@ TrajectoryVerification verify_trajectory(const Mechanism& mechanism, const Traje
   if (!found.agree || !moved) return found;
   found.samples = static_cast<long>(tree.time.size());
   found.differences = Comparison(mechanism, tree, natural).run();
-  const double hard = easy_mobility / std::max(1e-6, tree.mobility.minCoeff());
+  const double hard = easy_mobility / std::max(1e-6, min_coefficient(tree.mobility));
   found.tolerance = verify_tolerance * std::max(1.0, hard * hard);
   for (const QuantityDifference& difference : found.differences)
     found.agree = found.agree && difference.relative() <= found.tolerance;

@@ -1,5 +1,6 @@
 #include "balance/analysis/what_stays.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/design/solve.hpp"
 #include "balance/simulation/simulate.hpp"
 
@@ -24,7 +25,7 @@ std::optional<Mechanism> without(const Mechanism& mechanism, const Remainder& re
     if (!is_change(term) && !conditions.matrix.col(t).head(conditions.own_rows()).isZero(0)) continue;
     changed = true;
     if (term.bearer == Bearer::friction) {
-      (term.kind == ParameterKind::viscous ? other.friction[i].viscous : other.friction[i].coulomb) = 0;
+      friction_number(other.friction[i], term) = 0;
     } else if (is_change(term)) {
       other.loads[i].time.clear();
       other.loads[i].force.resize(1);
@@ -51,8 +52,8 @@ Result moved(const Mechanism& mechanism, const Trajectory& trajectory) {
 void add_efforts(const Result& with, const Result& less, const std::string& trajectory, Staying& staying) {
   const Samples difference = with.torque - less.torque;
   for (Eigen::Index a = 0; a < difference.cols(); ++a) {
-    const double size = difference.col(a).cwiseAbs().maxCoeff();
-    if (!(size > 1e-12 * with.torque.col(a).cwiseAbs().maxCoeff())) continue;
+    const double size = max_abs(difference.col(a));
+    if (!(size > 1e-12 * max_abs(with.torque.col(a)))) continue;
     const auto actuator = static_cast<std::size_t>(a);
     staying.efforts.push_back({trajectory, with.actuator_names[actuator], with.actuator_units[actuator], size});
   }

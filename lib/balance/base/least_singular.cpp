@@ -1,6 +1,7 @@
 #include "balance/base/least_singular.hpp"
 
 #include "balance/base/elementary.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 
 #include <algorithm>
@@ -167,9 +168,9 @@ std::optional<double> least_singular_by_inverse(int n, const std::function<void(
     const auto known = basis.leftCols(k + 1);
     for (int twice = 0; twice < 2; ++twice) next -= known * (known.transpose() * next).eval();
     beside[k] = length = next.norm();
-    const bool whole = k + 1 == basis.cols() || length <= 1e-13 * diagonal.head(k + 1).maxCoeff();
+    const bool whole = k + 1 == basis.cols() || length <= 1e-13 * max_coefficient(diagonal.head(k + 1));
     if (k % 4 != 3 && !whole) continue;  // to look takes longer than a step
-    Eigen::SelfAdjointEigenSolver<MatrixX> ritz;
+    SymmetricEigenSolver ritz;
     ritz.computeFromTridiagonal(diagonal.head(k + 1), beside.head(k));
     const double largest = ritz.eigenvalues()[k];
     const bool converged = length * std::abs(ritz.eigenvectors()(k, k)) <= 1e-10 * largest;

@@ -1,5 +1,6 @@
 #include "balance/base/sparse_matrix.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/least_singular.hpp"
 
 #include <Eigen/SparseCholesky>
@@ -49,7 +50,7 @@ std::optional<double> smallest_singular_value(const SparseMatrix& A) {
   const SparseMatrix transposed = A.transpose();
   const Eigen::SimplicialLDLT<SparseMatrix> factors(A.rows() <= A.cols() ? SparseMatrix(A * transposed)
                                                                          : SparseMatrix(transposed * A));
-  if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 0)) return {};
+  if (factors.info() != Eigen::Success || !(min_coefficient(factors.vectorD()) > 0)) return {};
   const auto inverse = [&](VectorX& x) { x = factors.solve(x).eval(); };
   const std::optional<double> found = least_singular_by_inverse(static_cast<int>(factors.rows()), inverse, steps);
   return found && *found > visible * A.norm() ? found : std::nullopt;

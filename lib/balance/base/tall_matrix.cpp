@@ -1,5 +1,8 @@
 #include "balance/base/tall_matrix.hpp"
 
+#include "balance/base/extrema.hpp"
+#include "balance/base/factorizations.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -7,7 +10,7 @@
 
 namespace balance {
 
-double smallest_pivot(const ColumnPivoting& factors) {
+double smallest_pivot(const ColumnPivotingQr& factors) {
   const Eigen::Index n = factors.cols();
   if (n == 0) return 1;
   if (factors.rows() < n) return 0;
@@ -15,20 +18,20 @@ double smallest_pivot(const ColumnPivoting& factors) {
   return largest > 0 ? std::abs(factors.matrixQR()(n - 1, n - 1)) / largest : 0;
 }
 
-bool near_kept(const ColumnPivoting& factors, const MatrixX& now, const MatrixX& kept, double limit) {
+bool near_kept(const ColumnPivotingQr& factors, const MatrixX& now, const MatrixX& kept, double limit) {
   if (now.cols() == 0) return true;
   const MatrixX change = now - kept;
   // The pseudo-inverse is hardly ever larger than the reciprocal of the smallest pivot times the size.
-  const double widest = change.cwiseAbs().rowwise().sum().maxCoeff();
+  const double widest = max_abs(change.cwiseAbs().rowwise().sum());
   const double pivot = smallest_pivot(factors) * factors.maxPivot();
   if (4 * static_cast<double>(now.cols()) * widest <= limit * pivot) return true;
   const MatrixX relative = factors.solve(change);
-  return relative.cwiseAbs().rowwise().sum().maxCoeff() <= limit;  // false for NaN
+  return max_abs(relative.cwiseAbs().rowwise().sum()) <= limit;  // false for NaN
 }
 
 double smallest_singular_value(const MatrixX& matrix) {
   if (matrix.cols() == 0) return 1;
-  return Eigen::JacobiSVD<MatrixX>(matrix).singularValues()[matrix.cols() - 1];
+  return singular_values(matrix)[matrix.cols() - 1];
 }
 
 double TallMatrix::look(MatrixX matrix) {

@@ -6,15 +6,13 @@
 
 namespace balance {
 
-using ColumnPivoting = Eigen::ColPivHouseholderQR<MatrixX>;
-
 /// Smallest pivot by the largest, 0 if there are fewer rows than columns.
-double smallest_pivot(const ColumnPivoting& factors);
+double smallest_pivot(const ColumnPivotingQr& factors);
 
 /// Whether every matrix on the straight way from `kept` to `now` has full column rank by a margin: ‖A⁺ (A − K)‖ ≤ limit < 1 (largest
 /// sum along a row).
 /// @param factors of `now`
-bool near_kept(const ColumnPivoting& factors, const MatrixX& now, const MatrixX& kept, double limit);
+bool near_kept(const ColumnPivotingQr& factors, const MatrixX& now, const MatrixX& kept, double limit);
 
 /// Of a matrix with at least as many rows as columns; 1 if it has none. Good to round-off of the largest one.
 double smallest_singular_value(const MatrixX& matrix);
@@ -33,7 +31,7 @@ class TallMatrix {
 
  private:
   MatrixX now_, kept_;
-  ColumnPivoting factors_;
+  ColumnPivotingQr factors_;
 };
 
 }  // namespace balance

@@ -61,7 +61,7 @@ class TallSystem {
 
   Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> dense_;
   MatrixX values_, kept_;
-  ColumnPivoting factors_;
+  ColumnPivotingQr factors_;
 };
 
 }  // namespace balance

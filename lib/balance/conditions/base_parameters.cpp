@@ -78,7 +78,7 @@ class Identification {
     System<S> system(tree_, Drive<S>{});
     MatrixX jacobian;
     system.rates(y, {}, jacobian);
-    Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
+    CompleteOrthogonalDecomposition qr;
     qr.setThreshold(1e-9);  // redundant closures have rows of round-off
     return qr.compute(jacobian).solve(right);
   }

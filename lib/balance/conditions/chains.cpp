@@ -1,5 +1,6 @@
 #include "balance/conditions/chains.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/chain_builder.hpp"
 #include "balance/conditions/cuts.hpp"
@@ -78,7 +79,7 @@ class Splitting {
     }
     const VectorX mean = places.rowwise().mean();
     const MatrixX total = moments(platform.body);
-    Eigen::CompleteOrthogonalDecomposition<MatrixX> solver;
+    CompleteOrthogonalDecomposition solver;
     solver.setThreshold(coincident);
     solver.compute(places.colwise() - mean);
     MatrixX shares = solver.solve(total.bottomRows(d_) - mean * total.row(0));
@@ -97,7 +98,7 @@ class Splitting {
     split_.notes.push_back("the chains carry point masses " + text);
     // Cancelled to round-off.
     for (double& entry : split_.left_over.reshaped())
-      if (std::abs(entry) < 1e-14 * std::max(1.0, places.cwiseAbs().maxCoeff())) entry = 0;
+      if (std::abs(entry) < 1e-14 * std::max(1.0, max_abs(places))) entry = 0;
     if (solver.rank() < d_)
       split_.notes.push_back(
           fmt::format("the joints of {} lie on one {}: point masses there reproduce its CoM only as far as it "

@@ -1,5 +1,7 @@
 #include "balance/conditions/definition.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -27,7 +29,7 @@ VectorX values_of_one(const Mechanism& mechanism, std::size_t which, double mass
 
 bool holds_for_any_disc(const Conditions& conditions, int row, const Mechanism& mechanism) {
   const VectorX coefficients = conditions.matrix.row(row);
-  const double largest = coefficients.cwiseAbs().maxCoeff();
+  const double largest = max_abs(coefficients);
   Eigen::Index begin = coefficients.size(), end = 0;
   for (Eigen::Index p = 0; p < coefficients.size(); ++p) {
     if (std::abs(coefficients[p]) <= 1e-12 * largest) continue;

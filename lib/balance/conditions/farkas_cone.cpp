@@ -2,6 +2,7 @@
 // negative eigenvectors are new ones. If the program becomes infeasible there is no certificate. What it ends at is
 // moved inwards where there is room, and where there is none (Q must be singular) put exactly on the cone's boundary.
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/farkas.hpp"
 #include "balance/conditions/linear_program.hpp"
@@ -71,7 +72,7 @@ class ConeSearch {
 
   void add_cut(std::size_t b, const VectorX& v) {
     const VectorX row = form(cone_.blocks[b], v, v);
-    if (row.cwiseAbs().maxCoeff() > 0) cuts_.push_back({b, row});
+    if (max_abs(row) > 0) cuts_.push_back({b, row});
   }
 
   /// Unknowns: λ⁺, λ⁻ and, per block, the room t with Q ≥ t.
@@ -139,7 +140,7 @@ class ConeSearch {
     const VectorX coefficients = rows_.transpose() * lambda;
     const std::size_t before = cuts_.size();
     for (std::size_t b = 0; b < cone_.blocks.size(); ++b) {
-      const Eigen::SelfAdjointEigenSolver<MatrixX> solver(cone_.blocks[b].matrix(coefficients));
+      const SymmetricEigenSolver solver(cone_.blocks[b].matrix(coefficients));
       for (Index i = 0; i < solver.eigenvalues().size(); ++i)
         if (solver.eigenvalues()[i] < inside[static_cast<Index>(b)] - 10 * coefficient_rounding)
           add_cut(b, solver.eigenvectors().col(i));
@@ -203,7 +204,7 @@ class ConeSearch {
     Spectrum(const ConeBlock& block, const VectorX& coefficients, double singular) {
       const MatrixX matrix = block.matrix(coefficients);
       const double size = matrix.norm();
-      const Eigen::SelfAdjointEigenSolver<MatrixX> solver(matrix);
+      const SymmetricEigenSolver solver(matrix);
       values = solver.eigenvalues(), vectors = solver.eigenvectors();
       if (size >= vanished) null = (values.array() < singular * size).count();
       if (singular == 0) null = 0;
@@ -234,14 +235,14 @@ class ConeSearch {
   }
 
   static VectorX least_squares(const MatrixX& matrix, const VectorX& right) {
-    Eigen::CompleteOrthogonalDecomposition<MatrixX> solver;
+    CompleteOrthogonalDecomposition solver;
     solver.setThreshold(coefficient_rounding);
     return solver.compute(matrix).solve(right);
   }
 
   std::optional<Certificate> verified(const VectorX& lambda) const {
     Certificate out{lambda, rows_.transpose() * lambda};
-    const double bodies = trace_.dot(lambda), size = out.coefficients.cwiseAbs().maxCoeff();
+    const double bodies = trace_.dot(lambda), size = max_abs(out.coefficients);
     if (!(bodies > 0.5) || !(size < largest_factor)) return std::nullopt;
     for (const Index p : cone_.excluded) {
       if (std::abs(out.coefficients[p]) > coefficient_rounding * size) return std::nullopt;
@@ -250,7 +251,7 @@ class ConeSearch {
     for (double& c : out.coefficients)
       if (std::abs(c) < definite * size) c = 0;
     for (const ConeBlock& block : cone_.blocks) {
-      const Eigen::SelfAdjointEigenSolver<MatrixX> solver(block.matrix(out.coefficients), Eigen::EigenvaluesOnly);
+      const SymmetricEigenSolver solver(block.matrix(out.coefficients), Eigen::EigenvaluesOnly);
       if (solver.eigenvalues()[0] < -definite * size) return std::nullopt;
     }
     return out;

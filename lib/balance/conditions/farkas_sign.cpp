@@ -1,3 +1,4 @@
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/farkas.hpp"
 #include "balance/conditions/linear_program.hpp"
@@ -77,13 +78,13 @@ class SignSearch {
   /// zero is zero.
   std::optional<Certificate> refine(const VectorX& lambda) const {
     const VectorX rough = rows_.transpose() * lambda;
-    const double size = lambda.cwiseAbs().maxCoeff();
+    const double size = max_abs(lambda);
     Indices part, gone, kept;
     for (Eigen::Index r = 0; r < n_; ++r)
       if (std::abs(lambda[r]) > program_rounding * size) part.push_back(r);
     for (Eigen::Index p = 0; p < rows_.cols(); ++p)
       (signed_[p] > 0 && rough[p] > program_rounding ? kept : gone).push_back(p);
-    const Eigen::JacobiSVD<MatrixX> svd(rows_(part, gone), Eigen::ComputeFullU);
+    const SingularValueDecomposition svd(rows_(part, gone), Eigen::ComputeFullU);
     VectorX exact = lambda(part);
     for (Eigen::Index i = 0; i < svd.singularValues().size(); ++i)
       if (svd.singularValues()[i] > coefficient_rounding)
@@ -99,10 +100,10 @@ class SignSearch {
       if (!(left[p] > 0)) return std::nullopt;
       std::swap(out.coefficients[p], left[p]);
     }
-    const double size = out.coefficients.maxCoeff();
+    const double size = max_coefficient(out.coefficients);
     double bodies = 0;
     for (const auto& [body, parameters] : bodies_) bodies += out.coefficients(parameters).sum();
-    if (!(bodies > 1e-3 * size) || left.cwiseAbs().maxCoeff() > coefficient_rounding * size) return std::nullopt;
+    if (!(bodies > 1e-3 * size) || max_abs(left) > coefficient_rounding * size) return std::nullopt;
     return out;
   }
 

@@ -25,7 +25,7 @@ MatrixX left_over(const MatrixX& rows, const MatrixX& parameters) {
   const Eigen::Index extra = rows.cols() - parameters.rows();
   if (extra == 0) return all;
   const MatrixX others = rows.rightCols(extra);
-  return all - others * others.colPivHouseholderQr().solve(all);
+  return all - others * ColumnPivotingQr(others).solve(all);
 }
 
 }  // namespace

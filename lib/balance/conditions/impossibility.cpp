@@ -1,5 +1,6 @@
 #include "balance/conditions/impossibility.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/farkas.hpp"
 #include "balance/conditions/rows.hpp"
@@ -134,7 +135,7 @@ bool holds_for_flat_bodies(const MassCone& cone, const VectorX& coefficients) {
     const MatrixX matrix = block.matrix(coefficients);
     if (matrix.norm() < coefficient_rounding) return false;
     if (block.size != 4) return true;
-    const Eigen::SelfAdjointEigenSolver<MatrixX> solver(matrix, Eigen::EigenvaluesOnly);
+    const SymmetricEigenSolver solver(matrix, Eigen::EigenvaluesOnly);
     return solver.eigenvalues()[2] > 1e-6 * solver.eigenvalues()[3];
   });
 }
@@ -205,7 +206,7 @@ std::optional<Impossibility> prove_impossible(const Conditions& conditions, cons
   if (!lambda || lambda->lpNorm<1>() > 1 / least_violation) return std::nullopt;
   Impossibility proof{Impossibility::Kind::bounds, lambda->cwiseQuotient(conditions.scale), VectorX(), ""};
   proof.coefficients = conditions.matrix.transpose() * proof.combination;
-  const double scale = 1 / proof.coefficients.cwiseAbs().maxCoeff();
+  const double scale = 1 / max_abs(proof.coefficients);
   proof.combination *= scale;
   proof.coefficients *= scale;
   const VectorX size = conditions.matrix.cwiseAbs().transpose() * proof.combination.cwiseAbs();

@@ -1,5 +1,6 @@
 #include "balance/conditions/known_terms.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/known_columns.hpp"
 
@@ -76,6 +77,17 @@ Eigen::Index load_component(const Parameter& term, bool planar) {
   return size * term.index + term.slot % size;
 }
 
+double& friction_number(Friction& friction, const Parameter& term) {
+  if (term.kind == ParameterKind::viscous) return friction.viscous;
+  return term.symbol == coulomb_backward && friction.coulomb_backward ? *friction.coulomb_backward : friction.coulomb;
+}
+
+double friction_resistance(const Parameter& term, double rate) {
+  if (term.kind == ParameterKind::viscous) return rate;
+  if (rate > 0) return term.symbol == coulomb_backward ? 0 : 1;
+  return rate < 0 && term.symbol != coulomb_forward ? -1 : 0;
+}
+
 bool is_known(const Parameter& parameter) {
   return parameter.bearer == Bearer::load || parameter.bearer == Bearer::friction;
 }
@@ -111,7 +123,10 @@ std::vector<Parameter> list_known_terms(const Mechanism& mechanism) {
     const CoordinateId coordinate = mechanism.friction[f].coordinate;
     const bool turns = mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::angle;
     add(Bearer::friction, f, "viscous", ParameterKind::viscous, turns ? 2 : 0);
-    add(Bearer::friction, f, "coulomb", ParameterKind::coulomb, turns ? 2 : 1);
+    for (const char* symbol : mechanism.friction[f].coulomb_backward
+                                  ? std::vector<const char*>{coulomb_forward, coulomb_backward}
+                                  : std::vector<const char*>{"coulomb"})
+      add(Bearer::friction, f, symbol, ParameterKind::coulomb, turns ? 2 : 1);
   }
   return all;
 }
@@ -127,12 +142,13 @@ VectorX known_values(const Mechanism& mechanism) {
     if (load.time.empty()) continue;
     for (int c = 0; c < size; ++c) {
       const VectorX change = changes.col(size * static_cast<Eigen::Index>(l) + c);
-      Eigen::Index largest = 0;
-      change.cwiseAbs().maxCoeff(&largest);
-      values.push_back(change[largest]);
+      values.push_back(change[max_index(change.cwiseAbs())]);
     }
   }
-  for (const Friction& friction : mechanism.friction) values.insert(values.end(), {friction.viscous, friction.coulomb});
+  for (const Friction& friction : mechanism.friction) {
+    values.insert(values.end(), {friction.viscous, friction.coulomb});
+    if (friction.coulomb_backward) values.push_back(*friction.coulomb_backward);
+  }
   return Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
@@ -158,7 +174,7 @@ MatrixX load_changes(const Mechanism& mechanism, double length) {
   VectorX unit(n);
   for (Eigen::Index c = 0; c < n; ++c) unit[c] = c % size < forces ? 1 : length;
   changes = changes * unit.cwiseInverse().asDiagonal();
-  Eigen::ColPivHouseholderQR<MatrixX> qr;
+  ColumnPivotingQr qr;
   qr.setThreshold(unchanged);
   qr.compute(changes);
   const Eigen::Index rank = changes.isZero(0) ? 0 : qr.rank();

@@ -1,5 +1,7 @@
 #include "balance/conditions/latex.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -125,7 +127,7 @@ LatexCoefficient coefficient_latex(const Formula& formula, const std::vector<Sym
 /// Terms of the columns [first, last) with their signs, the first one's only if it is negative.
 std::vector<std::string> terms_of(const Conditions& conditions, int row, const ConditionNames& names,
                                   Eigen::Index first, Eigen::Index last, bool turned) {
-  const double largest = conditions.matrix.row(row).cwiseAbs().maxCoeff();
+  const double largest = max_abs(conditions.matrix.row(row));
   std::vector<std::string> terms;
   for (Eigen::Index p = first; p < last; ++p) {
     const double value = conditions.matrix(row, p);
@@ -170,7 +172,11 @@ std::string parameter_latex(const Parameter& p) {
     return fmt::format("{}_{{{}{}}}{}", couple ? "M" : "F", axis, owner, is_change(p) ? "(t)" : "");
   }
   if (p.bearer == Bearer::friction)
-    return fmt::format("{}_{{{}}}", p.kind == ParameterKind::viscous ? "d" : "c", owner);
+    return fmt::format("{}{}_{{{}}}", p.kind == ParameterKind::viscous ? "d" : "c",
+                       s == coulomb_forward    ? "^{+}"
+                       : s == coulomb_backward ? "^{-}"
+                                               : "",
+                       owner);
   if (s.size() == 2 && s[0] == 'm') return fmt::format("(m {})_{{{}}}", s[1], owner);
   if (s.size() == 3 && s[0] == 'I') return fmt::format("I_{{{},{}}}", s.substr(1), owner);
   if (s.size() >= 3 && s[0] == 'k') {

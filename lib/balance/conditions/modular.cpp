@@ -1,5 +1,6 @@
 #include "balance/conditions/modular.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/conditions/chains.hpp"
 #include "balance/conditions/reduce.hpp"
 #include "balance/conditions/rows.hpp"
@@ -114,7 +115,7 @@ class Modular {
     const Eigen::Index before = rows_.rows();
     rows_.conservativeResize(before + part.matrix.rows(), units.parameter.size());
     for (Eigen::Index r = 0; r < part.matrix.rows(); ++r) {
-      const double size = part.matrix.row(r).cwiseProduct(own.transpose()).cwiseAbs().maxCoeff();
+      const double size = max_abs(part.matrix.row(r).cwiseProduct(own.transpose()));
       auto row = rows_.row(before + r);
       row = part.matrix.row(r) * map * units.parameter.asDiagonal() / size;
       row = (row.array().abs() > vanishing).select(row, 0.0);

@@ -1,6 +1,7 @@
 #include "balance/conditions/naming.hpp"
 
 #include "balance/base/elementary.hpp"
+#include "balance/base/extrema.hpp"
 
 #include <fmt/format.h>
 
@@ -33,8 +34,8 @@ Mechanism with_symbol(const Mechanism& mechanism, const Symbol& symbol, double f
 
 bool changes(const MatrixX& before, const MatrixX& after) {
   for (Eigen::Index row = 0; row < before.rows(); ++row) {
-    const double size = before.row(row).cwiseAbs().maxCoeff();
-    if ((before.row(row) - after.row(row)).cwiseAbs().maxCoeff() > 1e-7 * size) return true;
+    const double size = max_abs(before.row(row));
+    if (max_abs(before.row(row) - after.row(row)) > 1e-7 * size) return true;
   }
   return false;
 }
@@ -45,7 +46,7 @@ std::optional<Formula> recognise_at(const MatrixX& matrix, const std::vector<Nud
                                     Eigen::Index row, Eigen::Index column) {
   const auto count = static_cast<Eigen::Index>(probes.size());
   Response response{matrix(row, column), VectorX(count), VectorX(count)};
-  if (std::abs(response.value) <= negligible * matrix.row(row).cwiseAbs().maxCoeff()) return std::nullopt;
+  if (std::abs(response.value) <= negligible * max_abs(matrix.row(row))) return std::nullopt;
   for (Eigen::Index s = 0; s < count; ++s) {
     response.up[s] = probes[static_cast<std::size_t>(s)].up(row, column);
     response.down[s] = probes[static_cast<std::size_t>(s)].down(row, column);
@@ -73,7 +74,7 @@ std::optional<Nudged> nudge(const Mechanism& mechanism, const Conditions& condit
 }
 
 bool is_bare(const MatrixX& matrix, const ConditionNames& names, Eigen::Index row, Eigen::Index column) {
-  return std::abs(matrix(row, column)) > negligible * matrix.row(row).cwiseAbs().maxCoeff() &&
+  return std::abs(matrix(row, column)) > negligible * max_abs(matrix.row(row)) &&
          names.find(static_cast<int>(row), static_cast<int>(column)) == nullptr;
 }
 

@@ -1,5 +1,7 @@
 #include "balance/conditions/naming.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -99,7 +101,7 @@ namespace {
 /// Terms of the columns [first, last) with their signs; "" if there are none.
 std::string side_text(const Conditions& conditions, int row, const ConditionNames& names, Eigen::Index first,
                       Eigen::Index last, double sign) {
-  const double largest = conditions.matrix.row(row).cwiseAbs().maxCoeff();
+  const double largest = max_abs(conditions.matrix.row(row));
   std::string text;
   for (Eigen::Index p = first; p < last; ++p) {
     const double value = conditions.matrix(row, p);

@@ -1,5 +1,6 @@
 #include "balance/conditions/nearby.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/reduce.hpp"
 #include "balance/conditions/rows.hpp"
@@ -103,11 +104,11 @@ class NearbyRows : public NearbyConditions::Implementation {
     const auto rank = static_cast<Eigen::Index>(known.pivots.size());
     if (own.rows() <= rank) return Told::nothing;
     const MatrixX X = own(Eigen::all, known.pivots);
-    const Eigen::ColPivHouseholderQR<MatrixX> qr(X);
+    const ColumnPivotingQr qr(X);
     const auto diagonal = qr.matrixQR().diagonal().cwiseAbs();
-    if (!(diagonal.minCoeff() > reproduced * diagonal.maxCoeff())) return Told::nothing;
+    if (!(min_coefficient(diagonal) > reproduced * max_coefficient(diagonal))) return Told::nothing;
     MatrixX R = qr.solve(own);
-    const double missed = (own - X * R).cwiseAbs().maxCoeff() / own.cwiseAbs().maxCoeff();
+    const double missed = max_abs(own - X * R) / max_abs(own);
     if (!(missed < holds)) return missed > others_hold ? Told::others : Told::nothing;
     for (Eigen::Index r = 0; r < rank; ++r) clean(R, r);
     VectorX pivot_units(rank);
@@ -117,7 +118,7 @@ class NearbyRows : public NearbyConditions::Implementation {
   }
 
   void clean(MatrixX& R, Eigen::Index row) const {
-    const double largest = R.row(row).cwiseAbs().maxCoeff();
+    const double largest = max_abs(R.row(row));
     R.row(row) = (R.row(row).array().abs() < 0.1 * reproduced * largest).select(0.0, R.row(row));
     for (std::size_t r = 0; r < known.pivots.size(); ++r)
       R(row, known.pivots[r]) = static_cast<Eigen::Index>(r) == row ? 1 : 0;
@@ -125,8 +126,7 @@ class NearbyRows : public NearbyConditions::Implementation {
 
   static bool same(const MatrixX& one, const MatrixX& other) {
     for (Eigen::Index row = 0; row < other.rows(); ++row)
-      if (!((one.row(row) - other.row(row)).cwiseAbs().maxCoeff() < reproduced * other.row(row).cwiseAbs().maxCoeff()))
-        return false;
+      if (!(max_abs(one.row(row) - other.row(row)) < reproduced * max_abs(other.row(row)))) return false;
     return true;
   }
 

@@ -29,7 +29,7 @@ ComLaw fit(const Mechanism& mechanism, GoalKind kind, const ConditionOptions& op
   // momentum − X · (tool velocity, rates of axes) = 0 with X = mass · (A, B), row by row
   const VectorX momentum = all.leftCols(goal_rows.parameters()) *
                            term_values(mechanism, options.loose_springs).cwiseQuotient(units.parameter);
-  Eigen::CompleteOrthogonalDecomposition<MatrixX> least;  // of a body that does not turn B is nothing
+  CompleteOrthogonalDecomposition least;  // of a body that does not turn B is nothing
   least.setThreshold(1e-9);
   const VectorX X = least.compute(all.rightCols(goal_rows.extra())).solve(-momentum);
   const Eigen::Index d = S::dimension, width = X.size() / d;

@@ -1,5 +1,6 @@
 #include "balance/conditions/reduce.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/right_singular.hpp"
 
@@ -80,9 +81,7 @@ MatrixX without_column(MatrixX rows, int column) {
     const Eigen::RowVectorXd along = (2 / mirror.squaredNorm()) * (mirror.transpose() * rows);
     return rows.bottomRows(rows.rows() - 1) - mirror.tail(rows.rows() - 1) * along;
   }
-  Eigen::Index best;
-  rows.col(column).cwiseAbs().maxCoeff(&best);
-  rows.row(0).swap(rows.row(best));
+  rows.row(0).swap(rows.row(max_index(rows.col(column).cwiseAbs())));
   const VectorX share = rows.col(column).tail(rows.rows() - 1) / rows(0, column);
   const MatrixX left = rows.bottomRows(rows.rows() - 1) - share * rows.row(0);
   if (left.rows() == 0) return left;
@@ -99,7 +98,7 @@ std::vector<int> choose_pivots(MatrixX rows, const std::vector<int>& order) {
     for (const int column : order) {
       if (rows.rows() == 0) return pivots;
       if (taken[static_cast<std::size_t>(column)]) continue;
-      if (!(rows.col(column).cwiseAbs().maxCoeff() > least)) continue;
+      if (!(max_abs(rows.col(column)) > least)) continue;
       taken[static_cast<std::size_t>(column)] = true;
       pivots.push_back(column);
       rows = without_column(std::move(rows), column);
@@ -135,14 +134,14 @@ std::vector<int> pivot_order(const Mechanism& mechanism, const std::vector<Param
 MatrixX without_extra(const MatrixX& rows, int parameters) {
   const Eigen::Index extra = rows.cols() - parameters;
   if (extra == 0 || rows.rows() == 0) return rows;
-  Eigen::ColPivHouseholderQR<MatrixX> qr(rows.rightCols(extra));
+  ColumnPivotingQr qr(rows.rightCols(extra));
   qr.setThreshold(1e-9);
   MatrixX rotated = rows.leftCols(parameters);
-  const double size = rotated.cwiseAbs().maxCoeff();
+  const double size = max_abs(rotated);
   rotated.applyOnTheLeft(qr.householderQ().adjoint());
   MatrixX left = rotated.bottomRows(rows.rows() - qr.rank());
   // The tool of a single link follows its CoM whatever that is: round-off is not a condition.
-  if (left.size() > 0 && left.cwiseAbs().maxCoeff() < elimination_round_off * size) left.setZero();
+  if (max_abs(left) < elimination_round_off * size) left.setZero();
   return left;
 }
 
@@ -154,7 +153,7 @@ bool reduce(const MatrixX& rows, const VectorX& units, double mass, const std::v
   conditions.scale.resize(0);
   conditions.pivots.clear();
   conditions.gap = 1 / std::numeric_limits<double>::epsilon();
-  if (rows.rows() == 0 || rows.cwiseAbs().maxCoeff() == 0) return true;
+  if (max_abs(rows) == 0) return true;
   if (!rows.allFinite()) return false;
 
   MatrixX compact = rows;
@@ -174,7 +173,7 @@ bool reduce(const MatrixX& rows, const VectorX& units, double mass, const std::v
   conditions.matrix.resize(rank, P);
   conditions.scale.resize(rank);
   for (Eigen::Index r = 0; r < rank; ++r) {
-    const double largest = reduced.row(r).cwiseAbs().maxCoeff();
+    const double largest = max_abs(reduced.row(r));
     for (Eigen::Index p = 0; p < P; ++p)
       if (std::abs(reduced(r, p)) < round_off * largest) reduced(r, p) = 0;
     const double pivot = units[conditions.pivots[static_cast<std::size_t>(r)]];

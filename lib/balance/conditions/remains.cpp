@@ -1,5 +1,6 @@
 #include "balance/conditions/remains.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/rows.hpp"
 
@@ -56,7 +57,7 @@ struct Amounts {
   MatrixX histories;  ///< what changes: a column of zeros, then one for every time
 
   VectorX largest(const EffortRows& rows, const VectorX& constant) const {
-    return ((rows.changing * histories).colwise() + rows.constant * constant).cwiseAbs().rowwise().maxCoeff();
+    return row_maxima(((rows.changing * histories).colwise() + rows.constant * constant).cwiseAbs()).cwiseMax(0);
   }
 };
 
@@ -89,7 +90,7 @@ class RestingEfforts {
     const auto n = static_cast<Eigen::Index>(actuators_.size());
     if (n == 0 || poses_.empty()) return {};
     const Amounts amounts = amounts_of(conditions, remainder, values);
-    const double size = amounts.largest(all_, amounts.own).maxCoeff();
+    const double size = max_abs(amounts.largest(all_, amounts.own));
     const VectorX efforts = amounts.largest(all_, amounts.asked);
     std::vector<LargestEffort> largest;
     if (!std::isfinite(size) || !efforts.allFinite()) {
@@ -190,7 +191,7 @@ class RestingEfforts {
   bool hold(const MatrixX& null_space, double firmness, MatrixX& directions) const {
     const MatrixX held = selection_ * null_space;
     if (held.rows() < held.cols() || held.rows() == 0) return false;
-    const Eigen::JacobiSVD<MatrixX> svd(held, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const SingularValueDecomposition svd(held, Eigen::ComputeThinU | Eigen::ComputeThinV);
     if (svd.singularValues().tail(1)[0] < firmness) return false;
     directions =
         null_space * svd.matrixV() * svd.singularValues().cwiseInverse().asDiagonal() * svd.matrixU().transpose();
@@ -271,7 +272,10 @@ std::string remainder_text(const Remainder& remainder, const Conditions& conditi
     }
     constant += constant.empty() ? "" : ", ";
     if (term.bearer == Bearer::friction)
-      constant += number + (term.kind == ParameterKind::viscous ? " viscous" : " dry");
+      constant += number + (term.kind == ParameterKind::viscous ? " viscous"
+                              : term.symbol == coulomb_forward       ? " dry forwards"
+                              : term.symbol == coulomb_backward      ? " dry backwards"
+                                                                     : " dry");
     else
       constant += term.symbol + " = " + number;
   }

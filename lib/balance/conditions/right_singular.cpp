@@ -1,5 +1,6 @@
 #include "balance/conditions/right_singular.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 
 namespace balance {
@@ -12,9 +13,9 @@ bool reproduces(const MatrixX& matrix, const RightSingular& found) {
   const auto n = found.values.size();
   const double allowed = 1e-14 * static_cast<double>(matrix.rows() + matrix.cols());
   const MatrixX image = matrix * found.vectors;
-  const double largest = image.colwise().norm().maxCoeff();
-  return (found.vectors.transpose() * found.vectors - MatrixX::Identity(n, n)).cwiseAbs().maxCoeff() <= allowed &&
-         (image.colwise().norm().transpose() - found.values).cwiseAbs().maxCoeff() <= allowed * largest;
+  const double largest = max_abs(image.colwise().norm());
+  return max_abs(found.vectors.transpose() * found.vectors - MatrixX::Identity(n, n)) <= allowed &&
+         max_abs(image.colwise().norm().transpose() - found.values) <= allowed * largest;
 }
 
 }  // namespace
@@ -23,7 +24,7 @@ RightSingular right_singular(const MatrixX& matrix) {
   const Eigen::BDCSVD<MatrixX> fast(matrix, Eigen::ComputeThinV);
   RightSingular found{fast.singularValues(), fast.matrixV()};
   if (fast.info() == Eigen::Success && reproduces(matrix, found)) return found;
-  const Eigen::JacobiSVD<MatrixX> sure(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const SingularValueDecomposition sure(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
   return {sure.singularValues(), sure.matrixV()};
 }
 

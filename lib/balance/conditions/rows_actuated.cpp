@@ -17,8 +17,8 @@ constexpr double well_held = 0.02;
 template <class S>
 bool GoalRows<S>::set_actuated(const MatrixX& null_space) {
   const MatrixX held = selection_ * null_space;
-  const Eigen::JacobiSVD<MatrixX> svd(held);
-  if (svd.singularValues().tail(1)[0] < well_held) return false;
+  if (held.rows() != held.cols()) return false;
+  if (held.size() > 0 && singular_values(held).tail(1)[0] < well_held) return false;
   actuated_ = null_space * held.partialPivLu().inverse();
   return true;
 }
@@ -41,7 +41,7 @@ VectorX GoalRows<S>::actuated_bias(const VectorX& velocity) {
   }
   MatrixX all(closures + actuated, tree_.columns);
   all << jacobian, selection_;
-  Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
+  CompleteOrthogonalDecomposition qr;
   qr.setThreshold(1e-9);  // redundant closures have rows of round-off
   return qr.compute(all).solve(bias);
 }

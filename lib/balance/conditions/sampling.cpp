@@ -88,7 +88,7 @@ template <class S>
 void Sampler<S>::look(const VectorX& y) {
   MatrixX jacobian;
   closures_.rates(y, {}, jacobian);
-  const Eigen::JacobiSVD<MatrixX> svd(jacobian, Eigen::ComputeFullV);
+  const SingularValueDecomposition svd(jacobian, Eigen::ComputeFullV);
   margin_ = rank_ > 0 ? svd.singularValues()[rank_ - 1] : longest_step / caution;
   seen_ = {y, svd.matrixV().rightCols(freedoms_)};
 }
@@ -163,7 +163,7 @@ bool settle(System<S>& closures, const VectorX& y, int freedoms, Configuration& 
   MatrixX jacobian;
   closures.rates(here.y, {}, jacobian);
   // beyond the rank the orthogonal factor spans what no row sees
-  const Eigen::ColPivHouseholderQR<MatrixX> qr(jacobian.transpose());
+  const ColumnPivotingQr qr(jacobian.transpose());
   const MatrixX q = qr.householderQ() * MatrixX::Identity(jacobian.cols(), jacobian.cols());
   here.null_space = q.rightCols(freedoms);
   return true;

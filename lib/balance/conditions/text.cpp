@@ -1,5 +1,7 @@
 #include "balance/conditions/text.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -7,7 +9,7 @@
 namespace balance {
 
 std::string linear_text(const std::vector<Parameter>& parameters, const VectorX& coefficients) {
-  const double largest = coefficients.size() > 0 ? coefficients.cwiseAbs().maxCoeff() : 0;
+  const double largest = max_abs(coefficients);
   std::string text;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     const double c = coefficients[static_cast<Eigen::Index>(p)], size = std::abs(c);

@@ -1,5 +1,6 @@
 #include "balance/control/column_choice.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 
 #include <algorithm>
@@ -16,7 +17,7 @@ constexpr double moves =
 
 double smallest_to_largest(const MatrixX& matrix) {
   if (matrix.size() == 0) return 1;
-  const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
+  const VectorX values = singular_values(matrix);
   return values[0] > 0 ? values[values.size() - 1] / values[0] : 0;
 }
 
@@ -35,7 +36,7 @@ std::vector<int> others(const std::vector<int>& some, int n) {
 
 /// The first `count` pivots of a QR decomposition with column pivoting.
 std::vector<int> pivots(const MatrixX& matrix, int count, double& last) {
-  const Eigen::ColPivHouseholderQR<MatrixX> qr(matrix);
+  const ColumnPivotingQr qr(matrix);
   std::vector<int> out;
   last = 1;
   for (int k = 0; k < count; ++k) {
@@ -52,10 +53,10 @@ std::vector<int> pivots_that_move(const MatrixX& matrix, int count, const std::v
   for (int c = 0; c < static_cast<int>(matrix.cols()); ++c)
     (stuck[static_cast<std::size_t>(c)] ? standing : moving).push_back(c);
   MatrixX rest = picked(matrix, standing);
-  const double largest = matrix.colwise().norm().maxCoeff();
+  const double largest = max_abs(matrix.colwise().norm());
   int found = 0;
   if (!moving.empty()) {
-    const Eigen::ColPivHouseholderQR<MatrixX> qr(picked(matrix, moving));
+    const ColumnPivotingQr qr(picked(matrix, moving));
     const auto most = static_cast<int>(std::min(qr.matrixQR().rows(), qr.matrixQR().cols()));
     for (; found < std::min(count, most) && std::abs(qr.matrixQR()(found, found)) > moves * largest; ++found)
       out.push_back(moving[static_cast<std::size_t>(qr.colsPermutation().indices()[found])]);

@@ -148,7 +148,7 @@ void ControlLaw::tie_couplings() {
     for (const CoordinateTerm& term : roots[static_cast<std::size_t>(c)].terms) all(c, term.coordinate) = term.ratio;
   for (Eigen::Index a = 0; a < actuators; ++a)
     actuated.row(a) = all.row(mechanism_.actuators[static_cast<std::size_t>(a)]);
-  tied_ = all * Eigen::CompleteOrthogonalDecomposition<MatrixX>(actuated).pseudoInverse();
+  tied_ = all * CompleteOrthogonalDecomposition(actuated).pseudoInverse();
 }
 
 /// Puts the model where the measurements say that the mechanism is.

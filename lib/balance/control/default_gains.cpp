@@ -1,6 +1,7 @@
 #include "balance/control/default_gains.hpp"
 
 #include "balance/base/elementary.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 
 #include <algorithm>
@@ -30,7 +31,7 @@ struct Moment {
 
 MatrixX exponential(MatrixX A) {
   int halvings = 0;
-  for (; A.cwiseAbs().rowwise().sum().maxCoeff() > 0.25 && halvings < 60; ++halvings) A /= 2;
+  for (; max_abs(A.cwiseAbs().rowwise().sum()) > 0.25 && halvings < 60; ++halvings) A /= 2;
   MatrixX sum = MatrixX::Identity(A.rows(), A.cols()), term = sum;
   for (int k = 1; k <= 12; ++k) sum += term = term * A / k;
   for (; halvings > 0; --halvings) sum = sum * sum;
@@ -76,8 +77,7 @@ class Linearised {
     if (motors < d) return moment;
     VectorX rate_change(d);
     for (Eigen::Index k = 0; k < d; ++k) rate_change[k] = state.acceleration[independent[static_cast<std::size_t>(k)]];
-    const VectorX efforts =
-        Eigen::CompleteOrthogonalDecomposition<MatrixX>(here.input).solve(here.mass * rate_change + here.bias);
+    const VectorX efforts = CompleteOrthogonalDecomposition(here.input).solve(here.mass * rate_change + here.bias);
     moment.plant = MatrixX::Zero(2 * d, 2 * d);
     moment.plant.topRightCorner(d, d).setIdentity();
     moment.input = MatrixX::Zero(2 * d, motors);
@@ -129,7 +129,7 @@ class Linearised {
   bool support(const VectorX& position, const VectorX& none, VectorX& out) {
     if (!put(position, none)) return false;
     const EquationOfMotion equation = model_.equation();
-    out = Eigen::CompleteOrthogonalDecomposition<MatrixX>(equation.input).solve(equation.bias);
+    out = CompleteOrthogonalDecomposition(equation.input).solve(equation.bias);
     return out.allFinite();
   }
 

@@ -14,7 +14,7 @@ namespace {
 /// The least-norm solution of A x = b.
 /// @return false if A does not reach every b
 bool solve_onto(const MatrixX& A, const VectorX& b, VectorX& x) {
-  Eigen::CompleteOrthogonalDecomposition<MatrixX> factors;
+  CompleteOrthogonalDecomposition factors;
   factors.setThreshold(1e-10);
   factors.compute(A);
   if (factors.rank() < A.rows()) return false;

@@ -196,7 +196,7 @@ void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, cons
   MatrixX jacobian;
   closures.rates(Eigen::Map<const VectorX>(y, n), {}, jacobian);
   for (int c = 0; c < n; ++c) needed[c] = scale_[c] * x_[c];
-  Eigen::CompleteOrthogonalDecomposition<MatrixX> decomposition;
+  CompleteOrthogonalDecomposition decomposition;
   decomposition.setThreshold(1e-8);
   decomposition.compute(jacobian.transpose());
   const VectorX scaled = decomposition.solve(needed);

@@ -24,7 +24,8 @@ double smooth_sign(double speed, double width) {
 /// What a joint that moves resists with.
 template <class S>
 double LoopDynamics<S>::sliding_part(const JointFriction& joint, double rate) const {
-  if (joint.width > 0) return joint.law.viscous * rate + joint.law.coulomb * smooth_sign(rate, joint.width);
+  if (joint.width > 0)
+    return joint.law.viscous * rate + joint.law.dry(rate < 0 ? -1 : 1) * smooth_sign(rate, joint.width);
   return sliding_friction(joint.law, rate, joint.sign);
 }
 
@@ -89,14 +90,16 @@ StickProblem LoopDynamics<S>::stick_problem(const double* efforts, const std::ve
     largest = std::max(largest, size / scale_[c]);
   }
   MatrixX G(m, d);
-  StickProblem out{{}, VectorX(m), VectorX(m), VectorX(m), VectorX(m)};
+  StickProblem out{{}, VectorX(m), VectorX(m), {VectorX(m), VectorX(m)}, {VectorX(m), VectorX(m)}};
   for (Eigen::Index i = 0; i < m; ++i) {
     const JointFriction& joint = frictions_[at_rest[static_cast<std::size_t>(i)]];
     for (int k = 0; k < d; ++k) G(i, k) = joint.ratio() * C_[joint.column() * d + k];
     out.free[i] = G.row(i).dot(free) + joint.ratio() * ddy0_[joint.column()];
     out.round_off[i] = still * largest * joint.unit;
-    out.at_rest[i] = joint.law.static_limit();
-    out.sliding[i] = joint.law.coulomb;
+    out.at_rest.forward[i] = joint.law.static_limit(1);
+    out.at_rest.backward[i] = joint.law.static_limit(-1);
+    out.sliding.forward[i] = joint.law.dry(1);
+    out.sliding.backward[i] = joint.law.dry(-1);
   }
   out.response = G * mass.solve(G.transpose());
   return out;
@@ -187,7 +190,7 @@ void LoopDynamics<S>::add_stuck_friction(const double* efforts, const double* dd
       G(k, i) = joint.ratio() * C_[joint.column() * d + row];
     }
   }
-  if (h > 0) friction += Eigen::CompleteOrthogonalDecomposition<MatrixX>(G).solve(needed - G * friction);
+  if (h > 0) friction += CompleteOrthogonalDecomposition(G).solve(needed - G * friction);
   for (Eigen::Index i = 0; i < m; ++i) {
     JointFriction& joint = frictions_[stuck_[static_cast<std::size_t>(i)]];
     joint.friction = friction[i];

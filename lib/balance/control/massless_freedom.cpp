@@ -1,5 +1,6 @@
 #include "balance/control/massless_freedom.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/control/tree_state.hpp"
 
@@ -41,11 +42,10 @@ MotionOutcome check_masses(const Mechanism& mechanism, LoopDynamics<S>& loops, d
     mass.row(a) *= loops.scale()[loops.independent()[a]];
     mass.col(a) *= loops.scale()[loops.independent()[a]];
   }
-  const Eigen::SelfAdjointEigenSolver<MatrixX> solver(mass);
+  const SymmetricEigenSolver solver(mass);
   const VectorX& sizes = solver.eigenvalues();  // increasing
   if (sizes[0] > nothing * sizes[sizes.size() - 1]) return fine;
-  Eigen::Index free = 0;
-  solver.eigenvectors().col(0).cwiseAbs().maxCoeff(&free);
+  const Eigen::Index free = max_index(solver.eigenvectors().col(0).cwiseAbs());
   const CoordinateId coordinate = leaders(loops.tree())[loops.independent()[free]];
   return {MotionStatus::actuation_singularity,
           time,

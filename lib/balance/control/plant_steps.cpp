@@ -1,5 +1,6 @@
 /// The plant's integration: one step after another, each ending on the closures.
 
+#include "balance/base/extrema.hpp"
 #include "balance/control/plant_engine.hpp"
 #include "balance/control/tree_state.hpp"
 #include "balance/motion/regularity.hpp"
@@ -173,7 +174,7 @@ bool EngineOf<S>::choose_anew() {
 /// Whether what stopped the integration are numbers beyond bounds that no mechanism has.
 template <class S>
 bool EngineOf<S>::overflows() {
-  const auto beyond = [](const VectorX& v, double bound) { return v.size() > 0 && !(v.cwiseAbs().maxCoeff() < bound); };
+  const auto beyond = [](const VectorX& v, double bound) { return v.size() > 0 && !(max_abs(v) < bound); };
   if (beyond(efforts_, enormous) || beyond(y_, enormous) || beyond(dy_, enormous)) return true;
   if (!loops_.close(y_.data(), dy_.data())) return false;
   loops_.accelerate(time_, dy_.data(), efforts_.data(), ddy_.data());

@@ -1,5 +1,6 @@
 #include "balance/control/stiction.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 
 #include <algorithm>
@@ -13,14 +14,14 @@ constexpr double weight_of_sharing = 1e-12;  // of the least-norm term that choo
 constexpr double exceeds = 1e-9;             // part of the terms of w beyond which w is not zero
 constexpr double idle = 1e-24;               // response, against the largest, of a joint that forces do not move
 
-/// Minimum of ½ zᵀB z − pᵀz within |z| ≤ bound by a primal active-set method (Nocedal and Wright, Numerical Optimization, 2006,
+/// Minimum of ½ zᵀB z − pᵀz within −bound.backward ≤ z ≤ bound.forward by a primal active-set method (Nocedal and Wright, Numerical Optimization, 2006,
 /// section 16.5): B is positive definite, so it ends.
 class BoxProgram {
  public:
-  BoxProgram(const MatrixX& B, const VectorX& p, const VectorX& bound)
+  BoxProgram(const MatrixX& B, const VectorX& p, const FrictionLimits& bound)
       : B_(B), p_(p), bound_(bound), at_(static_cast<std::size_t>(p.size()), free_), z_(VectorX::Zero(p.size())) {
     for (Eigen::Index i = 0; i < p.size(); ++i)
-      if (bound[i] <= 0) at(i) = pinned_;
+      if (bound.forward[i] <= 0 && bound.backward[i] <= 0) at(i) = pinned_;
   }
 
   const VectorX& solve() {
@@ -35,6 +36,8 @@ class BoxProgram {
  private:
   enum Place { free_, low_, high_, pinned_ };
   Place& at(Eigen::Index i) { return at_[static_cast<std::size_t>(i)]; }
+  /// The one that a goal lies beyond, with its sign.
+  double edge(Eigen::Index i, double goal) const { return goal > 0 ? bound_.forward[i] : -bound_.backward[i]; }
 
   VectorX free_minimum() {
     std::vector<Eigen::Index> inside;
@@ -62,9 +65,8 @@ class BoxProgram {
     double part = 1;
     Eigen::Index first = -1;
     for (Eigen::Index i = 0; i < p_.size(); ++i) {
-      if (at(i) != free_ || std::abs(goal[i]) <= bound_[i]) continue;
-      const double edge = std::copysign(bound_[i], goal[i]);
-      const double reach = std::clamp((edge - z_[i]) / (goal[i] - z_[i]), 0.0, 1.0);
+      if (at(i) != free_ || std::abs(goal[i]) <= std::abs(edge(i, goal[i]))) continue;
+      const double reach = std::clamp((edge(i, goal[i]) - z_[i]) / (goal[i] - z_[i]), 0.0, 1.0);
       if (first >= 0 && reach >= part) continue;
       part = reach;
       first = i;
@@ -72,7 +74,7 @@ class BoxProgram {
     z_ += part * (goal - z_);
     if (first < 0) return false;
     at(first) = goal[first] > 0 ? high_ : low_;
-    z_[first] = goal[first] > 0 ? bound_[first] : -bound_[first];
+    z_[first] = edge(first, goal[first]);
     return true;
   }
 
@@ -93,7 +95,8 @@ class BoxProgram {
   }
 
   const MatrixX& B_;
-  const VectorX &p_, &bound_;
+  const VectorX& p_;
+  const FrictionLimits& bound_;
   std::vector<Place> at_;
   VectorX z_;
 };
@@ -103,18 +106,20 @@ struct Reply {
   VectorX friction, acceleration, size;
 };
 
-Reply ask(const StickProblem& problem, const VectorX& limit) {
+VectorX larger(const FrictionLimits& limits) { return limits.forward.cwiseMax(limits.backward); }
+
+Reply ask(const StickProblem& problem, const FrictionLimits& limit) {
   const Eigen::Index m = problem.free.size();
-  const VectorX& unit = problem.at_rest;
+  const VectorX unit = larger(problem.at_rest);
   MatrixX B = unit.asDiagonal() * problem.response * unit.asDiagonal();
   const VectorX p = unit.cwiseProduct(problem.free);
-  VectorX bound = limit.cwiseQuotient(unit);
-  const double largest = std::max(B.diagonal().maxCoeff(), 0.0);
+  FrictionLimits bound{limit.forward.cwiseQuotient(unit), limit.backward.cwiseQuotient(unit)};
+  const double largest = std::max(max_coefficient(B.diagonal()), 0.0);
   for (Eigen::Index i = 0; i < m; ++i) {
     if (B(i, i) > idle * largest) {
       B(i, i) *= 1 + weight_of_sharing;
     } else {
-      bound[i] = 0;
+      bound.forward[i] = bound.backward[i] = 0;
       B(i, i) += 1;
     }
   }
@@ -125,6 +130,13 @@ Reply ask(const StickProblem& problem, const VectorX& limit) {
   return reply;
 }
 
+/// Of the larger limit, of the joint that has least left.
+double part_left(const StickProblem& problem, const VectorX& friction) {
+  const FrictionLimits& limit = problem.at_rest;
+  const VectorX left = (limit.forward - friction).cwiseMin(limit.backward + friction);
+  return min_coefficient(left.cwiseQuotient(larger(limit)));
+}
+
 }  // namespace
 
 StickAnswer decide(const StickProblem& problem) {
@@ -133,7 +145,7 @@ StickAnswer decide(const StickProblem& problem) {
   answer.slips.assign(static_cast<std::size_t>(m), 0);
   answer.friction = VectorX::Zero(m);
   if (m == 0) return answer;
-  VectorX limit = problem.at_rest;
+  FrictionLimits limit = problem.at_rest;
   for (Eigen::Index turn = 0; turn <= m; ++turn) {
     const Reply reply = ask(problem, limit);
     bool lower = false;
@@ -144,13 +156,12 @@ StickAnswer decide(const StickProblem& problem) {
       answer.slips[static_cast<std::size_t>(i)] = !moves ? 0 : w > 0 ? 1 : -1;
       if (!moves) continue;
       beyond = std::max(beyond, std::abs(w) / reply.size[i]);
-      lower = lower || limit[i] > problem.sliding[i];
-      limit[i] = problem.sliding[i];
+      for (VectorX FrictionLimits::*way : {&FrictionLimits::forward, &FrictionLimits::backward}) {
+        lower = lower || (limit.*way)[i] > (problem.sliding.*way)[i];
+        (limit.*way)[i] = (problem.sliding.*way)[i];
+      }
     }
-    if (turn == 0)
-      answer.margin = beyond > 0 ? -beyond
-                                 : std::max(1 - reply.friction.cwiseQuotient(problem.at_rest).cwiseAbs().maxCoeff(),
-                                            weight_of_sharing);
+    if (turn == 0) answer.margin = beyond > 0 ? -beyond : std::max(part_left(problem, reply.friction), weight_of_sharing);
     answer.friction = reply.friction;
     if (!lower) break;
   }

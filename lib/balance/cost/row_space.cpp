@@ -1,5 +1,8 @@
 #include "balance/cost/row_space.hpp"
 
+#include "balance/base/extrema.hpp"
+#include "balance/base/factorizations.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -41,14 +44,14 @@ RowSpace::RowSpace(const MatrixX& triangle, const ColumnUnits& units) {
     const Eigen::Index first = units.families[f], end = f + 1 < units.families.size() ? units.families[f + 1] : n;
     if (end == first) continue;
     const auto sizes = triangle.middleCols(first, end - first) * scale.segment(first, end - first).asDiagonal();
-    const double largest = MatrixX(sizes).colwise().norm().maxCoeff();
+    const double largest = max_abs(MatrixX(sizes).colwise().norm());
     scale.segment(first, end - first) *= largest > 0 ? 1 / largest : 0;
   }
   const MatrixX scaled = triangle * scale.asDiagonal();
   for (Eigen::Index c = 0; c < n; ++c)
     if (scaled.col(c).norm() > round_off) active_.push_back(c);
   if (active_.empty()) return;
-  const Eigen::ColPivHouseholderQR<MatrixX> qr(MatrixX(scaled(Eigen::all, active_)));
+  const ColumnPivotingQr qr(MatrixX(scaled(Eigen::all, active_)));
   const auto width = static_cast<Eigen::Index>(active_.size());
   const MatrixX R = qr.matrixR().topRows(std::min(n, width)).triangularView<Eigen::Upper>();
   Eigen::Index rank = 0;

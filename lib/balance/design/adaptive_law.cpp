@@ -1,6 +1,7 @@
 #include "balance/design/adaptive_law.hpp"
 
 #include "balance/base/elementary.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/design/context.hpp"
 #include "balance/design/solve.hpp"
@@ -46,7 +47,7 @@ std::optional<Polynomial> adapted_solution(const SeparatedConditions& conditions
   MatrixX inverse = MatrixX::Zero(n, conditions.matrix.rows()), open = MatrixX::Identity(n, n);
   if (conditions.matrix.size() > 0) {
     constexpr double lost = 1e-10;  // of the largest singular value
-    Eigen::JacobiSVD<MatrixX> svd(conditions.matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    SingularValueDecomposition svd(conditions.matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
     svd.setThreshold(lost);
     const Eigen::Index rank = svd.rank();
     const MatrixX v = svd.matrixV().leftCols(rank);
@@ -60,7 +61,7 @@ std::optional<Polynomial> adapted_solution(const SeparatedConditions& conditions
   for (const auto& [monomial, right] : conditions.loaded) {
     VectorX part = -inverse * right;
     part -= inverse * (conditions.matrix * part + right);
-    if ((conditions.matrix * part + right).cwiseAbs().maxCoeff() > met) return std::nullopt;
+    if (max_abs(conditions.matrix * part + right) > met) return std::nullopt;
     for (int i = 0; i < n; ++i) collector.add(monomial, i, part[i]);
   }
   return collector.finish(variables, 1e-12);

@@ -1,6 +1,7 @@
 #include "balance/design/cone_program.hpp"
 
 #include "balance/base/elementary.hpp"
+#include "balance/base/extrema.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +41,7 @@ class InteriorPoint {
     const auto n = program_.cost.size();
     x_ = qr.solve(program_.right);
     s_ = program_.right - program_.matrix * x_;
-    const double rows = std::max(program_.matrix.rowwise().norm().maxCoeff(), 1e-300);
+    const double rows = std::max(max_abs(program_.matrix.rowwise().norm()), 1e-300);
     if (const double m = cone_.margin(s_); m < 1e-3 * rows) s_ += (0.1 * rows - m) * unit_;
     VectorX y = VectorX::Zero(program_.right.size());
     y.head(n) = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>().transpose().solve(-program_.cost);

@@ -1,5 +1,6 @@
 #include "balance/design/convex.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/base/quadratic_program.hpp"
 #include "balance/design/limits.hpp"
@@ -33,7 +34,7 @@ class ConvexSearch {
       : context_(context), merit_(merit), conditions_(conditions), back_(back), n_(start.size()) {
     best_.u = start;
     best_.value = merit_(start, &slope_);
-    best_.bound = -std::numeric_limits<double>::infinity();
+    best_.bound = merit_.least();
     size_ = std::max({std::abs(best_.value), 1e-6 * std::abs(merit_(context.box.start(), nullptr)), 1e-300});
     scale_ = size_;
   }
@@ -119,8 +120,8 @@ class ConvexSearch {
     if (context_.limits->size() == 0) return;
     VectorX g;
     context_.limits->evaluate(u, g, nullptr);
-    if (!(g.minCoeff() > left_)) return;
-    left_ = g.minCoeff();
+    if (!(min_coefficient(g) > left_)) return;
+    left_ = min_coefficient(g);
     interior_ = u;
   }
 
@@ -165,8 +166,8 @@ class ConvexSearch {
   /// Symmetric part with its eigenvalues kept above a small part of the largest.
   static MatrixX positive(const MatrixX& hessian) {
     if (!hessian.allFinite()) return hessian;
-    const Eigen::SelfAdjointEigenSolver<MatrixX> solver((hessian + hessian.transpose()) / 2);
-    const double floor = std::max(1e-9 * solver.eigenvalues().cwiseAbs().maxCoeff(), 1e-12);
+    const SymmetricEigenSolver solver((hessian + hessian.transpose()) / 2);
+    const double floor = std::max(1e-9 * max_abs(solver.eigenvalues()), 1e-12);
     return solver.eigenvectors() * solver.eigenvalues().cwiseMax(floor).asDiagonal() *
            solver.eigenvectors().transpose();
   }

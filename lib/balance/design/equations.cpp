@@ -1,6 +1,7 @@
 #include "balance/design/equations.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 
 #include <algorithm>
@@ -120,9 +121,9 @@ Equations geometric_equations(const Context& context, const VectorX& from) {
     auto goal = std::make_shared<GoalResidual>(start, context.problem.goals, context.options);
     residual = [&context, goal](const VectorX& u, VectorX& r) { return goal->evaluate(context.mechanism(u), r); };
   }
-  const auto safe = [residual](const VectorX& u, VectorX& r) {
+  const auto safe = [&context, residual](const VectorX& u, VectorX& r) {
     try {
-      return residual(u, r) && r.allFinite();
+      return !context.budget.over() && residual(u, r) && r.allFinite();
     } catch (const SpecError&) {
       return false;  // an expression of the spec has no value here
     }
@@ -165,7 +166,7 @@ Equations equations_near(const Context& context, const VectorX& u, const Equatio
 }
 
 double worst(const Equations& equations, const VectorX& values) {
-  return equations.conditions > 0 ? values.head(equations.conditions).cwiseAbs().maxCoeff() : 0;
+  return equations.conditions > 0 ? max_abs(values.head(equations.conditions)) : 0;
 }
 
 }  // namespace balance::designing

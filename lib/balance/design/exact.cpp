@@ -1,5 +1,6 @@
 #include "balance/design/exact.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/base/quadratic_program.hpp"
 #include "balance/design/least_squares.hpp"
@@ -25,8 +26,7 @@ constexpr double nearly = 1e-8;
 constexpr double negligible = 1e-15;
 
 bool is_new(const std::vector<VectorX>& known, const VectorX& u) {
-  return std::none_of(known.begin(), known.end(),
-                      [&](const VectorX& k) { return (k - u).cwiseAbs().maxCoeff() < 1e-6; });
+  return std::none_of(known.begin(), known.end(), [&](const VectorX& k) { return max_abs(k - u) < 1e-6; });
 }
 
 }  // namespace
@@ -38,7 +38,7 @@ LinearConditions linear_conditions(const Equations& equations, int numbers) {
   equations.evaluate(origin, values, &jacobian);
   if (equations.conditions == 0) return {MatrixX(0, numbers), VectorX(0)};
   const MatrixX rows = jacobian.topRows(equations.conditions);
-  const Eigen::JacobiSVD<MatrixX> svd(rows, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const SingularValueDecomposition svd(rows, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const VectorX& s = svd.singularValues();
   Eigen::Index rank = 0;
   while (rank < s.size() && s[rank] > dependent * s[0]) ++rank;
@@ -88,12 +88,11 @@ VectorX polished(const Equations& equations, const VectorX& u, const std::functi
   // The polynomials are fitted to about 1e-14 of the widest bounds: the last digits come from the mechanism itself.
   VectorX values, residual = exact(best);
   MatrixX jacobian;
-  for (int k = 0; k < 2 && residual.cwiseAbs().maxCoeff() > 1e-16; ++k) {
+  for (int k = 0; k < 2 && max_abs(residual) > 1e-16; ++k) {
     if (!equations.evaluate(best, values, &jacobian)) break;
     const auto n = best.size();
     MatrixX a(equations.conditions + n, n);
-    a << jacobian.topRows(equations.conditions),
-        1e-9 * std::max(jacobian.cwiseAbs().maxCoeff(), 1e-30) * MatrixX::Identity(n, n);
+    a << jacobian.topRows(equations.conditions), 1e-9 * std::max(max_abs(jacobian), 1e-30) * MatrixX::Identity(n, n);
     VectorX b = VectorX::Zero(a.rows()), d = VectorX::Zero(n);
     b.head(equations.conditions) = -residual;
     bounded_least_squares(a, b, (-1.0 - best.array()).matrix(), (1.0 - best.array()).matrix(), d);
@@ -111,7 +110,7 @@ MatrixX tangent_space(const Equations& equations, const VectorX& u) {
   VectorX values;
   MatrixX jacobian;
   if (!equations.evaluate(u, values, &jacobian)) return MatrixX(n, 0);
-  Eigen::ColPivHouseholderQR<MatrixX> qr(jacobian.topRows(equations.conditions).transpose());
+  ColumnPivotingQr qr(jacobian.topRows(equations.conditions).transpose());
   qr.setThreshold(1e-9);
   const MatrixX q = qr.householderQ() * MatrixX::Identity(n, n);
   return q.rightCols(n - qr.rank());
@@ -162,7 +161,7 @@ std::optional<VectorX> nearest_exact(const Context& context, const LinearConditi
     if (context.inequalities() == 0) return u;
     MatrixX dg;
     context.evaluate_inequalities(u, g, &dg);
-    if (g.minCoeff() >= -1e-9) return u;
+    if (min_coefficient(g) >= -1e-9) return u;
     for (Eigen::Index k = 0; k < g.size(); ++k) {
       if (g[k] >= -1e-9) continue;
       const auto rows = program.inequalities.rows();

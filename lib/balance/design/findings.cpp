@@ -1,6 +1,7 @@
 #include "balance/design/findings.hpp"
 
 #include "balance/base/elementary.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/naming.hpp"
 #include "balance/conditions/text.hpp"
@@ -122,12 +123,12 @@ std::string counted(std::size_t n) { return n == 1 ? "1 condition" : fmt::format
 /// affine and the bounds alone are in the way.
 std::optional<Impossibility> proof_by_residual(const Conditions& conditions, const FixedRows& rows,
                                                const VectorX& residual) {
-  if (!(rows.least(residual) > met * residual.cwiseAbs().maxCoeff())) return std::nullopt;
+  if (!(rows.least(residual) > met * max_abs(residual))) return std::nullopt;
   Impossibility proof;
   proof.kind = Impossibility::Kind::bounds;
   proof.combination = residual.cwiseQuotient(conditions.scale);
   proof.coefficients = conditions.matrix.transpose() * proof.combination;
-  const double largest = proof.coefficients.cwiseAbs().maxCoeff();
+  const double largest = max_abs(proof.coefficients);
   proof.combination /= largest;
   proof.coefficients /= largest;
   proof.sentence = linear_text(conditions.parameters, proof.coefficients) +

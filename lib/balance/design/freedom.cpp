@@ -21,7 +21,7 @@ MatrixX null_within(const MatrixX& basis, const MatrixX& rows, double tolerance)
   const MatrixX inside = rows * basis;
   const double size = rows.norm();
   if (!(size > 0)) return basis;
-  const Eigen::JacobiSVD<MatrixX> svd(inside, Eigen::ComputeFullV);
+  const SingularValueDecomposition svd(inside, Eigen::ComputeFullV);
   Eigen::Index rank = 0;
   while (rank < svd.singularValues().size() && svd.singularValues()[rank] > tolerance * size) ++rank;
   return basis * svd.matrixV().rightCols(basis.cols() - rank);
@@ -90,7 +90,7 @@ MatrixX level(const FigureOfMerit& merit, const MatrixX& basis, const VectorX& u
     curvature.col(k) = flat.transpose() * (ahead - behind) / (2 * step);
   }
   if (!curvature.allFinite()) return flat;
-  const Eigen::SelfAdjointEigenSolver<MatrixX> solver((curvature + curvature.transpose()) / 2);
+  const SymmetricEigenSolver solver((curvature + curvature.transpose()) / 2);
   std::vector<Eigen::Index> straight;
   for (Eigen::Index k = 0; k < flat.cols(); ++k)
     if (std::abs(solver.eigenvalues()[k]) <= still * size) straight.push_back(k);

@@ -1,5 +1,6 @@
 #include "balance/design/gauss_newton.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/design/least_squares.hpp"
 
 #include <algorithm>
@@ -19,8 +20,6 @@ constexpr double stalled = 1e-10;
 constexpr int stall_limit = 4;
 /// Steps that are made whoever wants the end: most descents take no more.
 constexpr int granted = 20;
-
-double largest(const VectorX& v) { return v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0; }
 
 /// The damped step within the bounds: min |r + J d|² + damping |d|².
 VectorX step(const MatrixX& jacobian, const VectorX& values, const VectorX& u, double damping) {
@@ -50,14 +49,14 @@ Descent gauss_newton(const Equations& equations, VectorX start, int iterations, 
   MatrixX jacobian;
   if (!equations.evaluate(result.u, result.values, &jacobian)) return result;
   if (result.values.size() == 0 || result.u.size() == 0) {
-    result.largest = largest(result.values);
+    result.largest = max_abs(result.values);
     return result;
   }
-  const double size = std::max(jacobian.colwise().squaredNorm().maxCoeff(), 1e-30);
+  const double size = std::max(max_abs(jacobian.colwise().squaredNorm()), 1e-30);
   double damping = 1e-10 * size;
   int stalls = 0;
   VectorX values;
-  for (int iteration = 0; iteration < iterations && largest(result.values) > solved; ++iteration) {
+  for (int iteration = 0; iteration < iterations && max_abs(result.values) > solved; ++iteration) {
     if (iteration >= granted && stop && stop()) break;
     const VectorX d = step(jacobian, result.values, result.u, damping);
     const double before = result.values.squaredNorm();
@@ -67,7 +66,7 @@ Descent gauss_newton(const Equations& equations, VectorX start, int iterations, 
     const bool valid = equations.evaluate(next, values, nullptr);
     const double gain = valid ? (before - values.squaredNorm()) / predicted : -1;
     if (!(gain > 1e-4)) {
-      if (largest(result.values) < nearly_solved || damping > 1e8 * size) break;
+      if (max_abs(result.values) < nearly_solved || damping > 1e8 * size) break;
       damping = std::max(10 * damping, 1e-6 * size);
       continue;
     }
@@ -76,7 +75,7 @@ Descent gauss_newton(const Equations& equations, VectorX start, int iterations, 
     if (!equations.evaluate(next, result.values, &jacobian) || stalls >= stall_limit) break;
     if (gain > 0.5) damping = std::max(damping / 10, 1e-14 * size);
   }
-  result.largest = largest(result.values);
+  result.largest = max_abs(result.values);
   return result;
 }
 

@@ -1,5 +1,6 @@
 #include "balance/design/inertial_model.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/design/features.hpp"
 #include "balance/design/gauss_newton.hpp"
 #include "balance/design/places.hpp"
@@ -161,11 +162,11 @@ bool InertialModel::sample(Lift& lift, const VectorX& anchor) const {
     if (!lift.places.col(k).allFinite()) return false;
   }
   other(lift.numbers) = points.col(0);
-  lift.radius = lift.places.colwise().norm().maxCoeff();
+  lift.radius = max_abs(lift.places.colwise().norm());
   if (!((place(lift, other) - lift.places.col(0)).norm() < 1e-9 * lift.radius)) return false;
   lift.values = points;
   lift.directions = compass(dimension_);
-  lift.reach = (lift.directions * lift.places).rowwise().maxCoeff();
+  lift.reach = row_maxima(lift.directions * lift.places);
   lift.mass = std::max(std::abs(features(context_.survey.base)[lift.first]), 1e-12);
   return true;
 }
@@ -275,8 +276,7 @@ VectorX InertialModel::recovered(const VectorX& u, const VectorX& unknowns) cons
     const double mass = features(all)[lift.first];
     if (!(mass > 1e-9 * lift.mass)) continue;
     const VectorX target = unknowns.segment(lift.unknown, dimension_) * (lift.mass * lift.radius / mass);
-    Eigen::Index nearest = 0;
-    (lift.places.colwise() - target).colwise().norm().minCoeff(&nearest);
+    const Eigen::Index nearest = min_index((lift.places.colwise() - target).colwise().norm());
     Equations equations;
     equations.conditions = equations.rows = dimension_;
     const auto off = [&](const VectorX& v) {

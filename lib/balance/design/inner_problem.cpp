@@ -1,6 +1,7 @@
 #include "balance/design/inner_problem.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/design/inner_program.hpp"
 
@@ -127,7 +128,7 @@ void InnerProblem::measure(const InnerData& data, InnerSolution& solution) const
   for (const auto& [figure, size, limit] : data.figures)
     (limit < 0 ? solution.figure : beyond[limit]) += figure.weight * figure(w) / (limit < 0 ? 1 : size);
   if (data.least_beyond)
-    solution.value = solution.figure = std::max(*data.least_beyond, beyond.maxCoeff());
+    solution.value = solution.figure = std::max(*data.least_beyond, max_coefficient(beyond));
   else
     solution.value = solution.figure / size_ + of_limits * beyond.cwiseMax(0).sum();
   if (!wants_residual()) return;
@@ -190,7 +191,7 @@ MatrixX InnerProblem::reduced_jacobian(const InnerSolution& solution) const {
   const std::optional<InnerData> here = data(solution.u);
   const MatrixX free = movable(solution);
   if (!here || free.cols() == 0 || !slopes.allFinite()) return slopes;
-  const Eigen::JacobiSVD<MatrixX> svd(here->rows * free, Eigen::ComputeThinU);
+  const SingularValueDecomposition svd(here->rows * free, Eigen::ComputeThinU);
   const VectorX& s = svd.singularValues();
   Eigen::Index strong = 0;
   while (strong < s.size() && s[strong] > weak * std::sqrt(solution.residual) * s[0] && s[strong] > 1e-14) ++strong;
@@ -217,7 +218,7 @@ MatrixX InnerProblem::movable(const InnerSolution& solution) const {
   if (normals.empty()) return MatrixX::Identity(n, n);
   MatrixX all(n, static_cast<Eigen::Index>(normals.size()));
   for (std::size_t k = 0; k < normals.size(); ++k) all.col(static_cast<Eigen::Index>(k)) = normals[k].normalized();
-  Eigen::ColPivHouseholderQR<MatrixX> qr(all);
+  ColumnPivotingQr qr(all);
   qr.setThreshold(1e-9);
   const MatrixX q = qr.householderQ() * MatrixX::Identity(n, n);
   return q.rightCols(n - qr.rank());

@@ -1,5 +1,6 @@
 #include "balance/design/maxima_search.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/design/nlopt_search.hpp"
 #include "balance/design/seek.hpp"
 
@@ -27,9 +28,10 @@ class EpigraphProgram {
     if (!here_) return;
     for (std::size_t t = 0; t < here_->size(); ++t) {
       const MaximumTerm& term = (*here_)[t];
-      total_ += std::abs(term.weight * term.values.maxCoeff());
+      total_ += std::abs(term.weight * max_coefficient(term.values));
       if (term.values.size() < 2) continue;
-      maxima_.push_back({t, static_cast<int>(term.values.size()), std::max(std::abs(term.values.maxCoeff()), 1e-300)});
+      maxima_.push_back(
+          {t, static_cast<int>(term.values.size()), std::max(std::abs(max_coefficient(term.values)), 1e-300)});
       rows_ += maxima_.back().count;
     }
     if (!(total_ > 0)) total_ = 1;
@@ -72,7 +74,7 @@ class EpigraphProgram {
       if (here_ && (*here_)[maximum.term].values.size() != maximum.count) here_.reset();
     if (!here_) return;
     double value = 0;
-    for (const MaximumTerm& term : *here_) value += term.weight * term.values.maxCoeff();
+    for (const MaximumTerm& term : *here_) value += term.weight * max_coefficient(term.values);
     if ((best_ && !(value < least_)) || !context_.allows(u)) return;
     best_ = u;
     least_ = value;

@@ -1,5 +1,6 @@
 #include "balance/design/optimum.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/design/limits.hpp"
 #include "balance/design/maxima_search.hpp"
@@ -47,7 +48,7 @@ std::vector<int> independent_rows(const Equations& equations, const VectorX& u) 
   MatrixX jacobian;
   std::vector<int> rows;
   if (equations.conditions == 0 || !equations.evaluate(u, values, &jacobian)) return rows;
-  Eigen::ColPivHouseholderQR<MatrixX> qr(jacobian.topRows(equations.conditions).transpose());
+  ColumnPivotingQr qr(jacobian.topRows(equations.conditions).transpose());
   qr.setThreshold(1e-9);
   for (Eigen::Index k = 0; k < qr.rank(); ++k) rows.push_back(qr.colsPermutation().indices()[k]);
   std::sort(rows.begin(), rows.end());
@@ -60,7 +61,7 @@ VectorX with_equalities(const Context& context, const FigureOfMerit& merit, cons
   Program program;
   program.size = context.box.size();
   VectorX slope;
-  const double value = std::abs(merit(start, &slope)), steepest = slope.cwiseAbs().maxCoeff();
+  const double value = std::abs(merit(start, &slope)), steepest = max_abs(slope);
   // of the order of one, as the conditions are: else its unit decides where a search ends
   const double size = std::isfinite(value + steepest) && value + steepest > 0 ? std::max(value, steepest) : 1;
   program.objective = [&merit, size](const VectorX& u, VectorX* gradient) {

@@ -1,5 +1,7 @@
 #include "balance/design/relaxation.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +19,7 @@ std::vector<bool> find_what_matters(const Context& context, const MatrixX& rows,
                                     const std::vector<LinearFigure>& figures,
                                     const std::vector<BoundedFigures>& limits) {
   std::vector<bool> matters(list_terms(context.survey.at_base, context.options.loose_springs).size(), false);
-  const double largest = rows.rows() > 0 ? rows.colwise().norm().maxCoeff() : 0;
+  const double largest = max_abs(rows.colwise().norm());
   for (std::size_t k = 0; k < matters.size() && rows.rows() > 0; ++k)
     matters[k] = rows.col(static_cast<Eigen::Index>(k)).norm() > 1e-12 * largest;
   mark_what_matters(figures, matters);
@@ -67,8 +69,7 @@ class Reduction {
 
  private:
   double scale(Eigen::Index row, Eigen::Index count) const {
-    return 1 + whole_.right.segment(row, count).cwiseAbs().maxCoeff() +
-           whole_.matrix.middleRows(row, count).cwiseAbs().maxCoeff();
+    return 1 + max_abs(whole_.right.segment(row, count)) + max_abs(whole_.matrix.middleRows(row, count));
   }
   void add_cone(Eigen::Index row, Eigen::Index size, ConeRows& rows) {
     const VectorX constant = right_.segment(row, size);
@@ -123,7 +124,7 @@ double Relaxation::missed(const VectorX& unknowns, bool rows) const {
   with_one << unknowns, 1;
   for (const auto& [figure, size, limit] : data_.figures)
     if (limit >= 0) beyond[limit] += figure.weight / size * figure(with_one);
-  double worst = beyond.size() > 0 ? std::max(0.0, beyond.maxCoeff()) : 0;
+  double worst = std::max(0.0, max_coefficient(beyond));
   if (rows) worst = std::max(worst, (data_.rows * unknowns - data_.right).norm());
   return worst;
 }

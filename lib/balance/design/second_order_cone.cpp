@@ -1,5 +1,7 @@
 #include "balance/design/second_order_cone.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -69,7 +71,7 @@ VectorX SecondOrderCone::quotient(const VectorX& a, const VectorX& b) const {
 }
 
 double SecondOrderCone::margin(const VectorX& x) const {
-  double least = linear_ > 0 ? x.head(linear_).minCoeff() : infinity;
+  double least = min_coefficient(x.head(linear_));
   for (const Block& block : blocks_) least = std::min(least, x[block.first] - tail(x, block).norm());
   return least;
 }

@@ -1,6 +1,7 @@
 #include "balance/design/squares.hpp"
 
 #include "balance/base/elementary.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/conditions/linear_program.hpp"
 #include "balance/conditions/text.hpp"
 
@@ -163,7 +164,7 @@ class SquaresProof {
   }
 
   void add(const VectorX& cut) {
-    const double size = cut.cwiseAbs().maxCoeff();
+    const double size = max_abs(cut);
     if (size > 0) cuts_.emplace_back(cut / size);
   }
 
@@ -213,7 +214,7 @@ class SquaresProof {
       cut[s.third] += size(s.third);
       cut[s.second] -= 2 * t * size(s.second);
       cut[s.first] += t * t * size(s.first);
-      if (cut.dot(z) >= -1e-9 * cut.cwiseAbs().maxCoeff()) continue;
+      if (cut.dot(z) >= -1e-9 * max_abs(cut)) continue;
       add(cut);
       any = true;
     }
@@ -251,7 +252,7 @@ class SquaresProof {
   /// The combination's least value computed once more, without the program.
   bool holds(const VectorX& factors, const VectorX& of_cuts) const {
     VectorX rate = rows_.transpose() * factors;
-    double size = rate.cwiseAbs().maxCoeff();
+    double size = max_abs(rate);
     for (std::size_t k = 0; k < cuts_.size(); ++k) {
       const double factor = std::max(0.0, of_cuts[static_cast<Eigen::Index>(k)]);
       rate -= factor * cuts_[k];
@@ -281,7 +282,7 @@ std::optional<Impossibility> prove_by_squares(const Context& context, const Cond
   proof.kind = Impossibility::Kind::squares;
   proof.combination = factors->cwiseQuotient(conditions.scale);
   proof.coefficients = conditions.matrix.transpose() * proof.combination;
-  const double largest = proof.coefficients.cwiseAbs().maxCoeff();
+  const double largest = max_abs(proof.coefficients);
   if (!(largest > 0)) return std::nullopt;
   proof.combination /= largest;
   proof.coefficients /= largest;

@@ -1,6 +1,7 @@
 #include "balance/design/trial.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/design/restricted.hpp"
 #include "balance/design/solve.hpp"
 
@@ -28,7 +29,7 @@ void Trials::improve(Trial& best, Trial trial) const {
 Trial Trials::as_it_is(const VectorX& u) const {
   Trial trial;
   trial.u = u;
-  trial.possible = context_.obstacle(u).empty();
+  trial.possible = context_.is_physical(u) && context_.obstacle(u).empty();
   if (!trial.possible) return trial;
   trial.balanced = is_balanced(u);
   measure(trial);
@@ -42,7 +43,7 @@ bool Trials::is_balanced(const VectorX& u) const {
   const VectorX residual =
       scaled_residuals(conditions, term_values(context_.mechanism(u), context_.options.loose_springs))
           .head(conditions.own_rows());
-  return residual.cwiseAbs().maxCoeff() < met;
+  return max_abs(residual) < met;
 }
 
 void Trials::measure(Trial& trial) const {

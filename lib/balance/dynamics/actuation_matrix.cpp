@@ -2,6 +2,7 @@
 
 #include "balance/dynamics/actuation.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/base/number.hpp"
 
 #include <algorithm>
@@ -35,7 +36,7 @@ template <class S>
 VectorX Actuation<S>::strengths_without(std::size_t actuator, const Equations<S>& equations) const {
   MatrixX matrix = actuation_matrix(equations);
   matrix.row(closures_ + static_cast<Eigen::Index>(actuator)).setZero();
-  return Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
+  return singular_values(matrix);
 }
 
 template <class S>

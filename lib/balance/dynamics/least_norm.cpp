@@ -1,5 +1,6 @@
 #include "balance/dynamics/least_norm.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/motion/regularity.hpp"
 
 #include <algorithm>
@@ -37,9 +38,9 @@ LeastNorm least_norm_derivative(const ActuationFactors& factors, const LeastNorm
                                 const MatrixX& S, const MatrixX& dC, const MatrixX& dS, const VectorX& df) {
   const Eigen::Index columns = S.cols(), closures = C.rows();
   const MatrixX& N = factors.null_space;
-  const VectorX n = N.cols() > 0 ? VectorX(N * (S * N).completeOrthogonalDecomposition().solve(solution.efforts))
+  const VectorX n = N.cols() > 0 ? VectorX(N * CompleteOrthogonalDecomposition(S * N).solve(solution.efforts))
                                  : VectorX(VectorX::Zero(columns));
-  const VectorX v = closures > 0 ? VectorX(C.completeOrthogonalDecomposition().solve(solution.multipliers))
+  const VectorX v = closures > 0 ? VectorX(CompleteOrthogonalDecomposition(C).solve(solution.multipliers))
                                  : VectorX(VectorX::Zero(columns));
   MatrixX system = MatrixX::Zero(columns + closures, 2 * columns);
   system.topLeftCorner(columns, columns) = S.transpose() * S;
@@ -49,7 +50,7 @@ LeastNorm least_norm_derivative(const ActuationFactors& factors, const LeastNorm
   side.head(columns) =
       df - dS.transpose() * (S * n) - S.transpose() * (dS * n) - dC.transpose() * (C * v) - C.transpose() * (dC * v);
   side.tail(closures) = -dC * n;
-  const VectorX change = system.completeOrthogonalDecomposition().solve(side);
+  const VectorX change = CompleteOrthogonalDecomposition(system).solve(side);
   return {dS * n + S * change.head(columns), dC * v + C * change.tail(columns)};
 }
 

@@ -23,8 +23,8 @@ Eigen::Matrix<double, Rows, Columns> derivatives_of(const Eigen::Matrix<Dual<N>,
 
 /// What efforts can do to the velocities that the loops allow.
 struct ActuationFactors {
-  MatrixX null_space;                             ///< of the closures: columns × freedoms
-  Eigen::JacobiSVD<MatrixX> closures, selection;  ///< the first computed only where there are closures
+  MatrixX null_space;                              ///< of the closures: columns × freedoms
+  SingularValueDecomposition closures, selection;  ///< the first computed only where there are closures
   bool has_closures = false;
   bool firm = true;  ///< the actuators hold the mechanism, and the loops keep their rank
 

@@ -1,6 +1,7 @@
 #include "balance/formulas/natural_check.hpp"
 
 #include "balance/base/elementary.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/formulas/text_value.hpp"
 #include "balance/natural/terms.hpp"
 
@@ -49,7 +50,7 @@ class NaturalComparison {
         worst = std::max({worst, std::abs(value("Mre" + indices, natural_.mass[i][j].re) - expected_.mass(row, column)),
                           std::abs(value("Mim" + indices, natural_.mass[i][j].im) - expected_.mass(row + 1, column))});
       }
-    return worst / std::max(expected_.mass.cwiseAbs().maxCoeff(), 1e-300);
+    return worst / std::max(max_abs(expected_.mass), 1e-300);
   }
 
   double coefficient_error() const {
@@ -78,7 +79,7 @@ class NaturalComparison {
   }
 
   /// Farthest point from the origin [m].
-  double reach() const { return expected_.position.size() > 0 ? expected_.position.cwiseAbs().maxCoeff() : 0; }
+  double reach() const { return max_abs(expected_.position); }
 
   double jacobian_error() {
     const double step = expected_.unit + reach();

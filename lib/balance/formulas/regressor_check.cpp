@@ -1,5 +1,6 @@
 #include "balance/formulas/regressor_check.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/formulas/check.hpp"
 #include "balance/formulas/text_value.hpp"
 
@@ -48,10 +49,10 @@ double regressor_error(const Sheet& sheet, const std::map<std::string, std::stri
   const MatrixX found = state.B.transpose() * Y, size = state.B.cwiseAbs().transpose() * Y.cwiseAbs();
   const auto kind = [&](Eigen::Index p) { return expected.value.parameters[static_cast<std::size_t>(p)].kind; };
   std::map<ParameterKind, double> scale;  // a column of which nothing is left has the round-off of others of its unit
-  for (Eigen::Index p = 0; p < Y.cols(); ++p) scale[kind(p)] = std::max(scale[kind(p)], size.col(p).maxCoeff());
+  for (Eigen::Index p = 0; p < Y.cols(); ++p) scale[kind(p)] = std::max(scale[kind(p)], max_abs(size.col(p)));
   double worst = 0;
   for (Eigen::Index p = 0; p < Y.cols(); ++p) {
-    const double off = (found.col(p) - expected.value.effort.col(p)).cwiseAbs().maxCoeff();
+    const double off = max_abs(found.col(p) - expected.value.effort.col(p));
     worst = std::max(worst, off / std::max(scale[kind(p)], 1e-300));
   }
   return worst;

@@ -1,5 +1,6 @@
 #include "balance/gradients/schedule_gradient.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/rotation.hpp"
 #include "balance/motion/equations.hpp"
 #include "balance/motion/trajectory_conversion.hpp"
@@ -52,9 +53,7 @@ DriveValue moved(const DriveValue& value, const DriveValue& rate, double step) {
   return out;
 }
 
-double largest(const DriveValue& value) {
-  return std::max(value.value.size() > 0 ? value.value.cwiseAbs().maxCoeff() : 0, value.rotation.cwiseAbs().maxCoeff());
-}
+double largest(const DriveValue& value) { return std::max(max_abs(value.value), max_abs(value.rotation)); }
 
 /// Of the numbers that say which way a trajectory goes and by what law; a table's times as parts of their whole.
 double largest_of_way(const Trajectory& rate, double duration) {

@@ -1,5 +1,6 @@
 #include "balance/import/mjcf_geoms.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/base/rotation.hpp"
 
@@ -137,7 +138,7 @@ void MjcfGeoms::add(const XmlElement& geom, const Pose& frame, Sum& sum) const {
     needed = 1;
   }
   const auto used = static_cast<Eigen::Index>(sizes_of(type));
-  if (size.size() < needed || !(s.head(used).minCoeff() > 0))
+  if (size.size() < needed || !(min_coefficient(s.head(used)) > 0))
     return read_.fault(geom, "size", fmt::format("expected {} positive numbers for a {}", needed, type));
   const Solid solid = solid_of(type, s);
   const double scale = weighed ? stated / solid.volume : density, mass = scale * solid.volume;

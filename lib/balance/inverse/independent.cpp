@@ -85,7 +85,7 @@ bool determine(const Loops<S>& loops, const std::vector<CoordinateId>& coordinat
   if (loops.freedoms == 0) return true;
   return std::any_of(loops.velocities.begin(), loops.velocities.end(), [&](const MatrixX& velocities) {
     const MatrixX rates = rates_of(loops.tree, coordinates, velocities);
-    return Eigen::JacobiSVD<MatrixX>(rates).singularValues()[loops.freedoms - 1] > least;
+    return singular_values(rates)[loops.freedoms - 1] > least;
   });
 }
 

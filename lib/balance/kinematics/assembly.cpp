@@ -1,5 +1,6 @@
 #include "balance/kinematics/assembly.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/base/rotation.hpp"
 
@@ -22,7 +23,7 @@ namespace {
 
 /// The least-norm solution of J x = r, as far as there is one.
 VectorX least_norm(const MatrixX& jacobian, const VectorX& residual) {
-  Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
+  CompleteOrthogonalDecomposition qr;
   qr.setThreshold(1e-9);
   qr.compute(jacobian);
   return qr.solve(residual);
@@ -60,7 +61,7 @@ class Steps {
   Steps(const MatrixX& jacobian, const VectorX& residual)
       : normal_(jacobian.transpose() * jacobian),
         gradient_(jacobian.transpose() * residual),
-        largest_(normal_.diagonal().maxCoeff()) {}
+        largest_(max_coefficient(normal_.diagonal())) {}
   VectorX step(double damping) const {
     MatrixX damped = normal_;
     damped.diagonal().array() += damping * std::max(1e-6, largest_);
@@ -153,7 +154,7 @@ RankReport rank_of(const MatrixX& jacobian, double tolerance) {
     report.null_space = MatrixX::Identity(columns, columns);
     return report;
   }
-  const Eigen::JacobiSVD<MatrixX> svd(jacobian, Eigen::ComputeFullV);
+  const SingularValueDecomposition svd(jacobian, Eigen::ComputeFullV);
   const VectorX& values = svd.singularValues();
   const double largest = values[0];
   while (report.rank < values.size() && values[report.rank] > tolerance * largest && largest > 0) ++report.rank;

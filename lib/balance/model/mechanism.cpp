@@ -1,5 +1,6 @@
 #include "balance/model/mechanism.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/model/incidence.hpp"
 
 #include <algorithm>
@@ -110,7 +111,7 @@ double characteristic_length(const Mechanism& mechanism) {
   // everything is jointed at one point: then by how far masses are from it
   for (const Body& body : mechanism.bodies)
     if (body.mass > 0)
-      length = std::max({length, body.com.norm(), std::sqrt(body.inertia.diagonal().maxCoeff() / body.mass)});
+      length = std::max({length, body.com.norm(), std::sqrt(max_coefficient(body.inertia.diagonal()) / body.mass)});
   for (const Attachment& extra : mechanism.attachments) length = std::max(length, extra.position.norm());
   for (const Disc& disc : mechanism.discs) length = std::max(length, disc.position.norm());
   return length > 0 ? length : 1;

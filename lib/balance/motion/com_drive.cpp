@@ -1,5 +1,6 @@
 #include "balance/motion/com_drive.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/kinematics/system.hpp"
 
@@ -69,12 +70,11 @@ class ComRates {
 
 bool moves_every_way(const MatrixX& rates) {
   if (rates.cols() < rates.rows()) return false;
-  return Eigen::JacobiSVD<MatrixX>(rates).singularValues()[rates.rows() - 1] > standing;
+  return singular_values(rates)[rates.rows() - 1] > standing;
 }
 
 std::string direction_text(const std::vector<int>& components, VectorX direction) {
-  Eigen::Index largest;
-  direction.cwiseAbs().maxCoeff(&largest);
+  const Eigen::Index largest = max_index(direction.cwiseAbs());
   if (std::abs(direction[largest]) > 1 - 1e-9)
     return std::string(1, "xyz"[components[static_cast<std::size_t>(largest)]]);
   direction *= direction[largest] > 0 ? 1 : -1;
@@ -118,7 +118,7 @@ std::string com_stands_still(const Tree<S>& tree, const VectorX& y, const std::v
     if (moved.found) here = moved.y;
   }
   if (rates.cols() == 0) return "";
-  if (rates.cwiseAbs().maxCoeff() <= standing)
+  if (max_abs(rates) <= standing)
     return std::string("the mechanism is force balanced: its centre of mass stands still and cannot drive it") + cure;
   if (independent) return "";
   if (moves_every_way(asked(rates)))
@@ -126,7 +126,7 @@ std::string com_stands_still(const Tree<S>& tree, const VectorX& y, const std::v
                "the centre of mass moves in fewer directions at once than are prescribed of it and cannot drive the "
                "mechanism") +
            cure;
-  const Eigen::JacobiSVD<MatrixX> directions(asked(rates), Eigen::ComputeFullU);
+  const SingularValueDecomposition directions(asked(rates), Eigen::ComputeFullU);
   return "the mechanism is force balanced along " + direction_text(components, directions.matrixU().rightCols<1>()) +
          ": its centre of mass does not move in that direction and cannot drive it" + cure;
 }

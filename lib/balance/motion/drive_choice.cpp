@@ -36,7 +36,7 @@ MatrixX allowed_rates(const Tree<Spatial>& tree, const Drive<Spatial>& drive, co
 bool independent(const MatrixX& rates) {
   constexpr double least = 1e-6;  // in characteristic lengths or radians per unit of all coordinates
   if (rates.rows() == 0 || rates.rows() > rates.cols()) return rates.rows() == 0;
-  return Eigen::JacobiSVD<MatrixX>(rates).singularValues()[rates.rows() - 1] > least;
+  return singular_values(rates)[rates.rows() - 1] > least;
 }
 
 /// The first components, positions before rotations, that tool or centre of mass can follow at once beside the coordinates that remain.

@@ -1,5 +1,6 @@
 // How far the equations' matrix is from a singular one.
 
+#include "balance/base/factorizations.hpp"
 #include "balance/base/number.hpp"
 #include "balance/motion/equations.hpp"
 
@@ -16,7 +17,7 @@ struct LeastDirections {
 };
 
 [[maybe_unused]] LeastDirections by_decomposition(const MatrixX& matrix) {
-  const Eigen::JacobiSVD<MatrixX> svd(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const SingularValueDecomposition svd(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::Index last = svd.singularValues().size() - 1;
   return {svd.matrixU().col(last), svd.matrixV().col(last)};
 }
@@ -45,6 +46,7 @@ struct LeastDirections {
 
 template <class S>
 typename S::Scalar Equations<S>::least_singular_value() {
+  if (columns() == 0) return 1;
   if constexpr (!std::is_same_v<T, double>) {  // dσ = uᵀ dA v
     std::optional<LeastDirections> found;
     // duals are filled anew with other derivatives of the same values

@@ -43,7 +43,7 @@ MatrixX twists_left(const Tree<S>& tree, const Closure<S>& closure, const State<
     put_angular(row, typename S::Angular(wrench.moment + cross(arm, wrench.force)));
     wrenches.row(r) = row;
   }
-  const Eigen::JacobiSVD<MatrixX> svd(wrenches, Eigen::ComputeFullV);
+  const SingularValueDecomposition svd(wrenches, Eigen::ComputeFullV);
   return svd.matrixV().rightCols(wrenches.cols() - rows);
 }
 
@@ -94,7 +94,7 @@ VectorX LoopRanks<S>::strengths(std::size_t loop, const State<S>& poses) const {
       poses[frame.node].R_WN * typename S::Vector(frame.p_N + frame.R_N * to_vector<S>(start.point_first));
   MatrixX twists = MatrixX::Zero(S::dimension + S::angular, tree_.columns);
   for (const LoopStep& step : loops_[loop]) add_joint(step, poses, about, twists);
-  return Eigen::JacobiSVD<MatrixX>(twists).singularValues();
+  return singular_values(twists);
 }
 
 template class LoopRanks<Planar>;

@@ -1,6 +1,7 @@
 #include "balance/motion/offset.hpp"
 
 #include "balance/base/elementary.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/motion/course.hpp"
 
@@ -35,7 +36,7 @@ Panel fitted(double begin, double end, Eigen::Index components, const Function& 
   for (int k = 0; k < PiecewiseSeries::terms; ++k)
     values.row(k) = function((begin + end) / 2 + (end - begin) / 2 * PiecewiseSeries::point(k)).transpose();
   Panel panel{begin, end, PiecewiseSeries::transform() * values};
-  const double least = least_term * panel.terms.cwiseAbs().maxCoeff();
+  const double least = least_term * max_abs(panel.terms);
   panel.terms = (panel.terms.cwiseAbs().array() > least).select(panel.terms, 0.0);
   return panel;
 }

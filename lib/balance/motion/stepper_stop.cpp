@@ -1,5 +1,6 @@
 // Where a motion cannot go on: the place, and which matrix has become singular there.
 
+#include "balance/base/factorizations.hpp"
 #include "balance/motion/configuration_text.hpp"
 #include "balance/motion/stepper.hpp"
 #include "balance/motion/wording.hpp"
@@ -67,7 +68,7 @@ std::pair<MotionStatus, const char*> Stepper<S>::diagnose(Attempt attempt) {
   const int rank = tree_.columns - plan_.freedoms;
   const auto relative = [](const MatrixX& matrix, int k) {
     if (k == 0 || matrix.size() == 0) return 1.0;
-    const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
+    const VectorX values = singular_values(matrix);
     return values[0] > 0 ? values[k - 1] / values[0] : 0.0;
   };
   const double loops = relative(jacobian.topRows(tree_.closure_rows), rank);

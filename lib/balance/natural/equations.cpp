@@ -1,5 +1,7 @@
 #include "balance/natural/equations.hpp"
 
+#include "balance/base/factorizations.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -95,7 +97,7 @@ bool Equations::approach(Coordinates& position, const VectorX& prescribed) const
     const VectorX off = residual(position, prescribed);
     const double worst = off.size() > 0 ? off.lpNorm<Eigen::Infinity>() : 0;
     if (!std::isfinite(worst)) return false;
-    Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
+    CompleteOrthogonalDecomposition qr;
     qr.setThreshold(1e-9);
     qr.compute(jacobian(position));
     const VectorX step = qr.solve(off);
@@ -141,7 +143,7 @@ namespace {
 
 int numerical_rank(const MatrixX& matrix) {
   if (matrix.size() == 0) return 0;
-  const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
+  const VectorX values = singular_values(matrix);
   int rank = 0;
   while (rank < values.size() && values[rank] > 1e-8 * values[0]) ++rank;
   return rank;
@@ -158,7 +160,7 @@ int generic_rank(const Model& model, const Coordinates& position) {
     VectorX step(model.unknowns());
     for (double& entry : step) entry = (static_cast<double>(random()) / 4294967296.0 - 0.5) * 0.2;
     Coordinates there = here;
-    const Eigen::CompleteOrthogonalDecomposition<MatrixX> qr(constraints.jacobian(here));
+    const CompleteOrthogonalDecomposition qr(constraints.jacobian(here));
     there.add(1, step - qr.solve(constraints.jacobian(here) * step));
     if (!constraints.approach(there, VectorX())) continue;
     here = there;

@@ -47,7 +47,7 @@ class Equations {
   DriveRows drive_;
   bool square_;
   Eigen::PartialPivLU<MatrixX> lu_;
-  Eigen::ColPivHouseholderQR<MatrixX> qr_;
+  ColumnPivotingQr qr_;
   int iterations_ = 0;
   double round_off_;
 };

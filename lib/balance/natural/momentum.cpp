@@ -1,5 +1,6 @@
 #include "balance/natural/momentum.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/natural/random_walk.hpp"
 
 #include <stdexcept>
@@ -89,7 +90,7 @@ Eigen::MatrixXcd velocities(const Model& model, const RandomWalk& walk) {
 /// Orthonormal basis of the null space, as real vectors (Re, Im).
 MatrixX null_space(const MatrixX& A, Eigen::Index columns) {
   if (A.rows() == 0) return MatrixX::Identity(columns, columns);
-  const Eigen::JacobiSVD<MatrixX> svd(A, Eigen::ComputeFullV);
+  const SingularValueDecomposition svd(A, Eigen::ComputeFullV);
   Eigen::Index rank = 0;
   const VectorX& values = svd.singularValues();
   while (rank < values.size() && values[rank] > 1e-10 * values[0]) ++rank;
@@ -139,7 +140,7 @@ ForceConditions force_conditions(const Mechanism& mechanism, const Start& start)
       return found;
     }
   }
-  const Eigen::JacobiSVD<MatrixX> svd(seen, Eigen::ComputeFullU);
+  const SingularValueDecomposition svd(seen, Eigen::ComputeFullU);
   const VectorX& values = svd.singularValues();
   Eigen::Index rank = 0;
   while (rank < values.size() && values[rank] > same * values[0]) ++rank;
@@ -149,7 +150,7 @@ ForceConditions force_conditions(const Mechanism& mechanism, const Start& start)
   // Re(v C) π = 0 for each of these velocities; the span holds i v with every v, which gives the imaginary part
   const MatrixX rows = basis.transpose() * real_form(coefficients.conjugate());
   MatrixX conditions = rows.leftCols(coefficients.cols());
-  const Eigen::JacobiSVD<MatrixX> reduced(conditions, Eigen::ComputeThinV);
+  const SingularValueDecomposition reduced(conditions, Eigen::ComputeThinV);
   Eigen::Index count = 0;
   const VectorX& sizes = reduced.singularValues();
   while (count < sizes.size() && sizes[count] > same * sizes[0]) ++count;

@@ -1,5 +1,6 @@
 #include "balance/natural/observer.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/model/friction.hpp"
 #include "balance/motion/wording.hpp"
 
@@ -155,7 +156,7 @@ bool Observer::find_efforts(const Stepper& stepper) {
   const VectorX size = motions.colwise().norm().transpose().cwiseMax(1e-300).cwiseInverse();
   actuation = actuation * size.asDiagonal();
   const VectorX right = L * L * size.cwiseProduct(motions.transpose() * needed);
-  Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
+  CompleteOrthogonalDecomposition qr;
   qr.setThreshold(1e-10);
   qr.compute(actuation.transpose());
   const VectorX efforts = qr.solve(right).cwiseQuotient(unit);

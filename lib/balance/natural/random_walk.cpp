@@ -1,5 +1,7 @@
 #include "balance/natural/random_walk.hpp"
 
+#include "balance/base/factorizations.hpp"
+
 #include <cmath>
 
 namespace balance::natural {
@@ -41,7 +43,7 @@ bool RandomWalk::begin() {
 bool RandomWalk::look(const Coordinates& position, MatrixX& motions, double& margin) const {
   const MatrixX jacobian = constraints_.jacobian(position);
   if (!jacobian.allFinite()) return false;
-  const Eigen::JacobiSVD<MatrixX> svd(jacobian, Eigen::ComputeFullV);
+  const SingularValueDecomposition svd(jacobian, Eigen::ComputeFullV);
   margin = rank_ > 0 ? svd.singularValues()[rank_ - 1] : longest_step / caution;
   motions = svd.matrixV().rightCols(model_.unknowns() - rank_);
   return true;

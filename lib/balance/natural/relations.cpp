@@ -1,3 +1,4 @@
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/natural/momentum.hpp"
 
@@ -92,7 +93,7 @@ class Collector {
   }
 
   void add(const RowC& row) {
-    if (row.cwiseAbs().maxCoeff() > 1e-12) rows_.push_back(row);
+    if (max_abs(row) > 1e-12) rows_.push_back(row);
   }
 
   void extra_points(std::size_t b) {

@@ -1,5 +1,6 @@
 #include "balance/natural/stepper.hpp"
 
+#include "balance/base/factorizations.hpp"
 #include "balance/motion/regularity.hpp"
 #include "balance/motion/wording.hpp"
 
@@ -168,7 +169,7 @@ void Stepper::stop(Attempt attempt) {
   const int rank = model_.unknowns() - freedoms_;
   const auto relative = [](const MatrixX& matrix, int k) {
     if (k <= 0 || matrix.rows() < k) return 1.0;
-    const VectorX values = Eigen::JacobiSVD<MatrixX>(matrix).singularValues();
+    const VectorX values = singular_values(matrix);
     return values[0] > 0 ? values[k - 1] / values[0] : 0.0;
   };
   const double loops = relative(equations_.constraint_jacobian(now_.position), rank);

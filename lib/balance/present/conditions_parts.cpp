@@ -1,6 +1,7 @@
 #include "balance/present/conditions_parts.hpp"
 
 #include "balance/base/elementary.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/conditions/latex.hpp"
 
 #include <cmath>
@@ -10,7 +11,7 @@ namespace {
 
 Json terms_json(const ConditionsView& view, int row) {
   const Conditions& c = view.conditions;
-  const double largest = c.matrix.row(row).cwiseAbs().maxCoeff();
+  const double largest = max_abs(c.matrix.row(row));
   Json terms = Json::array();
   for (Eigen::Index p = 0; p < c.own_columns(); ++p) {
     const double coefficient = c.matrix(row, p);
@@ -26,7 +27,7 @@ Json terms_json(const ConditionsView& view, int row) {
 /// The right-hand side: known terms, with what they come to.
 void add_right_hand_side(Json& json, const ConditionsView& view, int row) {
   const Conditions& c = view.conditions;
-  const double largest = c.matrix.row(row).cwiseAbs().maxCoeff();
+  const double largest = max_abs(c.matrix.row(row));
   double sum = 0;
   Json terms = Json::array();
   for (Eigen::Index p = c.own_columns(); p < c.matrix.cols(); ++p) {

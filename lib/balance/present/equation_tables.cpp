@@ -1,5 +1,6 @@
 #include "balance/present/equation_tables.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/write/table.hpp"
 
 #include <fmt/format.h>
@@ -19,8 +20,6 @@ std::string entry_text(double value, double size) {
   return std::abs(value) <= shown_as_none * size ? "0" : fmt::format("{:.6g}", value);
 }
 
-double largest(const MatrixX& matrix) { return matrix.size() == 0 ? 0 : matrix.cwiseAbs().maxCoeff(); }
-
 std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
                         const std::vector<std::string>& columns) {
   Table table{{""}, {Align::left}, {}};
@@ -28,7 +27,7 @@ std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& r
     table.heading.push_back(column);
     table.align.push_back(Align::right);
   }
-  const double size = largest(matrix);
+  const double size = max_abs(matrix);
   for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
     std::vector<std::string> cells{"  " + rows[static_cast<std::size_t>(r)]};
     for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(entry_text(matrix(r, c), size));
@@ -39,8 +38,8 @@ std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& r
 
 std::string velocity_table(const IndependentTerms& terms, const std::vector<std::string>& rows,
                            const std::vector<std::string>& factors) {
-  double size = 1e-3 * largest(terms.mass);
-  for (const MatrixX& form : terms.velocity) size = std::max(size, largest(form));
+  double size = 1e-3 * max_abs(terms.mass);
+  for (const MatrixX& form : terms.velocity) size = std::max(size, max_abs(form));
   std::string text;
   for (std::size_t k = 0; k < terms.velocity.size(); ++k) {
     const MatrixX& form = terms.velocity[k];

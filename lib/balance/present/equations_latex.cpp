@@ -1,3 +1,4 @@
+#include "balance/base/extrema.hpp"
 #include "balance/conditions/latex.hpp"
 #include "balance/present/equations_view.hpp"
 
@@ -21,7 +22,7 @@ std::string number_latex(double value, double size) {
 }
 
 std::string matrix_latex(const MatrixX& matrix) {
-  const double size = matrix.size() == 0 ? 0 : matrix.cwiseAbs().maxCoeff();
+  const double size = max_abs(matrix);
   std::string text = "\\begin{pmatrix}";
   for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
     text += r == 0 ? " " : " \\\\ ";

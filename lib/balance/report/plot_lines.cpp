@@ -1,5 +1,7 @@
 #include "balance/report/plot_lines.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -35,7 +37,7 @@ std::vector<Eigen::Index> find_jumps(const Result& result) {
   for (Eigen::Index column = 0; column < all.cols(); ++column) {
     const VectorX values = all.col(column);
     if (values.size() < 4) continue;
-    const double range = values.maxCoeff() - values.minCoeff();
+    const double range = max_coefficient(values) - min_coefficient(values);
     // Ends have neighbours on one side only, which is too little to tell a jump from the motion.
     for (Eigen::Index k = 2; k + 1 < values.size(); ++k)
       if (jumps_at(values, k, range)) jumps.push_back(k);
@@ -47,7 +49,7 @@ std::vector<Eigen::Index> find_jumps(const Result& result) {
 
 std::vector<PlotPoint> trace_values(const VectorX& x, const VectorX& values, const std::vector<Eigen::Index>& jumps) {
   std::vector<PlotPoint> points;
-  const double range = values.size() > 0 ? values.maxCoeff() - values.minCoeff() : 0;
+  const double range = values.size() > 0 ? max_coefficient(values) - min_coefficient(values) : 0;
   Eigen::Index first = 0;
   auto next = jumps.begin();
   for (Eigen::Index k = 0; k < values.size(); ++k) {

@@ -1,5 +1,7 @@
 #include "balance/report/plot_phase.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -105,7 +107,7 @@ Picture picture_of_phase(const std::vector<PlotRun>& runs) {
   picture.panel_height = phase_height;
   PicturePanel panel{.name = "phase plane", .y_label = "its rate [1/s]", .from_zero = true};
   double top = 0;
-  for (const PlotRun& run : runs) top = std::max(top, headroom * plane_of(run).rate.maxCoeff());
+  for (const PlotRun& run : runs) top = std::max(top, headroom * max_coefficient(plane_of(run).rate));
   add_ceilings(runs, top, panel);
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const PhasePlane& plane = runs[i].result->phase_plane;

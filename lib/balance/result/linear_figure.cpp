@@ -1,5 +1,7 @@
 #include "balance/result/linear_figure.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,8 +13,8 @@ double LinearFigure::operator()(const VectorX& parameters) const {
   for (const PlaceRows& one : series) {
     const VectorX values = one.rows * parameters;
     const auto sizes = values.reshaped(one.components, one.share.size()).colwise().norm();
-    worst = std::max(
-        worst, figure == Figure::peak ? sizes.maxCoeff() : std::sqrt(sizes.cwiseAbs2().dot(one.share.transpose())));
+    worst = std::max(worst,
+                     figure == Figure::peak ? max_abs(sizes) : std::sqrt(sizes.cwiseAbs2().dot(one.share.transpose())));
   }
   return worst;
 }

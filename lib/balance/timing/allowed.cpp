@@ -1,5 +1,7 @@
 #include "balance/timing/allowed.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -62,7 +64,7 @@ bool Allowed::drop_inertia() {
   for (std::size_t r = 0; r < dropped_.size(); ++r) {
     const LimitRow& row = model_.rows[r];
     if (!row.limits_acceleration) continue;
-    const double most = model_.largest.segment(row.a, row.count).maxCoeff();
+    const double most = max_abs(model_.largest.segment(row.a, row.count));
     dropped_[r] = values_.segment(row.a, row.count).norm() <= met_zero * most;
     any = any || dropped_[r] != 0;
   }

@@ -1,5 +1,6 @@
 #include "balance/timing/corridor.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/timing/corridor_figure.hpp"
 #include "balance/timing/minimax.hpp"
 #include "balance/timing/tube.hpp"
@@ -70,7 +71,7 @@ class CorridorSearch {
     const VectorX middle = figure_.pieces(VectorX::Zero(tube_.size()));
     if (middle.size() == 0) return in_middle(figure_.refusal());
     std::vector<double> values;
-    Minimax best{VectorX::Zero(tube_.size()), middle.maxCoeff()};
+    Minimax best{VectorX::Zero(tube_.size()), max_coefficient(middle)};
     found.on_path = best.value;
     for (int start = 0; start < trajectory_.corridor->starts; ++start) {
       const Minimax end = from(start);

@@ -1,5 +1,7 @@
 #include "balance/timing/gentlest.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -36,7 +38,7 @@ class GentlestSearch {
 
  private:
   double largest(int column, const LimitRow& row) const {
-    return column < 0 ? 0 : model_.largest.segment(column, row.count).maxCoeff();
+    return column < 0 ? 0 : max_abs(model_.largest.segment(column, row.count));
   }
 
   static GentlestLaw refusal(std::string text) {

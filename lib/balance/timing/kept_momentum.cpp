@@ -1,5 +1,7 @@
 #include "balance/timing/kept_momentum.hpp"
 
+#include "balance/base/extrema.hpp"
+#include "balance/base/factorizations.hpp"
 #include "balance/dynamics/recursion.hpp"
 #include "balance/motion/course.hpp"
 #include "balance/motion/plan.hpp"
@@ -144,7 +146,7 @@ class MomentumKeeper {
     VectorX residual;
     MatrixX jacobian;
     system_.evaluate(y_, sample, residual, jacobian);
-    const Eigen::CompleteOrthogonalDecomposition<MatrixX> solver(jacobian);
+    const CompleteOrthogonalDecomposition solver(jacobian);
     state_ = system_.state();
     const VectorX others = momentum(scale_.cwiseProduct(solver.solve(right_side(sample))));
     MatrixX J(count(), count());
@@ -157,7 +159,7 @@ class MomentumKeeper {
     determinant_ = J.determinant();
     rate = duration_ * J.fullPivLu().solve(stated_.at(place * duration_) - others);
     const double least = least_moment * tree_.mass * tree_.length * tree_.length;
-    return J.allFinite() && J.jacobiSvd().singularValues().minCoeff() > least && rate.allFinite() &&
+    return J.allFinite() && min_coefficient(singular_values(J)) > least && rate.allFinite() &&
            determinant_ * sign_ >= 0;
   }
 
@@ -189,7 +191,7 @@ class MomentumKeeper {
         if (!find_rates(place, Side::after, value_ + values.row(k).transpose(), rate_found_)) return give_up(y);
         rates.row(k) = rate_found_.transpose();
       }
-      const double change = (rates - previous).cwiseAbs().maxCoeff(), size = rates.cwiseAbs().maxCoeff();
+      const double change = max_abs(rates - previous), size = max_abs(rates);
       if (!(change < 1e6 * (1 + size))) return give_up(y);
       if (change <= 1e-14 * size || (iteration > 4 && change <= 1e-12 * size)) return finish(begin, end, rates, y);
     }
@@ -211,8 +213,7 @@ class MomentumKeeper {
   bool finish(double begin, double end, const Samples& rates, const VectorX& y) {
     const Samples rate = PiecewiseSeries::transform() * rates;
     for (Eigen::Index c = 0; c < rate.cols() && end - begin > least_bend; ++c)
-      if (rate.col(c).tail(3).cwiseAbs().maxCoeff() > tolerance * rate.col(c).cwiseAbs().sum() + 1e-15)
-        return give_up(y);
+      if (max_abs(rate.col(c).tail(3)) > tolerance * rate.col(c).cwiseAbs().sum() + 1e-15) return give_up(y);
     Samples value = integral(begin, end, rate);
     value.row(0) += value_.transpose();
     panels_.push_back({begin, end, value});

@@ -1,5 +1,6 @@
 #include "balance/timing/minimax.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/base/quadratic_program.hpp"
 
@@ -27,7 +28,7 @@ class MinimaxSearch {
   Minimax run() {
     const VectorX first = problem_.values(x_);
     if (first.size() == 0) return {x_, std::numeric_limits<double>::infinity()};
-    scale_ = first.maxCoeff();
+    scale_ = max_coefficient(first);
     if (!(scale_ > 0)) return {x_, scale_};
     f_ = first / scale_;
     slopes_ = problem_.slopes(x_) / scale_;
@@ -41,27 +42,25 @@ class MinimaxSearch {
         continue;
       }
       if (!go(*way, weights)) {
-        trust_ = 0.25 * way->cwiseAbs().maxCoeff();
+        trust_ = 0.25 * max_abs(*way);
         forget();
       }
     }
-    return {x_, f_.maxCoeff() * scale_};
+    return {x_, max_coefficient(f_) * scale_};
   }
 
  private:
   /// A first step of half the set's size.
   void forget() {
-    Eigen::Index largest = 0;
-    f_.maxCoeff(&largest);
-    const VectorX downhill = solver_.solve(slopes_.row(largest).transpose());
-    hessian_ = problem_.metric * std::max(2 * downhill.cwiseAbs().maxCoeff(), 1e-12);
+    const VectorX downhill = solver_.solve(slopes_.row(max_index(f_)).transpose());
+    hessian_ = problem_.metric * std::max(2 * max_abs(downhill), 1e-12);
     fresh_ = true;
   }
 
-  double promised(const VectorX& way) const { return f_.maxCoeff() - (f_ + slopes_ * way).maxCoeff(); }
+  double promised(const VectorX& way) const { return max_coefficient(f_) - max_coefficient(f_ + slopes_ * way); }
 
   std::vector<Eigen::Index> large_ones() const {
-    const double most = f_.maxCoeff();
+    const double most = max_coefficient(f_);
     std::vector<Eigen::Index> chosen;
     for (Eigen::Index i = 0; i < f_.size(); ++i)
       if (f_[i] > most - largest_part) chosen.push_back(i);
@@ -81,7 +80,7 @@ class MinimaxSearch {
     p.equal_to.resize(0);
     p.inequalities = MatrixX::Zero(m + c + 2 * n, n + 1);
     p.at_least = VectorX::Constant(m + c + 2 * n, -trust_);
-    const double most = f_.maxCoeff();
+    const double most = max_coefficient(f_);
     for (Eigen::Index i = 0; i < m; ++i) {
       const Eigen::Index piece = pieces[static_cast<std::size_t>(i)];
       p.inequalities.row(i).head(n) = -slopes_.row(piece);
@@ -122,12 +121,12 @@ class MinimaxSearch {
   bool go(const VectorX& way, const VectorX& weights) {
     constexpr int halvings = 9;
     constexpr double of_promise = 1e-4;
-    const double before = f_.maxCoeff(), promise = promised(way);
+    const double before = max_coefficient(f_), promise = promised(way);
     for (int k = 0; k <= halvings; ++k) {
       const double part = std::ldexp(1.0, -k);
       const VectorX there = x_ + part * way;
       const VectorX values = problem_.values(there) / scale_;
-      if (values.size() == 0 || !(values.maxCoeff() <= before - of_promise * part * promise)) continue;
+      if (values.size() == 0 || !(max_coefficient(values) <= before - of_promise * part * promise)) continue;
       const MatrixX slopes = problem_.slopes(there) / scale_;
       learn(part * way, (slopes - slopes_).transpose() * weights);
       if (k == 0) trust_ = std::min(1.0, 2 * trust_);

@@ -1,5 +1,6 @@
 #include "balance/timing/path_model.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/timing/path_source.hpp"
 
 #include <algorithm>
@@ -61,7 +62,7 @@ VectorX noise_floor(PathSource& source, const std::vector<double>& stations) {
   for (const LimitColumns& limit : source.limits()) {
     const std::string& unit = limit.quantity.unit;
     const auto most = [&](int column) {
-      return column < 0 ? 0.0 : rows.middleCols(column, limit.quantity.count).cwiseAbs().maxCoeff();
+      return column < 0 ? 0.0 : max_abs(rows.middleCols(column, limit.quantity.count));
     };
     const double whole =
         std::max({most(limit.a), most(limit.b), unit == "N" ? sizes.force : 0.0, unit == "N m" ? sizes.moment : 0.0});
@@ -121,12 +122,12 @@ void drop_noise(const VectorX& floor, PathModel& model) {
   for (LimitRow& row : model.rows)
     for (int* column : {&row.a, &row.b, &row.c, &row.d})
       if (*column >= 0 && *column < floor.size() &&
-          model.largest.segment(*column, row.count).maxCoeff() <= 10 * floor.segment(*column, row.count).maxCoeff())
+          max_abs(model.largest.segment(*column, row.count)) <= 10 * max_abs(floor.segment(*column, row.count)))
         *column = -1;
 }
 
 double largest(const PathModel& model, int column, int count) {
-  return column < 0 ? 0 : model.largest.segment(column, count).maxCoeff();
+  return column < 0 ? 0 : max_abs(model.largest.segment(column, count));
 }
 
 /// Rows without inertia limit the speed alone; where the others have none, u is not theirs to limit.

@@ -1,5 +1,6 @@
 #include "balance/timing/path_source.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/dynamics/observer.hpp"
 #include "balance/motion/wording.hpp"
 
@@ -75,7 +76,7 @@ class PathSampler : public PathSource {
     start_speed_ = speed(0, Side::after);
     end_speed_ = speed(1, Side::before);
     for (const Friction& friction : mechanism.friction)
-      if (friction.coulomb != 0) friction_.push_back(friction.coordinate);
+      if (friction.dry(1) != 0 || friction.dry(-1) != 0) friction_.push_back(friction.coordinate);
     for (const LimitedQuantity& quantity : quantities) add(quantity);
     rate_.assign(static_cast<std::size_t>(tree_.columns), 0);
     second_ = rate_;
@@ -118,7 +119,7 @@ class PathSampler : public PathSource {
     DriveSample sample;
     for (int k = 0; k < looked_at; ++k) {
       plan_.schedule->at((k + 0.5) / looked_at, Side::after, sample);
-      if (sample.rate.cwiseAbs().maxCoeff() > no_way * std::min(1.0, tree_.length)) return true;
+      if (max_abs(sample.rate) > no_way * std::min(1.0, tree_.length)) return true;
     }
     return false;
   }

@@ -1,5 +1,7 @@
 #include "balance/timing/series.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +16,7 @@ constexpr std::size_t most_panels = 4096;
 bool has_ended(const Samples& terms, const VectorX& floor, double tolerance) {
   for (Eigen::Index c = 0; c < terms.cols(); ++c) {
     const double size = terms.col(c).cwiseAbs().sum();
-    if (terms.col(c).tail(3).cwiseAbs().maxCoeff() > std::max(tolerance * size, floor[c])) return false;
+    if (max_abs(terms.col(c).tail(3)) > std::max(tolerance * size, floor[c])) return false;
   }
   return true;
 }
