@@ -1,5 +1,7 @@
 #include "balance/cost/sample_figures.hpp"
 
+#include "balance/base/extrema.hpp"
+
 namespace balance {
 
 SampleFigures::SampleFigures(Eigen::Index places, Eigen::Index components, Eigen::Index coordinates)
@@ -27,8 +29,8 @@ void SampleFigures::add_gradient(Eigen::Index place, const MatrixX& values, doub
 
 double SampleFigures::peak(const VectorX& z, VectorX* gradient) const {
   const MatrixX all = values(z);
-  Eigen::Index place;
-  const double peak = std::sqrt(all.rowwise().squaredNorm().maxCoeff(&place));
+  const Eigen::Index place = max_index(all.rowwise().squaredNorm());
+  const double peak = all.row(place).norm();
   if (gradient) {
     gradient->setZero(z.size());
     add_gradient(place, all, 1, *gradient);
@@ -52,8 +54,8 @@ double SampleFigures::range(const VectorX& z, VectorX* gradient) const {
   const MatrixX all = values(z);
   const bool scalar = components_ == 1;
   const VectorX value = scalar ? VectorX(all.col(0)) : VectorX(all.rowwise().norm());
-  Eigen::Index low, high;
-  const double range = value.maxCoeff(&high) - value.minCoeff(&low);
+  const Eigen::Index low = min_index(value), high = max_index(value);
+  const double range = value[high] - value[low];
   if (gradient) {
     gradient->setZero(z.size());
     if (scalar) {

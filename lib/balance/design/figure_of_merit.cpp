@@ -1,6 +1,7 @@
 #include "balance/design/figure_of_merit.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/base/extrema.hpp"
 
 #include <limits>
 #include <stdexcept>
@@ -41,6 +42,7 @@ double FigureOfMerit::by_simulation(const VectorX& u) const {
 }
 
 std::optional<std::vector<MaximumTerm>> FigureOfMerit::pieces(const VectorX& u) const {
+  if (context_.budget.over()) return std::nullopt;
   try {
     auto terms = context_.problem.pieces_at(context_.box.numbers(u));
     if (!terms) return std::nullopt;
@@ -61,9 +63,7 @@ VectorX FigureOfMerit::simulated_slope(const VectorX& u) const {
   if (const auto terms = has_pieces() ? pieces(u) : std::nullopt) {
     VectorX slope = VectorX::Zero(u.size());
     for (const MaximumTerm& term : *terms) {
-      Eigen::Index largest = 0;
-      term.values.maxCoeff(&largest);
-      slope += term.weight * term.slopes.row(largest).transpose();
+      slope += term.weight * term.slopes.row(max_index(term.values)).transpose();
     }
     return slope;
   }
@@ -73,6 +73,10 @@ VectorX FigureOfMerit::simulated_slope(const VectorX& u) const {
 
 double FigureOfMerit::operator()(const VectorX& u, VectorX* gradient) const {
   if (simulated()) {
+    if (context_.budget.over()) {
+      if (gradient != nullptr) gradient->setZero(u.size());
+      return std::numeric_limits<double>::quiet_NaN();
+    }
     if (gradient != nullptr) *gradient = simulated_slope(u);
     return by_simulation(u);
   }

@@ -1,6 +1,7 @@
 #include "balance/import/lint.hpp"
 
 #include "balance/base/elementary.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/base/rotation.hpp"
@@ -48,9 +49,26 @@ class Linter {
   void run() {
     for (std::size_t b = 0; b < robot_.bodies.size(); ++b)
       if (robot_.bodies[b].kept) check(static_cast<int>(b));
+    check_any_mass();
   }
 
  private:
+  void check_any_mass() {
+    bool moves = false, heavy = false;
+    for (std::size_t b = 1; b < robot_.bodies.size(); ++b) {
+      const RobotBody& one = robot_.bodies[b];
+      if (!one.kept || standing_.count(static_cast<int>(b)) > 0) continue;
+      moves = true;
+      heavy = heavy || one.body.mass > 0;
+    }
+    if (moves && !heavy)
+      robot_.findings.push_back({Level::warning,
+                                 {.file = robot_.file},
+                                 "no-mass",
+                                 "",
+                                 "no body that moves has mass: there are motions, but no forces or efforts to find"});
+  }
+
   /// Bodies fixed to what does not move: what is wrong with them changes nothing.
   void find_standing() {
     standing_.insert(0);
@@ -189,8 +207,7 @@ class Linter {
     const double carried = body.mass * offset * offset, left = principal_moments(rest)[2];
     if (left > carried / 2) return;  // it may well reach to both sides of its joint
     const Vector3 seen = body.inertia.diagonal();
-    Eigen::Index largest = 0;
-    seen.maxCoeff(&largest);
+    const Eigen::Index largest = max_index(seen);
     static const char* const names[] = {"I_xx", "I_yy", "I_zz"};
     tell(b, Level::warning, "about-joint",
          fmt::format(

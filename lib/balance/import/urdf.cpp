@@ -1,5 +1,6 @@
 #include "balance/import/urdf.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/base/rotation.hpp"
 #include "balance/import/element_reader.hpp"
@@ -36,6 +37,7 @@ class UrdfReader {
     robot_.file = document_.file;
     for (const XmlElement& part : root.children) read_part(part);
     faults_.throw_all();
+    add_world();
     for (const XmlElement* joint : joints_) read_joint(*joint);
     faults_.throw_all();
     read_urdf_mimics(document_.root, faults_, robot_);
@@ -89,6 +91,22 @@ class UrdfReader {
       if (part.name == "visual" || part.name == "collision") body.shape = true;
     }
     robot_.bodies.push_back(std::move(body));
+  }
+
+  /// Many files hang what stands still on a `world` that they leave to the reader.
+  void add_world() {
+    const auto hangs_on_it = [](const XmlElement* joint) {
+      const XmlElement* parent = joint->child("parent");
+      const std::string* link = parent == nullptr ? nullptr : parent->attribute("link");
+      return link != nullptr && *link == "world";
+    };
+    const auto first = std::find_if(joints_.begin(), joints_.end(), hangs_on_it);
+    if (first == joints_.end() || robot_.find_body("world") >= 0) return;
+    RobotBody world;
+    world.body.name = "world";
+    world.place = place_of(**first);
+    robot_.bodies.push_back(std::move(world));
+    note(Level::note, **first, "world", "hangs on 'world', which is no link of the file: taken as the ground");
   }
 
   Pose read_origin(const XmlElement& in) {
@@ -182,9 +200,7 @@ class UrdfReader {
     joint.joint.axis = joint.joint.rotation * axis / length;
     if (joint.joint.type != JointType::planar) return;
     // the same directions of x and y as the spec's default, but said in the parent's axes
-    Eigen::Index least = 0;
-    joint.joint.axis.cwiseAbs().minCoeff(&least);
-    const Vector3 u = joint.joint.axis, away = Vector3::Unit(least);
+    const Vector3 u = joint.joint.axis, away = Vector3::Unit(min_index(joint.joint.axis.cwiseAbs()));
     joint.joint.axis2 = (away - u.dot(away) * u).normalized();
   }
 

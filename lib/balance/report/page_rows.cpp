@@ -1,5 +1,6 @@
 #include "balance/report/page_rows.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/result/quantities.hpp"
 
 #include <algorithm>
@@ -17,8 +18,9 @@ class Worth {
       : spread_(spread), worth_(static_cast<std::size_t>(rows), 0) {}
 
   void look_at(const Samples& samples, Eigen::Index column) {
-    Eigen::Index low = 0, high = 0;
-    const double least = samples.col(column).minCoeff(&low), largest = samples.col(column).maxCoeff(&high);
+    if (samples.rows() == 0) return;
+    const Eigen::Index low = min_index(samples.col(column)), high = max_index(samples.col(column));
+    const double least = samples(low, column), largest = samples(high, column);
     if (!(largest > least)) return;
     raise(low, std::numeric_limits<double>::infinity());
     raise(high, std::numeric_limits<double>::infinity());
