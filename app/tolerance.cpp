@@ -3,17 +3,19 @@
 #include "failure.hpp"
 #include "progress_line.hpp"
 #include "signals.hpp"
+#include "spec_run.hpp"
+#include "value_check.hpp"
 
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
+#include "balance/motion/timing_bounds.hpp"
 #include "balance/present/tolerance_hdf5.hpp"
 #include "balance/present/tolerance_json.hpp"
 #include "balance/present/tolerance_text.hpp"
+#include "balance/result/effort_names.hpp"
 #include "balance/result/tracks.hpp"
 #include "balance/spec/limits.hpp"
 #include "balance/spec/read_tolerances.hpp"
-#include "balance/write/file_identity.hpp"
-#include "balance/write/pending_file.hpp"
 
 #include <fmt/format.h>
 
@@ -53,7 +55,7 @@ Trajectory choose(const ToleranceOptions& options, const Study& study) {
 void check_quantities(const ToleranceOptions& options, const Mechanism& mechanism) {
   const std::vector<std::string> names = figure_names(mechanism);
   for (const std::string& name : options.of)
-    if (std::find(names.begin(), names.end(), name) == names.end())
+    if (std::find(names.begin(), names.end(), known_quantity(name, names)) == names.end())
       throw UsageError(
           fmt::format("--of {}: expected {}{}", in_quotes(name), one_of(names), nearest_hint(name, names)));
 }
@@ -61,11 +63,7 @@ void check_quantities(const ToleranceOptions& options, const Mechanism& mechanis
 /// Refuses at once what would fail after the computation.
 void check_deviations_output(const ToleranceOptions& options, const Study& study) {
   check_standard_output({options.output}, options.spec.json, options.output == standard_output);
-  if (options.output.empty()) return;
-  if (same_file(options.output, options.spec.spec))
-    throw UsageError("the result would replace the spec: " + options.output);
-  keep_tables(options.output, "the result", study);
-  check_writable(options.output, options.force ? Existing::replace : Existing::keep);
+  check_output(options.output, "the result", inputs_of(study), options.force);
 }
 
 std::vector<std::string> write_deviations(const ToleranceOptions& options, const Study& study,
@@ -86,8 +84,7 @@ ToleranceView look(const ToleranceOptions& options, const TolerancedSpace& spec)
   view.draws = {options.draws, options.seed};
   if (options.at_rest) {
     view.at_rest = tolerance_at_rest(spec.space, spec.tolerances);
-    if (view.at_rest->outcome.status != MotionStatus::done)
-      throw MechanismFailure("unreachable", "no pose of the workspace could be reached and held");
+    if (view.at_rest->outcome.status != MotionStatus::done) throw MotionFailure(view.at_rest->outcome);
     return view;
   }
   const Trajectory trajectory = choose(options, study);
@@ -95,8 +92,10 @@ ToleranceView look(const ToleranceOptions& options, const TolerancedSpace& spec)
   view.report = tolerance(spec.space, spec.tolerances, trajectory, options.of);
   if (view.report->outcome.status != MotionStatus::done) throw MotionFailure(view.report->outcome);
   if (options.draws == 0) return view;
+  const Tolerances drawn = without_openings(spec.tolerances, view.report->openings);
+  if (drawn.empty()) throw std::invalid_argument("every number opens a joint, so that there is nothing to draw");
   ProgressLine line(false);
-  view.sampling = sample_tolerance(spec.space, spec.tolerances, trajectory, options.of, view.draws,
+  view.sampling = sample_tolerance(spec.space, drawn, trajectory, options.of, view.draws,
                                    [&](double part) { line.draw_part("draws", part); });
   return view;
 }
@@ -135,12 +134,16 @@ void add_tolerance_options(CLI::App& parser, ToleranceOptions& o) {
       ->type_name("NAME");
   parser.add_option("--samples", o.samples, "number of samples, both ends included")
       ->type_name("N")
-      ->check(CLI::Range(2L, most_samples));
+      ->check(whole_number(min_samples, max_samples));
   CLI::Option* draws =
       parser.add_option("--monte-carlo", o.draws, "run so many mechanisms with numbers drawn at random, too")
           ->type_name("N")
-          ->check(CLI::Range(2L, most_tolerance_draws));
-  parser.add_option("--seed", o.seed, "of the draws")->type_name("S")->needs(draws)->capture_default_str();
+          ->check(whole_number(2, most_tolerance_draws));
+  parser.add_option("--seed", o.seed, "of the draws")
+      ->type_name("S")
+      ->check(whole_number(0, most_seed))
+      ->needs(draws)
+      ->capture_default_str();
   CLI::Option* output =
       parser.add_option("-o,--output", o.output, "write the run and the deviation of every sample to this HDF5 file")
           ->type_name("FILE");
@@ -169,7 +172,10 @@ Command setup_tolerance(CLI::App& program) {
       "  balance tolerance rr.yaml --of shaking_force --monte-carlo 1000 --seed 7\n"
       "  balance tolerance rr.yaml -o deviations.h5\n"
       "  balance tolerance rr.yaml --at-rest --json");
-  return {parser, [options] { return run(*options); }};
+  return {parser, [options] {
+            take_trajectory(options->spec.spec, options->trajectory);
+            return run(*options);
+          }};
 }
 
 }  // namespace balance::app

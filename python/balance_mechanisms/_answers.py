@@ -257,6 +257,13 @@ class Tolerance(Answer):
         rest: Dict[str, Any] = self.to_dict()["at_rest"] or {"actuators": []}
         return {one["actuator"]: one for one in rest["actuators"]}
 
+    @property
+    def openings(self) -> List[Dict[str, Any]]:
+        """Numbers that over-constrained loops cannot follow, which have no part in any deviation: `number`, the `joint` that it opens, the
+        `gap` and its `unit`."""
+        openings: List[Dict[str, Any]] = self.to_dict()["openings"]
+        return openings
+
     def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Writes the run and the deviation of every sample (docs/file-format.md); not of efforts at rest."""
         self._native.write(os.fspath(path), force)

@@ -4,11 +4,12 @@
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/motion/names.hpp"
+#include "balance/motion/timing_bounds.hpp"
 #include "balance/present/tolerance_hdf5.hpp"
 #include "balance/present/tolerance_json.hpp"
 #include "balance/present/tolerance_text.hpp"
+#include "balance/result/effort_names.hpp"
 #include "balance/result/tracks.hpp"
-#include "balance/spec/limits.hpp"
 #include "balance/spec/read_tolerances.hpp"
 
 #include <fmt/format.h>
@@ -24,6 +25,7 @@ struct Told {
   ToleranceView view;
   FileDescription description;
   MotionOutcome outcome;
+  std::string source = {};  ///< the spec's file
 };
 
 /// What is asked for. No trajectory: efforts at rest.
@@ -36,16 +38,18 @@ struct ToleranceWish {
 void require_quantities(const std::vector<std::string>& of, const Mechanism& mechanism) {
   const std::vector<std::string> names = figure_names(mechanism);
   for (const std::string& name : of)
-    if (std::find(names.begin(), names.end(), name) == names.end())
+    if (std::find(names.begin(), names.end(), known_quantity(name, names)) == names.end())
       throw std::invalid_argument(
           fmt::format("of {}: expected {}{}", in_quotes(name), one_of(names), nearest_hint(name, names)));
 }
 
 Trajectory trajectory_of(const Spec& spec, const std::string& name, std::optional<long> samples) {
   Trajectory trajectory = spec.trajectory(name);
-  if (samples && (*samples < 2 || *samples > most_samples))
-    throw std::invalid_argument(fmt::format("samples: must be from 2 to {}, is {}", most_samples, *samples));
-  if (samples) trajectory.samples = *samples;
+  try {
+    if (samples) change_samples(trajectory, *samples);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("samples: ") + error.what());
+  }
   return trajectory;
 }
 
@@ -57,15 +61,15 @@ void look_along(const TolerancedSpace& toleranced, const ToleranceWish& wish, Er
   told.view.trajectory = trajectory.name;
   told.view.report = std::move(report);
   if (wish.draws.count == 0) return;
-  told.view.sampling = sample_tolerance(toleranced.space, toleranced.tolerances, trajectory, wish.of, wish.draws,
+  const Tolerances drawn = without_openings(toleranced.tolerances, told.view.report->openings);
+  if (drawn.empty()) throw std::invalid_argument("every number opens a joint, so that there is nothing to draw");
+  told.view.sampling = sample_tolerance(toleranced.space, drawn, trajectory, wish.of, wish.draws,
                                         [&](double part) { errand.tell(part); });
 }
 
 void look_at_rest(const TolerancedSpace& toleranced, Told& told) {
   told.view.at_rest = tolerance_at_rest(toleranced.space, toleranced.tolerances);
   told.outcome = told.view.at_rest->outcome;
-  if (told.outcome.status != MotionStatus::done)
-    told.outcome = {MotionStatus::unreachable, 0, "no pose of the workspace could be reached and held", {}};
 }
 
 std::shared_ptr<Told> look(const Spec& spec, const ToleranceWish& wish, Errand& errand) {
@@ -74,6 +78,7 @@ std::shared_ptr<Told> look(const Spec& spec, const ToleranceWish& wish, Errand& 
   if (toleranced.tolerances.empty())
     throw SpecError({.place = place, .message = "missing: it says which numbers may be off"});
   auto told = std::make_shared<Told>();
+  told->source = spec->file;
   told->view.mechanism = spec.study().mechanism.name;
   told->view.numbers = toleranced.tolerances;
   told->view.draws = wish.draws;
@@ -121,6 +126,7 @@ void bind_tolerance(py::module_& m) {
             WriteOptions options;
             options.existing = force ? Existing::replace : Existing::keep;
             options.cancelled = [] { return PyErr_CheckSignals() != 0; };
+            keep_sources(path, one.description.spec_text, one.source);
             write_tolerance(path, one.view, one.description, options);
           },
           py::arg("path"), py::arg("force"));

@@ -39,6 +39,7 @@ DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& 
   problem.mechanism_at = [&space, duties](const VectorX& x) {
     return assembled_at(finite_trial(space, x).mechanism, duties->coordinates());
   };
+  problem.fault = [&space](const VectorX& x) { return first_fault(finite_trial(space, x).mechanism); };
   problem.obstacle = [&space, duties](const VectorX& x) { return duties->obstacle(finite_trial(space, x)); };
   problem.goals = options.goals.empty() ? space.start.design.goals : options.goals;
   if (!problem.goals.empty()) refuse_passing_payloads(space.start, "the goals of a design", &options.without);
@@ -168,6 +169,11 @@ DesignReport design_study(const DesignSpace& space, const DesignStudyOptions& op
   if (space.start.design.cases.size() == 0 && report.outcome.x.size() > 0)
     report.robust = robust_terms(space, report.outcome.x,
                                  options.minimize.empty() ? space.start.design.minimize : options.minimize);
+  for (const RobustTerm& one : report.robust)
+    for (const NumberOpening& opening : one.figure.openings) {
+      const std::string note = opening_note(opening);
+      if (std::find(report.notes.begin(), report.notes.end(), note) == report.notes.end()) report.notes.push_back(note);
+    }
   for (const Goal& goal : report.outcome.conditions.goals)
     if (report.outcome.status == DesignStatus::balanced &&
         (goal.kind == GoalKind::proportional || goal.kind == GoalKind::affine))

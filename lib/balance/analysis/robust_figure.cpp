@@ -2,6 +2,7 @@
 
 #include "balance/analysis/run_figure.hpp"
 #include "balance/analysis/toleranced_run.hpp"
+#include "balance/result/effort_names.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -147,7 +148,9 @@ RobustFigure worst_of(const TolerancedRun& off, const Tolerances& numbers, const
   std::optional<RobustFigure> worst;
   double nominal = 0;
   for (const Track& track : list_tracks(off.run())) {
-    if (track.quantity != term.quantity && track.of_worst != term.quantity) continue;
+    if (track.quantity != term.quantity && track.quantity != force_name(term.quantity) &&
+        track.of_worst != term.quantity)
+      continue;
     const RobustFigure found = RobustTrack(off, numbers, track).look(term.figure, *term.plus);
     nominal = std::max(nominal, found.nominal);
     if (!worst || found.value > worst->value) worst = found;
@@ -177,7 +180,9 @@ RobustFigure robust_figure(const DesignSpace& space, const VectorX& x, const Obj
   const Trial trial{here.start.mechanism, here.start.trajectories};
   const TolerancedRun off(here, numbers, trajectory_of(trial, term), {term.quantity});
   if (off.outcome().status != MotionStatus::done) return {no_figure, no_figure, no_figure, no_figure};
-  return worst_of(off, numbers, term);
+  RobustFigure found = worst_of(off, numbers, term);
+  found.openings = off.openings();
+  return found;
 }
 
 std::vector<RobustTerm> robust_terms(const DesignSpace& space, const VectorX& x,

@@ -2,6 +2,7 @@
 /// A figure of a run as it is to be expected of mechanisms whose numbers are off: its mean plus some of its deviations. docs/theory.md,
 /// section 11.
 
+#include "balance/analysis/number_opening.hpp"
 #include "balance/study/design_space.hpp"
 
 #include <string>
@@ -16,7 +17,8 @@ namespace balance {
 struct RobustFigure {
   double nominal = 0;  ///< the figure where no number is off
   double mean = 0, deviation = 0;
-  double value = 0;  ///< mean + k deviation
+  double value = 0;                     ///< mean + k deviation
+  std::vector<NumberOpening> openings;  ///< numbers that are left out
 };
 
 /// The numbers as they are where the space has its inputs: percentages follow values.

@@ -1,6 +1,8 @@
 #include "balance/analysis/tolerance.hpp"
 
+#include "balance/analysis/extreme_figure.hpp"
 #include "balance/analysis/toleranced_run.hpp"
+#include "balance/result/effort_names.hpp"
 #include "balance/result/quantities.hpp"
 #include "balance/result/round_off.hpp"
 #include "balance/simulation/simulate.hpp"
@@ -9,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace balance {
 
@@ -16,6 +19,9 @@ namespace {
 
 /// A magnitude below so many of its deviations is not taken for linear in the numbers.
 constexpr double clear_of_zero = 3;
+/// Other moments that change a deviation by less are no rivals.
+constexpr double rivalry = 0.02;
+constexpr double no_deviation = std::numeric_limits<double>::quiet_NaN();
 
 class Deviations {
  public:
@@ -32,12 +38,20 @@ class Deviations {
     out.run = nominal_;
     if (nominal_.outcome.status == MotionStatus::done) out.outcome = run().outcome;
     if (out.outcome.status != MotionStatus::done) return out;
+    out.openings = off_.openings();
     out.deviation = deviations();
-    const std::vector<Track> tracks = list_tracks(run());
-    for (std::size_t t = 0; t < tracks.size(); ++t)
-      if (wanted(tracks[t], quantities)) out.quantities.push_back(measure(tracks[t], t));
+    const std::vector<Track> all = list_tracks(run());
+    std::vector<Track> tracks;
+    for (std::size_t t = 0; t < all.size(); ++t) {
+      if (!wanted(all[t], quantities)) continue;
+      tracks.push_back(all[t]);
+      out.quantities.push_back(measure(all[t], t));
+    }
+    settle_rivals(tracks, out.quantities);
+    for (QuantityTolerance& one : out.quantities) drop_round_off(one);
     out.energy = figure([](const FigureGradients& all) { return all.energy; },
                         [](const FigureGradients& all) { return all.d_energy; });
+    drop_round_off(out.energy);
     return out;
   }
 
@@ -46,9 +60,9 @@ class Deviations {
   const Result& run() const { return off_.run(); }
 
   static bool wanted(const Track& track, const std::vector<std::string>& quantities) {
-    const std::string array = track.quantity.substr(0, track.quantity.find('['));
+    const std::string array = array_name(track.quantity);
     return quantities.empty() || std::any_of(quantities.begin(), quantities.end(), [&](const std::string& one) {
-             return one == track.quantity || one == array;
+             return one == track.quantity || force_name(one) == track.quantity || one == array;
            });
   }
 
@@ -65,6 +79,11 @@ class Deviations {
           array.array() += (off_.deviations()[i] * change.array()).square();
       }
       array = array.cwiseSqrt();
+      for (Eigen::Index c = 0; c < array.cols(); ++c) {
+        const double round_off = round_off_of(nominal_, kind.member, c);
+        const auto is_small = [&](double value) { return above(round_off, value) == 0; };
+        if (std::all_of(array.col(c).begin(), array.col(c).end(), is_small)) array.col(c).setZero();
+      }
     }
     return out;
   }
@@ -78,6 +97,45 @@ class Deviations {
     }
     out.deviation = out.by_number.norm();
     return out;
+  }
+
+  void blank_openings(VectorX& by_number) const {
+    for (const NumberOpening& one : off_.openings()) by_number[static_cast<Eigen::Index>(one.number)] = no_deviation;
+  }
+
+  /// Peaks and ranges that may come to be elsewhere.
+  void settle_rivals(const std::vector<Track>& tracks, std::vector<QuantityTolerance>& quantities) const {
+    struct Contest {
+      FigureDeviation* figure;
+      ExtremeFigure extreme;
+    };
+    std::vector<Contest> contests;
+    for (std::size_t t = 0; t < tracks.size(); ++t) {
+      Track track = tracks[t];
+      if (track.array == &Result::total_torque) {  // a magnitude, not linear near zero
+        track.array = &Result::torque;
+        track.first = 0, track.count = static_cast<int>(run().torque.cols());
+      }
+      std::vector<LinearMoment> moments;
+      for (const Instant& place : off_.places())
+        moments.push_back({place.time, off_.value(track, place), off_.changes(track, place)});
+      using enum ExtremeFigure::Kind;
+      for (const auto& [figure, kind] : {std::pair{&quantities[t].peak, peak}, {&quantities[t].range, range}}) {
+        if (std::isnan(figure->deviation)) continue;
+        ExtremeFigure extreme(moments, kind);
+        if (extreme.has_rivals()) contests.push_back({figure, std::move(extreme)});
+      }
+    }
+    std::vector<ExtremeFigure*> extremes;
+    for (Contest& contest : contests) extremes.push_back(&contest.extreme);
+    meet_draws(extremes, numbers_);
+    for (const auto& [figure, extreme] : contests) {
+      const double deviation = extreme.deviation();
+      if (std::abs(deviation - figure->deviation) <= rivalry * figure->deviation) continue;
+      figure->deviation = deviation;
+      figure->by_number = extreme.by_number();
+      figure->rivals = extreme.times();
+    }
   }
 
   FigureDeviation figure_of_track(std::size_t t, double FigureGradient::*value,
@@ -104,7 +162,6 @@ class Deviations {
       if (!place.between) meet(place, value.norm(), change, out.worst);
     }
     finish(squares, cross, own, out);
-    drop_round_off(nominal_, out);
     return out;
   }
 
@@ -124,21 +181,44 @@ class Deviations {
     }
     out.expected_rms = std::sqrt(own + spread * spread);
     out.square_deviation = std::sqrt(std::max(0.0, variance));
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
     if (spread > 0 && std::sqrt(own) < clear_of_zero * spread)
-      for (FigureDeviation* one : {&out.peak, &out.rms, &out.mean}) one->deviation = none;
-    if (out.worst.deviation > 0 && out.range.value < clear_of_zero * out.worst.deviation) out.range.deviation = none;
+      for (FigureDeviation* one : {&out.peak, &out.rms, &out.mean}) one->deviation = no_deviation;
+    if (out.worst.deviation > 0 && out.range.value < clear_of_zero * out.worst.deviation)
+      out.range.deviation = no_deviation;
   }
 
-  /// As in a run's metrics.
-  static void drop_round_off(const Result& nominal, QuantityTolerance& out) {
-    const auto& all = nominal.metrics;
+  /// As in a run's metrics: a deviation that is below what its quantity leaves of zero is none.
+  void drop_round_off(QuantityTolerance& out) const {
+    const auto& all = nominal_.metrics;
     const auto same = [&](const Metric& one) { return one.quantity == out.quantity; };
     const auto metric = std::find_if(all.begin(), all.end(), same);
     if (metric == all.end()) return;
-    for (double* one :
-         {&out.peak.value, &out.rms.value, &out.mean.value, &out.range.value, &out.expected_rms, &out.worst.value})
-      *one = above(metric->round_off, *one);
+    const auto drop = [&](double& value) { value = above(metric->round_off, value); };
+    drop(out.expected_rms);
+    if (out.expected_rms == 0) out.square_deviation = 0;
+    for (FigureDeviation* figure : {&out.peak, &out.rms, &out.mean, &out.range}) {
+      drop(figure->value);
+      drop(figure->deviation);
+      for (double& part : figure->by_number) drop(part);
+      if (out.expected_rms == 0) figure->deviation = 0, figure->by_number.setZero(), figure->rivals.clear();
+    }
+    blank_openings(out);
+    for (double* value : {&out.worst.value, &out.worst.deviation}) drop(*value);
+    if (out.worst.deviation == 0) out.worst.shares.setZero();
+  }
+
+  void drop_round_off(FigureDeviation& energy) const {
+    const VectorX& time = nominal_.time;
+    double round_off = 0;
+    for (Eigen::Index a = 0; a < nominal_.power.cols(); ++a)
+      round_off += round_off_of(nominal_, &Result::power, a) * (time[time.size() - 1] - time[0]);
+    for (double* value : {&energy.value, &energy.deviation}) *value = above(round_off, *value);
+    for (double& part : energy.by_number) part = above(round_off, part);
+    blank_openings(energy.by_number);
+  }
+
+  void blank_openings(QuantityTolerance& out) const {
+    for (FigureDeviation* figure : {&out.peak, &out.rms, &out.mean, &out.range}) blank_openings(figure->by_number);
   }
 
   const Tolerances& numbers_;

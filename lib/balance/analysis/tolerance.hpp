@@ -3,6 +3,7 @@
 /// independent of each other. What vanishes at the numbers as the spec says them (a balanced force) has no slope but squares that are
 /// known. docs/theory.md, section 11.
 
+#include "balance/analysis/number_opening.hpp"
 #include "balance/result/result.hpp"
 #include "balance/study/design_space.hpp"
 #include "balance/study/tolerances.hpp"
@@ -18,8 +19,11 @@ struct FigureDeviation {
   /// Standard deviation to first order. NaN where there is none: a magnitude that is not three times its own deviations has a kink
   /// within their reach.
   double deviation = 0;
-  VectorX
-      by_number;  ///< per number its derivative times the number's deviation, whose squares add up to that of the deviation
+  /// Per number its derivative times the number's deviation, whose squares add up to that of the deviation; NaN of those that open a joint.
+  VectorX by_number;
+  /// Times of the moments of which any may become the largest (or the least), if there are several and that matters: the deviation is then
+  /// that of the largest of them, good to a hundredth, and by_number has averages. Empty where the figure has a slope.
+  std::vector<double> rivals;
 };
 
 /// The sample that is off most.
@@ -45,7 +49,8 @@ struct QuantityTolerance {
 struct ToleranceReport {
   MotionOutcome outcome;  ///< of the run; what follows is there if it is done
   Tolerances numbers;
-  Result run;        ///< as the spec has it
+  std::vector<NumberOpening> openings;  ///< numbers that are left out of all deviations
+  Result run;                           ///< as the spec has it
   Result deviation;  ///< of every entry of the run's arrays: its standard deviation; orientations in space have none
   std::vector<QuantityTolerance> quantities;
   FigureDeviation energy;

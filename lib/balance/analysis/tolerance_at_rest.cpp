@@ -1,9 +1,12 @@
 #include "balance/analysis/tolerance_at_rest.hpp"
 
 #include "balance/analysis/toleranced_duals.hpp"
+#include "balance/dynamics/round_off_part.hpp"
 #include "balance/gradients/state_duals.hpp"
+#include "balance/result/round_off.hpp"
 #include "balance/study/passing_payloads.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -25,7 +28,11 @@ struct Held {
 class Rest {
  public:
   Rest(const DesignSpace& space, const Tolerances& numbers, long steps)
-      : numbers_(numbers), door_(space.start.mechanism), steps_(steps) {
+      : numbers_(numbers),
+        sigma_(static_cast<Eigen::Index>(numbers.size())),
+        door_(space.start.mechanism),
+        steps_(steps) {
+    for (Eigen::Index i = 0; i < sigma_.size(); ++i) sigma_[i] = numbers[static_cast<std::size_t>(i)].deviation();
     for (std::size_t first = 0; first < numbers.size(); first += dual_width)
       duals_.push_back(TolerancedDuals(space, numbers, first).mechanism());
     const Mechanism& mechanism = space.start.mechanism;
@@ -38,15 +45,23 @@ class Rest {
       out_.actuators.push_back(
           {mechanism.coordinates[static_cast<std::size_t>(actuator)].name,
            mechanism.coordinates[static_cast<std::size_t>(actuator)].kind == CoordinateKind::angle ? "N m" : "N", 0, 0,
-           VectorX::Zero(size()), VectorX::Zero(static_cast<Eigen::Index>(numbers.size()))});
+           VectorX::Zero(size()), VectorX::Zero(sigma_.size())});
     out_.coordinates = door_.independent();
   }
 
   RestTolerance run() {
     walk_grid();
-    if (out_.poses == out_.unreached) return out_;
+    if (out_.poses == out_.unreached) {
+      out_.outcome = refused_;
+      out_.outcome.reason = "no pose of the workspace could be reached and held: " + refused_.reason;
+      return out_;
+    }
+    if (leave_out_openings()) walk_grid();
     out_.outcome = {MotionStatus::done, 0, "", {}};
-    for (std::size_t a = 0; a < out_.actuators.size(); ++a) refine(a);
+    for (std::size_t a = 0; a < out_.actuators.size(); ++a) {
+      refine(a);
+      drop_round_off(a);
+    }
     return out_;
   }
 
@@ -65,6 +80,8 @@ class Rest {
   /// Every pose one step from the one before, so that loops keep their assembly mode.
   void walk_grid() {
     out_.poses = poses_;
+    out_.unreached = 0;
+    met_.assign(out_.actuators.size(), false);
     VectorX q(size());
     for (long pose = 0; pose < poses_; ++pose) {
       long rest = pose;
@@ -79,29 +96,57 @@ class Rest {
   std::optional<Held> look(const VectorX& q) {
     const VectorX still = VectorX::Zero(size());
     Held held;
-    held.change.resize(static_cast<Eigen::Index>(out_.actuators.size()), static_cast<Eigen::Index>(numbers_.size()));
+    held.change.resize(static_cast<Eigen::Index>(out_.actuators.size()), sigma_.size());
     for (std::size_t chunk = 0; chunk < duals_.size(); ++chunk) {
       const Answer<StateGradient> found = derivatives(door_, duals_[chunk], q, still, still);
-      if (!found) return std::nullopt;
+      if (!found) {
+        if (refused_.reason.empty()) refused_ = found.outcome;
+        return std::nullopt;
+      }
       held.effort = found.value.sample.effort;
-      for (std::size_t k = 0; k < dual_width && chunk * dual_width + k < numbers_.size(); ++k) {
-        const std::size_t number = chunk * dual_width + k;
-        held.change.col(static_cast<Eigen::Index>(number)) =
-            numbers_[number].deviation() * found.value.derivatives[k].effort;
+      const std::size_t first = chunk * dual_width;
+      for (std::size_t i = first; i < std::min(first + dual_width, static_cast<std::size_t>(sigma_.size())); ++i) {
+        const auto number = static_cast<Eigen::Index>(i);
+        held.change.col(number) = sigma_[number] * found.value.derivatives[i - first].effort;
+        add_opening(found.value.openings[i - first], i);
       }
     }
     return held;
+  }
+
+  /// Every joint's largest.
+  void add_opening(const JointOpenings& found, std::size_t number) {
+    std::vector<NumberOpening> here;
+    add_openings(found, number, numbers_[number].path, sigma_[static_cast<Eigen::Index>(number)], door_.mechanism(),
+                 here);
+    for (const NumberOpening& one : here) {
+      const auto known = std::find_if(out_.openings.begin(), out_.openings.end(), [&](const NumberOpening& other) {
+        return other.number == number && other.joint == one.joint && other.unit == one.unit;
+      });
+      if (known == out_.openings.end())
+        out_.openings.push_back(one);
+      else
+        known->gap = std::max(known->gap, one.gap);
+    }
+  }
+
+  /// @return whether there are any
+  bool leave_out_openings() {
+    for (const NumberOpening& one : out_.openings) sigma_[static_cast<Eigen::Index>(one.number)] = 0;
+    return !out_.openings.empty();
   }
 
   bool meet(std::size_t a, const VectorX& q, const Held& held) {
     const auto row = static_cast<Eigen::Index>(a);
     const double deviation = held.change.row(row).norm();
     RestDeviation& worst = out_.actuators[a];
-    if (!(deviation > worst.deviation)) return false;
+    if (met_[a] && !(deviation > worst.deviation)) return false;
+    met_[a] = true;
     worst.deviation = deviation;
     worst.effort = held.effort[row];
     worst.pose = q;
-    worst.shares = held.change.row(row).transpose().array().square() / (deviation * deviation);
+    worst.shares = held.change.row(row).transpose().array().square();
+    if (deviation > 0) worst.shares /= deviation * deviation;
     return true;
   }
 
@@ -117,10 +162,26 @@ class Rest {
         }
   }
 
+  /// What the terms of the effort leave of zero.
+  void drop_round_off(std::size_t a) {
+    RestDeviation& one = out_.actuators[a];
+    const VectorX still = VectorX::Zero(size());
+    const Answer<EffortRegressor> found = door_.regressor(one.pose, still, still);
+    if (!found) return;
+    const auto row = static_cast<Eigen::Index>(a);
+    const double terms = found.value.effort.row(row).cwiseAbs().dot(found.value.values.cwiseAbs().transpose()) +
+                         std::abs(found.value.other[row]);
+    for (double* value : {&one.effort, &one.deviation}) *value = above(round_off_part * terms, *value);
+    if (one.deviation == 0) one.shares.setZero();
+  }
+
   const Tolerances& numbers_;
+  VectorX sigma_;  ///< deviations; 0 of numbers that open a joint
   InverseDynamics door_;
   long steps_, poses_ = 0;
   std::vector<MechanismOf<DualNumber>> duals_;
+  std::vector<bool> met_;  ///< per actuator: some pose was seen
+  MotionOutcome refused_;
   RestTolerance out_;
 };
 
@@ -129,6 +190,8 @@ class Rest {
 RestTolerance tolerance_at_rest(const DesignSpace& space, const Tolerances& numbers, long steps) {
   refuse_passing_payloads(space.start, "tolerances");
   if (numbers.empty()) throw std::invalid_argument("there are no numbers that may be off");
+  if (space.start.mechanism.actuators.empty())
+    throw std::invalid_argument("there are no actuators, whose efforts at rest could be off");
   return Rest(space, numbers, steps).run();
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// How far the efforts that hold a mechanism at rest are off, over its whole workspace.
 
+#include "balance/analysis/number_opening.hpp"
 #include "balance/motion/motion.hpp"
 #include "balance/study/design_space.hpp"
 #include "balance/study/tolerances.hpp"
@@ -10,7 +11,7 @@
 
 namespace balance {
 
-/// The pose where one actuator's effort at rest is off most.
+/// The pose where one actuator's effort at rest is off most; the first one if no number has any influence.
 struct RestDeviation {
   std::string actuator, unit;
   double deviation = 0;  ///< standard deviation to first order [N m or N]; of masses exact
@@ -20,16 +21,17 @@ struct RestDeviation {
 };
 
 struct RestTolerance {
-  MotionOutcome outcome;                 ///< not done if no pose could be reached
+  MotionOutcome outcome;                 ///< not done if no pose could be reached and held: why the first one could not
   std::vector<std::string> coordinates;  ///< the independent ones
   std::vector<RestDeviation> actuators;
-  long poses = 0, unreached = 0;  ///< of the grid; those that the mechanism cannot take are left out
+  std::vector<NumberOpening> openings;  ///< numbers that are left out of all deviations
+  long poses = 0, unreached = 0;        ///< of the grid; those that the mechanism cannot take are left out
 };
 
 /// Over whole turns of the independent coordinates: a grid, refined about the worst of its poses. A maximum as narrow as the grid's step
 /// may be missed.
 /// @param steps per turn; chosen by the number of coordinates if 0
-/// @throws std::invalid_argument if there are no numbers, an independent coordinate is a slide or the poses would be more than 1e5
+/// @throws std::invalid_argument if there are no numbers, no actuators, an independent coordinate is a slide or the poses would be more than 1e5
 RestTolerance tolerance_at_rest(const DesignSpace& space, const Tolerances& numbers, long steps = 0);
 
 }  // namespace balance

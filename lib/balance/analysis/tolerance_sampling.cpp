@@ -1,14 +1,12 @@
 #include "balance/analysis/tolerance_sampling.hpp"
 
-#include "balance/base/elementary.hpp"
+#include "balance/analysis/tolerance_sampler.hpp"
 #include "balance/model/validate.hpp"
 #include "balance/result/metrics.hpp"
 #include "balance/simulation/simulate.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <random>
 #include <stdexcept>
 
 namespace balance {
@@ -16,25 +14,6 @@ namespace balance {
 namespace {
 
 constexpr std::array all_figures = {Figure::peak, Figure::rms, Figure::mean, Figure::range};
-
-/// Numbers that are the same with every standard library.
-class RandomNumbers {
- public:
-  explicit RandomNumbers(std::uint64_t seed) : bits_(seed) {}
-
-  double draw(const ToleranceNumber& number) {
-    if (number.spread == Spread::uniform) return number.width * (2 * unit() - 1);
-    // Box and Muller; the second of the pair is left.
-    const double radius = std::sqrt(-2 * elementary::log1p(-unit()));
-    return number.width * radius * elementary::cos(2 * std::numbers::pi * unit());
-  }
-
- private:
-  /// In [0, 1).
-  double unit() { return static_cast<double>(bits_() >> 11) * 0x1p-53; }
-
-  std::mt19937_64 bits_;
-};
 
 /// A figure's values in all mechanisms that ran.
 struct Column {
@@ -143,7 +122,7 @@ class Draws {
   const std::vector<std::string>& quantities_;
   long samples_;
   std::size_t which_ = 0;
-  RandomNumbers random_;
+  ToleranceSampler random_;
   std::vector<Column> columns_;
   SampledTolerance out_;
 };

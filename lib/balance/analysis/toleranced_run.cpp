@@ -2,7 +2,9 @@
 
 #include "balance/analysis/tolerance.hpp"
 #include "balance/analysis/toleranced_duals.hpp"
+#include "balance/result/effort_names.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace balance {
@@ -29,7 +31,9 @@ std::vector<Instant> instants_of(const RunGradient& gradient) {
 
 std::vector<std::string> arrays_named(const std::vector<std::string>& quantities) {
   std::vector<std::string> arrays;
-  for (const std::string& quantity : quantities) arrays.push_back(quantity.substr(0, quantity.find('[')));
+  for (const std::string& quantity : quantities) arrays.push_back(array_name(quantity));
+  const bool total = std::find(arrays.begin(), arrays.end(), "total_torque") != arrays.end();
+  if (total) arrays.push_back("torque");  // what it is the root of
   if (!arrays.empty()) arrays.push_back("power");
   return arrays;
 }
@@ -58,7 +62,11 @@ TolerancedRun::TolerancedRun(const DesignSpace& space, const Tolerances& numbers
     gradients_.push_back(differentiate(duals.mechanism(), duals.trajectory(trajectory), arrays));
     if (gradients_.back().run.outcome.status != MotionStatus::done) return;
     figures_.push_back(figure_gradients(gradients_.back()));
+    for (std::size_t i = first; i < std::min(numbers.size(), first + dual_width); ++i)
+      add_openings(gradients_.back().openings[i - first], i, numbers[i].path, numbers[i].deviation(),
+                   space.start.mechanism, openings_);
   }
+  for (const NumberOpening& one : openings_) sigma_[static_cast<Eigen::Index>(one.number)] = 0;
   places_ = instants_of(gradients_.front());
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// A run with what every number that may be off changes it by. Private to analysis.
 
+#include "balance/analysis/number_opening.hpp"
 #include "balance/gradients/motion_gradient.hpp"
 #include "balance/result/tracks.hpp"
 #include "balance/study/design_space.hpp"
@@ -33,7 +34,9 @@ class TolerancedRun {
   const std::vector<Instant>& places() const { return places_; }
   /// dual_width numbers each.
   const std::vector<FigureGradients>& figures() const { return figures_; }
+  /// Those of numbers that open a joint are 0.
   const VectorX& deviations() const { return sigma_; }
+  const std::vector<NumberOpening>& openings() const { return openings_; }
 
   const Result& derivative(Eigen::Index number, bool between) const;
   VectorX value(const Track& track, const Instant& place) const;
@@ -44,6 +47,7 @@ class TolerancedRun {
   VectorX sigma_;
   std::vector<RunGradient> gradients_;  ///< dual_width numbers each
   std::vector<FigureGradients> figures_;
+  std::vector<NumberOpening> openings_;
   std::vector<Instant> places_;
 };
 

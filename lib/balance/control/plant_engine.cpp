@@ -64,7 +64,8 @@ MotionOutcome EngineOf<S>::start(double time, const VectorX& q, const VectorX& d
   if (outcome.status != MotionStatus::done) return outcome;
   time_ = time;
   observer_.emplace(mechanism_, loops_.tree(), loops_.freedoms(), about_);
-  meter_.emplace(mechanism_, loops_.tree(), about_);
+  const double fall = mechanism_.gravity.norm() / loops_.tree().length;  // of what is let go
+  meter_.emplace(mechanism_, loops_.tree(), about_, RestScale{std::sqrt(fall), fall});
   ddy_.setZero();
   store();
   last_x_ = x_;
@@ -84,14 +85,42 @@ template <class S>
 MotionOutcome EngineOf<S>::advance(double time, const VectorX& efforts) {
   require_started(efforts);
   if (efforts != efforts_) efforts_ = efforts, integrator_.restart();
+  return advance_to(time);
+}
+
+template <class S>
+MotionOutcome EngineOf<S>::advance(double time, const EffortCourse& course) {
+  const VectorX efforts = course.at(time_);
+  require_started(efforts);
+  if (efforts != efforts_) efforts_ = efforts, integrator_.restart();
+  course_ = &course;
+  const MotionOutcome outcome = advance_to(time);
+  course_ = nullptr;
+  return outcome;
+}
+
+/// The efforts of a moment, where they change.
+template <class S>
+void EngineOf<S>::push(double time) {
+  if (course_ != nullptr) course_->at(time, efforts_);
+}
+
+template <class S>
+MotionOutcome EngineOf<S>::advance_to(double time) {
+  const auto next = [&](const std::vector<double>& kinks, double end) {
+    const auto kink = std::upper_bound(kinks.begin(), kinks.end(), time_);
+    return kink != kinks.end() && *kink < end ? *kink : end;
+  };
   while (time_ < time) {
+    push(time_);
     if (!settle_friction(efforts_)) return stop(MotionStatus::constraint_singularity);
-    const auto kink = std::upper_bound(kinks_.begin(), kinks_.end(), time_);
-    const double end = kink != kinks_.end() && *kink < time ? *kink : time;
+    double end = next(kinks_, time);
+    if (course_ != nullptr) end = next(course_->knots(), end);
     const MotionOutcome outcome = go(end);
     if (outcome.status != MotionStatus::done) return outcome;
     if (end != time) integrator_.restart();
   }
+  push(time_);
   follow();
   return {MotionStatus::done, time_, "", {}};
 }

@@ -5,6 +5,17 @@
 
 namespace balance {
 
+namespace {
+
+/// What equations leave uncertain of what they are solved for: their residual goes down to 1e-12, and round-off grows with the inverse of
+/// the mobility, or its square.
+double solved_part(double growth) { return std::max(1e-12, 8 * round_off_part * growth); }
+
+/// Near a singularity a rate of this part is a rate all the same.
+constexpr double max_rest_part = 1e-6;
+
+}  // namespace
+
 void TermSizes::raise(const TermSizes& other, double factor) {
   for (VectorX TermSizes::*member : all_term_sizes) {
     VectorX& mine = this->*member;
@@ -15,14 +26,18 @@ void TermSizes::raise(const TermSizes& other, double factor) {
 }
 
 template <class S>
-TermMeter<S>::TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const typename S::Vector& about)
+TermMeter<S>::TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const typename S::Vector& about,
+                        const RestScale& rest)
     : mechanism_(mechanism),
       tree_(tree),
       gravity_(mechanism.gravity.norm()),
       about_(about.norm()),
       external_(mechanism, tree),
       nodes_(tree.nodes.size()),
-      tau_(static_cast<std::size_t>(tree.columns)),
+      rest_(rest),
+      dy_(static_cast<std::size_t>(tree.columns)),
+      ddy_(dy_),
+      tau_(dy_),
       external_sizes_(tree.nodes.size()) {
   for (const MassElement<S>& element : tree.elements) {
     NodeSize& node = nodes_[static_cast<std::size_t>(element.frame.node)];
@@ -55,8 +70,13 @@ TermMeter<S>::TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const t
 template <class S>
 void TermMeter<S>::see(const Instant<S>& now, const Sample& seen, const std::vector<double>& multipliers,
                        double mobility) {
+  const double growth = mobility < 1 ? 1 / std::max(mobility, 1e-12) : 1;
+  const double part = now.direct ? round_off_part : solved_part(growth);
+  const double motion_part = now.direct ? part : solved_part(growth * growth);
+  rest_part_ = std::min(max_rest_part, motion_part);
+  size_rates(now);
   move(now);
-  read_motion(now, seen);
+  read_motion(seen);
   for (ForceSize& size : external_sizes_) size = {};
   if (!external_.none()) external_.add_sizes(now.state, now.time, external_sizes_);
   collect(now);
@@ -68,13 +88,27 @@ void TermMeter<S>::see(const Instant<S>& now, const Sample& seen, const std::vec
     add_in_joints(now, seen);
   }
   read_transmitted(now, seen);
-  const double growth = mobility < 1 ? 1 / std::max(mobility, 1e-12) : 1;
   terms_.raise(now_, 1);
-  grown_.raise(now_, growth);
-  // What solves loops is itself found to so many digits only: idle turns of rods show it first.
-  if (!tree_.closures.empty())
-    for (VectorX TermSizes::*motion : {&TermSizes::position, &TermSizes::velocity, &TermSizes::acceleration})
-      grown_.*motion = (grown_.*motion).cwiseMax(growth * growth * now_.*motion);
+  grown_.raise(now_, part / round_off_part);
+  // What is solved for is itself found to so many digits only: idle turns of rods show it first.
+  for (VectorX TermSizes::*motion : {&TermSizes::position, &TermSizes::velocity, &TermSizes::acceleration})
+    grown_.*motion = (grown_.*motion).cwiseMax(motion_part / round_off_part * now_.*motion);
+}
+
+template <class S>
+double TermMeter<S>::size_of(double value, double scale) const {
+  const double size = std::abs(value);
+  return size <= rest_part_ * scale ? size / rest_part_ : size;
+}
+
+template <class S>
+void TermMeter<S>::size_rates(const Instant<S>& now) {
+  for (int c = 0; c < tree_.columns; ++c) {
+    const auto i = static_cast<std::size_t>(c);
+    const double unit = tree_.column_kind_length[i] ? tree_.length : 1;
+    dy_[i] = size_of(now.dy[c], unit * rest_.rate);
+    ddy_[i] = size_of(now.ddy[c], unit * rest_.acceleration);
+  }
 }
 
 /// Outwards: places, rates and accelerations.
@@ -92,8 +126,8 @@ void TermMeter<S>::move(const Instant<S>& now) {
     node.speed = parent.speed + parent.turning * arm;
     node.acceleration = parent.acceleration + (parent.turning_rate + parent.turning * parent.turning) * arm;
     if (joint.motion == NodeMotion::weld) continue;
-    const double rate = std::abs(joint.ratio * now.dy[joint.column]),
-                 rate_rate = std::abs(joint.ratio * now.ddy[joint.column]);
+    const double rate = std::abs(joint.ratio) * dy_[joint.column],
+                 rate_rate = std::abs(joint.ratio) * ddy_[joint.column];
     if (joint.motion == NodeMotion::turn) {
       node.turning += rate;
       node.turning_rate += rate_rate;
@@ -112,19 +146,19 @@ double TermMeter<S>::unit(CoordinateId coordinate) const {
 
 /// Of the coordinates: all are solved for together, so that one's error is measured by the largest of them.
 template <class S>
-void TermMeter<S>::read_motion(const Instant<S>& now, const Sample& seen) {
+void TermMeter<S>::read_motion(const Sample& seen) {
   rate_ = rate_rate_ = 0;
   for (int c = 0; c < tree_.columns; ++c) {
     const double scale = tree_.column_kind_length[static_cast<std::size_t>(c)] ? tree_.length : 1;
-    rate_ = std::max(rate_, std::abs(now.dy[c]) / scale);
-    rate_rate_ = std::max(rate_rate_, std::abs(now.ddy[c]) / scale);
+    rate_ = std::max(rate_, dy_[static_cast<std::size_t>(c)] / scale);
+    rate_rate_ = std::max(rate_rate_, ddy_[static_cast<std::size_t>(c)] / scale);
   }
   rate_rate_ = std::max(rate_rate_, rate_ * rate_);
   for (Eigen::Index c = 0; c < now_.position.size(); ++c) {
     const double scale = unit(static_cast<int>(c));
     now_.position[c] = std::max(scale, std::abs(seen.position[c]));
-    now_.velocity[c] = std::max(scale * rate_, std::abs(seen.velocity[c]));
-    now_.acceleration[c] = std::max(scale * rate_rate_, std::abs(seen.acceleration[c]));
+    now_.velocity[c] = std::max(scale * rate_, size_of(seen.velocity[c], scale * rest_.rate));
+    now_.acceleration[c] = std::max(scale * rate_rate_, size_of(seen.acceleration[c], scale * rest_.acceleration));
   }
   if (!mechanism_.tool) return;
   now_.tool_position[0] = nodes_[static_cast<std::size_t>(tool_.node)].place + tool_.p_N.norm();
@@ -163,7 +197,8 @@ void TermMeter<S>::add_in_joints(const Instant<S>& now, const Sample& seen) {
   for (const Friction& friction : mechanism_.friction) {
     const double rate = std::abs(seen.velocity[friction.coordinate]);
     for (const auto& [column, ratio] : tree_.sources[static_cast<std::size_t>(friction.coordinate)].terms)
-      tau_[static_cast<std::size_t>(column)] += std::abs(ratio) * (friction.viscous * rate + friction.static_limit());
+      tau_[static_cast<std::size_t>(column)] +=
+          std::abs(ratio) * (friction.viscous * rate + std::max(friction.static_limit(1), friction.static_limit(-1)));
   }
 }
 

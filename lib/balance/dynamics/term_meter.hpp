@@ -8,22 +8,33 @@
 ///     p = p_P + |r|    w = w_P + |q̇|    α = α_P + |q̈| + w_P |q̇|    a = a_P + (α_P + w_P²) |r| + …    a_0 = |g|
 ///     f = m a + (α + w²) c + Σ f_child     n = J (α + w²) + c a + Σ (n_child + |r| f_child)
 ///
+/// A rate that is round-off itself, below round_off_part of the rest scale, is no term: all that is made of it is round-off. It counts as
+/// large as if it were that part of a term.
+///
 /// (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2002, ch. 3: a sum is off by a small multiple of the unit
 /// round-off times the sum of its terms' magnitudes.)
 
 #include "balance/dynamics/observer.hpp"
+#include "balance/dynamics/round_off_part.hpp"
 #include "balance/dynamics/term_sizes.hpp"
 
 #include <vector>
 
 namespace balance {
 
+/// What rates and accelerations are measured by where all coordinates rest: those of one radian or characteristic length.
+struct RestScale {
+  double rate = 0;          ///< [1/s]
+  double acceleration = 0;  ///< [1/s^2]
+};
+
 template <class S>
 class TermMeter {
  public:
   /// @param tree must outlive the meter
   /// @param about world point that moments are about
-  TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const typename S::Vector& about);
+  /// @param rest of the motion
+  TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const typename S::Vector& about, const RestScale& rest);
 
   /// Measures at a moment and keeps the largest sizes.
   /// @param now after an Observer has seen it: the state holds all poses
@@ -34,7 +45,8 @@ class TermMeter {
 
   /// Largest sizes so far.
   const TermSizes& terms() const { return terms_; }
-  /// Largest so far of the sizes over the mobility, where that is below one.
+  /// Largest so far of what the sizes' round_off_part is to be taken of: of what equations are solved for, more by their residual and by the
+  /// inverse of the mobility.
   const TermSizes& grown() const { return grown_; }
 
  private:
@@ -44,8 +56,10 @@ class TermMeter {
     double force = 0, moment = 0;
   };
 
+  double size_of(double value, double scale) const;
+  void size_rates(const Instant<S>& now);
   void move(const Instant<S>& now);
-  void read_motion(const Instant<S>& now, const Sample& seen);
+  void read_motion(const Sample& seen);
   void read_sums(const Instant<S>& now);
   void collect(const Instant<S>& now);
   void add_in_joints(const Instant<S>& now, const Sample& seen);
@@ -60,7 +74,10 @@ class TermMeter {
   ExternalForces<S> external_;
   FixedFrame<S> tool_;
   std::vector<NodeSize> nodes_;
-  std::vector<double> tau_;  ///< per tree coordinate
+  RestScale rest_;
+  double rest_part_ = round_off_part;  ///< of the rest scale, there and then
+  std::vector<double> dy_, ddy_;       ///< per tree coordinate: sizes of its rate and acceleration
+  std::vector<double> tau_;            ///< per tree coordinate
   std::vector<ForceSize> external_sizes_;
   double rate_ = 0, rate_rate_ = 0;  ///< largest of any tree coordinate, lengths in characteristic lengths
   TermSizes now_, terms_, grown_;

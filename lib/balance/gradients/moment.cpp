@@ -1,8 +1,17 @@
 #include "balance/gradients/moment.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace balance {
+
+namespace {
+
+/// Parts of what a number asks of the loops that are no larger are what rounding leaves of a change that they follow: places are good to
+/// 1e-13 and multiplied by the inverse of the mobility, twice.
+constexpr double followed_part = 1e-8;
+
+}  // namespace
 
 template <class S>
 DualMoment<S>::DualMoment(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree,
@@ -20,6 +29,7 @@ DualMoment<S>::DualMoment(const MechanismOf<DualNumber>& mechanism, const Tree<S
   direct_ = tree_.closures.empty() && drive_.rows() == static_cast<int>(drive_.linear.size()) &&
             std::all_of(drive_.linear.begin(), drive_.linear.end(), one_coordinate);
   for (auto* values : {&now_.y, &now_.dy, &now_.ddy}) values->setZero(tree_.columns);
+  if (redundant) gaps_.resize(tree_.closures.size());
   x_.assign(static_cast<std::size_t>(std::max(tree_.columns, equations_.rows())), 0);
 }
 
@@ -46,10 +56,12 @@ void DualMoment<S>::move(const double* y, const DriveSampleOf<DualNumber>& targe
     equations_.fill(state_, now_.y.data(), target, x_.data());
   };
   fill();
+  PerNumber followed = largest_change(tree_.closure_rows);
   equations_.factorise();
   equations_.solve(x_.data());
   for (int c = 0; c < tree_.columns; ++c) now_.y[c].d = (-x_[static_cast<std::size_t>(c)]).d;
   fill();
+  if (!gaps_.empty()) measure_gaps(followed);
   equations_.rate_rows(target, x_.data());
   equations_.solve(x_.data());
   std::copy_n(x_.begin(), tree_.columns, now_.dy.begin());
@@ -59,6 +71,53 @@ void DualMoment<S>::move(const double* y, const DriveSampleOf<DualNumber>& targe
   equations_.acceleration_rows(state_, target, x_.data());
   equations_.solve(x_.data());
   std::copy_n(x_.begin(), tree_.columns, now_.ddy.begin());
+}
+
+template <class S>
+typename DualMoment<S>::PerNumber DualMoment<S>::largest_change(int count) const {
+  PerNumber largest{};
+  for (int r = 0; r < count; ++r)
+    for (std::size_t k = 0; k < dual_width; ++k)
+      largest[k] = std::max(largest[k], std::abs(x_[static_cast<std::size_t>(r)].d[k]));
+  return largest;
+}
+
+/// With the coordinates' derivatives in the closures, their residuals' derivatives are what the coordinates cannot close: of redundant
+/// closures the residual of least squares.
+/// @param followed the largest of what each number asks for, as the equations are scaled
+template <class S>
+void DualMoment<S>::measure_gaps(const PerNumber& followed) {
+  PerNumber asked = followed;
+  for (int c = 0; c < tree_.columns; ++c)
+    for (std::size_t k = 0; k < dual_width; ++k)
+      asked[k] = std::max(asked[k], std::abs(now_.y[c].d[k]) / equations_.column_scale()[static_cast<std::size_t>(c)]);
+  std::size_t row = 0;
+  for (std::size_t c = 0; c < gaps_.size(); ++c) {
+    PerNumber length{}, angle{};  // squares
+    for (const ClosureRow& one : tree_.closures[c].rows) {
+      PerNumber& squares = one.kind == ClosureRow::Kind::dot ? angle : length;
+      for (std::size_t k = 0; k < dual_width && !tree_.closures[c].of_rates(); ++k) {
+        const double left = x_[row].d[k];
+        const double unscaled = left / equations_.row_scale()[row];
+        if (std::abs(left) > followed_part * asked[k]) squares[k] += unscaled * unscaled;
+      }
+      ++row;
+    }
+    for (std::size_t k = 0; k < dual_width; ++k) {
+      gaps_[c].length[k] = std::max(gaps_[c].length[k], std::sqrt(length[k]));
+      gaps_[c].angle[k] = std::max(gaps_[c].angle[k], std::sqrt(angle[k]));
+    }
+  }
+}
+
+template <class S>
+JointOpenings DualMoment<S>::openings(std::size_t k) const {
+  JointOpenings all;
+  for (std::size_t c = 0; c < gaps_.size(); ++c) {
+    if (gaps_[c].length[k] > 0) all.push_back({tree_.closures[c].joint, true, gaps_[c].length[k]});
+    if (gaps_[c].angle[k] > 0) all.push_back({tree_.closures[c].joint, false, gaps_[c].angle[k]});
+  }
+  return all;
 }
 
 template <class S>

@@ -4,8 +4,10 @@
 /// (implicit function theorem); rates and accelerations follow from their own equations in the same way. Private to gradients.
 
 #include "balance/dynamics/observer.hpp"
+#include "balance/gradients/joint_opening.hpp"
 #include "balance/gradients/over_duals.hpp"
 
+#include <array>
 #include <vector>
 
 namespace balance {
@@ -39,9 +41,18 @@ class DualMoment {
   SampleOf<DualNumber>& sample() { return observer_.last(); }
   /// Smallest singular value of the scaled equations; 1 where nothing has to be solved.
   DualNumber mobility();
+  /// What number k opens, where it is most of all places that move() was called for.
+  JointOpenings openings(std::size_t k) const;
 
  private:
+  using PerNumber = std::array<double, dual_width>;
+  struct Gap {
+    PerNumber length{}, angle{};
+  };
+
   void move_direct(const DriveSampleOf<DualNumber>& target);
+  PerNumber largest_change(int count) const;
+  void measure_gaps(const PerNumber& followed);
 
   const Tree<S>& values_;
   Tree<D> tree_;
@@ -50,6 +61,7 @@ class DualMoment {
   Observer<D> observer_;
   State<D> state_;
   bool direct_;
+  std::vector<Gap> gaps_;  ///< per closure; empty unless there are more rows than rank
   DualCoordinates now_;
   std::vector<DualNumber> x_;
 };

@@ -78,6 +78,7 @@ class DualRun {
       record(observer.last(), stop, out);
       return true;
     });
+    for (std::size_t k = 0; k < dual_width; ++k) out.openings[k] = moment_->openings(k);
     out.run.outcome = {MotionStatus::done, plan_.schedule->duration(), "", observer.actuation().notes()};
     if (!done) out.run.outcome = lost.status == MotionStatus::unsolved ? stepper.outcome() : lost;
     return out;

@@ -3,6 +3,7 @@
 /// stiffnesses, ratios) and of the trajectory (poses, points and times on the way, coefficients, duration). Forward differentiation through
 /// the implicit function theorem, good to round-off; see docs/theory.md, section 10.
 
+#include "balance/gradients/joint_opening.hpp"
 #include "balance/gradients/over_duals.hpp"
 #include "balance/motion/trajectory.hpp"
 #include "balance/result/metrics.hpp"
@@ -20,6 +21,8 @@ struct RunGradient {
   /// Orientations have none (quaternions).
   std::array<Result, dual_width> derivatives;
   std::array<BetweenSamples, dual_width> derivatives_between;
+  /// Per number: where there are any, the number's derivatives are of what least squares leave.
+  std::array<JointOpenings, dual_width> openings;
 };
 
 /// @param mechanism, trajectory with_derivatives(), those of the numbers wanted set

@@ -45,7 +45,7 @@ void check(const InverseDynamics& door, const std::vector<Wanted>& wanted) {
 /// So many of the numbers as are taken at a time.
 template <class S>
 bool add_derivatives(const InverseEngine<S>& engine, const Seeded& seeded, double time, std::size_t count,
-                     std::vector<Sample>& derivatives) {
+                     StateGradient& found) {
   const Branch<S>& branch = engine.branch();
   DriveQuantities quantities;
   quantities.coordinates = branch.independent();
@@ -55,14 +55,17 @@ bool add_derivatives(const InverseEngine<S>& engine, const Seeded& seeded, doubl
   if (!moment.observe(time, engine.options.time_scale, Detail::everything)) return false;
   SampleOf<DualNumber> seen = moment.sample();
   seen.mobility = moment.mobility();
-  for (std::size_t k = 0; k < count; ++k) derivatives.push_back(derivative_of(seen, k));
+  for (std::size_t k = 0; k < count; ++k) {
+    found.derivatives.push_back(derivative_of(seen, k));
+    found.openings.push_back(moment.openings(k));
+  }
   return true;
 }
 
 Answer<StateGradient> start_of(InverseDynamics& door, const VectorX& q, const VectorX& dq, const VectorX& ddq,
                                double time) {
   Answer<Sample> here = door.at(q, dq, ddq, time);
-  return {here.outcome, {std::move(here.value), {}}};
+  return {here.outcome, {std::move(here.value), {}, {}}};
 }
 
 DriveSampleOf<DualNumber> target_of(const VectorX& q, const VectorX& dq, const VectorX& ddq) {
@@ -75,9 +78,8 @@ DriveSampleOf<DualNumber> target_of(const VectorX& q, const VectorX& dq, const V
 bool differentiate_state(const InverseDynamics& door, const Seeded& seeded, double time, std::size_t count,
                          Answer<StateGradient>& found) {
   const auto& engine = door.engine();
-  std::vector<Sample>& derivatives = found.value.derivatives;
   const bool held = in_space(door.mechanism().space, [&]<class S>(S) {
-    return add_derivatives(static_cast<const InverseEngine<S>&>(engine), seeded, time, count, derivatives);
+    return add_derivatives(static_cast<const InverseEngine<S>&>(engine), seeded, time, count, found.value);
   });
   if (held) return true;
   found.outcome.status = MotionStatus::actuation_singularity;

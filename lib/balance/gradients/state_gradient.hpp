@@ -2,6 +2,7 @@
 /// Derivatives of what InverseDynamics finds at a state, exact to round-off: with respect to the state's own numbers and to numbers of
 /// the mechanism. With loops the configuration follows the numbers (implicit function theorem), the independent coordinates staying.
 
+#include "balance/gradients/joint_opening.hpp"
 #include "balance/gradients/mechanism_number.hpp"
 #include "balance/inverse/inverse_dynamics.hpp"
 
@@ -22,6 +23,8 @@ using Wanted = std::variant<StateNumber, MechanismNumber>;
 struct StateGradient {
   Sample sample;                    ///< as InverseDynamics::at finds it
   std::vector<Sample> derivatives;  ///< per number wanted: what each of the sample's numbers changes by per unit of it
+  /// Per number wanted: where there are any, its derivatives are of what least squares leave.
+  std::vector<JointOpenings> openings;
 };
 
 /// @param door goes to the state, as at() does

@@ -25,6 +25,25 @@ Dimension add_number_labels(Hdf5File& file, Group group, const Tolerances& numbe
   return file.add_dimension(group, {"number", "key path in the spec", "1", {}, {}}, paths);
 }
 
+/// An entry per number and joint.
+void add_opening_table(Hdf5File& file, Group parent, const std::vector<NumberOpening>& openings) {
+  if (openings.empty()) return;
+  const Group group = file.add_group(parent, "openings");
+  std::vector<std::string> paths, joints, units;
+  std::vector<double> gaps;
+  for (const NumberOpening& one : openings) {
+    paths.push_back(one.path);
+    joints.push_back(one.joint);
+    units.push_back(one.unit);
+    gaps.push_back(one.gap);
+  }
+  const Dimension opening = file.add_dimension(
+      group, {"opening", "number that over-constrained loops cannot follow by itself", "1", {}, {}}, paths);
+  file.add(group, {"joint", "joint that it opens", "1", {opening}, {}}, joints);
+  file.add(group, {"unit", "of the gap", "1", {opening}, {}}, units);
+  file.add(group, {"gap", "what its deviation opens the joint by at least", "mixed", {opening}, {}}, gaps);
+}
+
 void add_tolerances(Hdf5File& file, Group parent, const Tolerances& numbers) {
   const Group group = file.add_group(parent, "numbers");
   const Dimension number = add_number_labels(file, group, numbers);
@@ -61,6 +80,8 @@ class FigureTable {
   void add_figure(const std::string& name, FigureDeviation QuantityTolerance::*figure) const {
     add(name, "standard deviation of the " + name + " to first order", unit_,
         [&](const QuantityTolerance& one) { return (one.*figure).deviation; });
+    add(name + "_rivals", "moments that the " + name + " may come to be at; 0: it stays where it is", "1",
+        [&](const QuantityTolerance& one) { return static_cast<double>((one.*figure).rivals.size()); });
     add_shares(name + "_by_number", "what a number's deviation changes the " + name + " by", unit_,
                [&](const QuantityTolerance& one) { return (one.*figure).by_number; });
   }
@@ -135,6 +156,7 @@ void write_tolerance(const std::string& path, const ToleranceView& view, const F
     const Group group = file.add_group("tolerance");
     add_deviations(file, group, view.report->deviation, options);
     add_tolerances(file, group, view.numbers);
+    add_opening_table(file, group, view.report->openings);
     add_figures(file, group, *view.report);
     file.close();
   }  // others have their turn with HDF5 while this one waits for the disk

@@ -15,8 +15,10 @@ Json by_number(const Tolerances& numbers, const VectorX& values) {
 }
 
 Json figure_json(const FigureDeviation& figure, const Tolerances& numbers) {
-  return {
-      {"value", figure.value}, {"deviation", figure.deviation}, {"by_number", by_number(numbers, figure.by_number)}};
+  return {{"value", figure.value},
+          {"deviation", figure.deviation},
+          {"by_number", by_number(numbers, figure.by_number)},
+          {"rival_times", figure.rivals}};
 }
 
 Json worst_json(const WorstSample& worst, const ToleranceReport& report) {
@@ -42,7 +44,16 @@ Json report_json(const ToleranceReport& report) {
                           {"expected_rms", one.expected_rms},
                           {"mean_square_deviation", one.square_deviation},
                           {"worst_sample", worst_json(one.worst, report)}});
-  return {{"quantities", std::move(quantities)}, {"energy", figure_json(report.energy, report.numbers)}};
+  return {{"quantities", std::move(quantities)},
+          {"energy", figure_json(report.energy, report.numbers)},
+          {"notes", report.run.outcome.notes}};
+}
+
+Json openings_json(const ToleranceView& view) {
+  Json openings = Json::array();
+  for (const NumberOpening& one : openings_of(view))
+    openings.push_back({{"number", one.path}, {"joint", one.joint}, {"gap", one.gap}, {"unit", one.unit}});
+  return openings;
 }
 
 Json sampling_json(const ToleranceView& view) {
@@ -96,6 +107,7 @@ std::string tolerance_json(const ToleranceView& view) {
                        {"width", one.width},
                        {"deviation", one.deviation()}});
   Json json = {{"mechanism", view.mechanism}, {"numbers", std::move(numbers)}};
+  json["openings"] = openings_json(view);
   json["trajectory"] = view.report ? Json(view.trajectory) : Json(nullptr);
   json["first_order"] = view.report ? report_json(*view.report) : Json(nullptr);
   json["sampling"] = sampling_json(view);

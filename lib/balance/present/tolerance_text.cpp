@@ -3,10 +3,12 @@
 #include "balance/write/table.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace balance {
 
@@ -17,9 +19,10 @@ constexpr double smallest_share = 0.005;
 
 std::string tolerance_number(double value) { return value == 0 ? "0" : format_number(value); }
 
-/// "0.12", or a word where there is no slope.
+/// "0.12", with a star where other moments count, or a word where there is no slope.
 std::string deviation_text(const FigureDeviation& figure) {
-  return std::isnan(figure.deviation) ? "kink" : tolerance_number(figure.deviation);
+  if (std::isnan(figure.deviation)) return "kink";
+  return tolerance_number(figure.deviation) + (figure.rivals.empty() ? "" : "*");
 }
 
 /// "cw1.mass 71 %, cw2.mass 29 %", the largest first.
@@ -42,6 +45,35 @@ std::string numbers_table(const Tolerances& numbers) {
     table.rows.push_back({one.path, tolerance_number(one.value), tolerance_number(one.deviation()),
                           one.spread == Spread::normal ? "normal" : fmt::format("uniform, ± {:.6g}", one.width)});
   return format_table(table);
+}
+
+/// What no mechanism has, by number.
+std::string openings_text(const ToleranceView& view) {
+  const std::vector<NumberOpening>& openings = openings_of(view);
+  if (openings.empty()) return "";
+  std::string text =
+      "\nover-constrained loops cannot follow these numbers by themselves: their deviations would open joints, the\n"
+      "rest being moved so that it is least. They have no part in what is behind ±, and are not drawn\n";
+  Table table{{"number", "joint", "opens by", "unit"}, {Align::left, Align::left, Align::right, Align::left}, {}};
+  for (const NumberOpening& one : openings)
+    table.rows.push_back({one.path, one.joint, tolerance_number(one.gap), one.unit});
+  return text + format_table(table);
+}
+
+/// Peaks and ranges that may come to be at other moments, and when.
+std::string rivals_text(const ToleranceReport& report) {
+  std::string text;
+  for (const QuantityTolerance& one : report.quantities)
+    for (const auto& [word, figure] : {std::pair{"peak", &one.peak}, {"range", &one.range}}) {
+      if (figure->rivals.empty()) continue;
+      std::vector<std::string> times;
+      for (const double time : figure->rivals) times.push_back(fmt::format("{:.4g}", time));
+      text += fmt::format("  {} of {}: at {} s\n", word, one.quantity, fmt::join(times, ", "));
+    }
+  if (text.empty()) return "";
+  return "*: which moment is the largest depends on the numbers; ± is that of the largest of them, good to a "
+         "hundredth\n" +
+         text;
 }
 
 std::string figures_table(const ToleranceReport& report) {
@@ -86,6 +118,8 @@ std::string report_text(const ToleranceView& view) {
   text +=
       "kink: the figure is not three times its own deviations, so it has no slope there; the expected rms has\n"
       "their squares, and --monte-carlo its distribution\n";
+  text += rivals_text(report);
+  for (const std::string& note : report.run.outcome.notes) text += "note: " + note + "\n";
   return text + "\n" + worst_table(report);
 }
 
@@ -111,11 +145,6 @@ std::string sampling_text(const ToleranceView& view) {
   return text + format_table(table);
 }
 
-/// What is far below the deviation is round-off to whoever reads it.
-std::string held_text(const RestDeviation& one) {
-  return std::abs(one.effort) < 1e-9 * one.deviation ? "0" : fmt::format("{:.6g}", one.effort);
-}
-
 std::string poses_at_rest_text(const ToleranceView& view) {
   const RestTolerance& rest = *view.at_rest;
   std::string text = fmt::format("\nat rest, in all poses (whole turns, {} of a grid", rest.poses);
@@ -128,7 +157,7 @@ std::string poses_at_rest_text(const ToleranceView& view) {
     for (std::size_t k = 0; k < rest.coordinates.size(); ++k)
       pose +=
           fmt::format("{}{} {:.4g}", k == 0 ? "" : ", ", rest.coordinates[k], one.pose[static_cast<Eigen::Index>(k)]);
-    table.rows.push_back({one.actuator, one.unit, tolerance_number(one.deviation), held_text(one), pose,
+    table.rows.push_back({one.actuator, one.unit, tolerance_number(one.deviation), tolerance_number(one.effort), pose,
                           shares_text(view.numbers, one.shares)});
   }
   return text + format_table(table);
@@ -139,6 +168,7 @@ std::string poses_at_rest_text(const ToleranceView& view) {
 std::string tolerance_text(const ToleranceView& view) {
   std::string text = fmt::format("{}\nnumbers that may be off, independently of each other\n{}", view.mechanism,
                                  numbers_table(view.numbers));
+  text += openings_text(view);
   if (view.report) text += report_text(view);
   if (view.sampling) text += sampling_text(view);
   if (view.at_rest) text += poses_at_rest_text(view);

@@ -5,6 +5,12 @@
 
 namespace balance {
 
+const std::vector<NumberOpening>& openings_of(const ToleranceView& view) {
+  static const std::vector<NumberOpening> none;
+  if (view.report) return view.report->openings;
+  return view.at_rest ? view.at_rest->openings : none;
+}
+
 const FigureDeviation* find_deviation(const ToleranceReport& report, const std::string& quantity, Figure figure) {
   for (const QuantityTolerance& one : report.quantities) {
     if (one.quantity != quantity) continue;

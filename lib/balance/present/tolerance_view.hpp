@@ -7,6 +7,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace balance {
 
@@ -23,6 +24,9 @@ struct ToleranceView {
 inline std::string tolerance_name(const ToleranceNumber& number) {
   return number.path.substr(number.path.find('.') + 1);
 }
+
+/// Numbers that open joints, and how far.
+const std::vector<NumberOpening>& openings_of(const ToleranceView& view);
 
 /// What the sampled standard deviation differs by from the first order's, in standard errors; NaN where one of them has none.
 double disagreement(const ToleranceReport& report, const SampledFigure& sampled);

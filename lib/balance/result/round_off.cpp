@@ -1,5 +1,6 @@
 #include "balance/result/round_off.hpp"
 
+#include "balance/dynamics/round_off_part.hpp"
 #include "balance/result/quantities.hpp"
 
 #include <algorithm>
@@ -30,6 +31,22 @@ double of_column(const Result& result, const TermSizes& sizes, Samples Result::*
 
 double round_off_of(const Result& result, Samples Result::*array, Eigen::Index column) {
   return of_column(result, result.round_off, array, column);
+}
+
+void clear_round_off(Samples Result::*array, Result& result) {
+  constexpr double most = 1e-9;
+  Samples& values = result.*array;
+  for (Eigen::Index c = 0; c < values.cols(); ++c) {
+    const double terms = of_column(result, result.term_sizes, array, c);
+    const double least = std::min(round_off_of(result, array, c), most * terms);
+    const auto is_small = [least](double value) { return above(least, value) == 0; };
+    if (std::all_of(values.col(c).begin(), values.col(c).end(), is_small)) values.col(c).setZero();
+  }
+}
+
+void clear_round_off(Result& result) {
+  for (const QuantityKind& kind : quantity_table())
+    if (kind.terms != nullptr && (result.*kind.member).size() > 0) clear_round_off(kind.member, result);
 }
 
 Samples above_round_off(const Result& result, Samples Result::*array) {

@@ -8,9 +8,6 @@
 
 namespace balance {
 
-/// Of the terms' size; a sum of a hundred terms, each of which has gone through a few rotations.
-inline constexpr double round_off_part = 256 * 2.220446049250313e-16;
-
 /// Takes both of a run's sizes over.
 /// @param terms largest sizes
 /// @param grown largest sizes over the mobility
@@ -33,5 +30,11 @@ inline double above(double round_off, double value) {
 
 /// An array with 0 in the place of round-off.
 Samples above_round_off(const Result& result, Samples Result::*array);
+
+/// Columns of the array that are nothing but round-off become 0. What they are the small sum of is known: near a singularity, where errors
+/// grow, columns above 1e-9 of that are left alone.
+void clear_round_off(Samples Result::*array, Result& result);
+/// The same of all arrays.
+void clear_round_off(Result& result);
 
 }  // namespace balance

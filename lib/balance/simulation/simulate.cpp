@@ -1,9 +1,11 @@
 #include "balance/simulation/simulate.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/dynamics/term_meter.hpp"
 #include "balance/kinematics/tree_loads.hpp"
 #include "balance/motion/configuration_text.hpp"
 #include "balance/motion/law_curve.hpp"
+#include "balance/motion/timing_bounds.hpp"
 #include "balance/motion/wording.hpp"
 #include "balance/result/metrics.hpp"
 #include "balance/result/overflow.hpp"
@@ -30,7 +32,7 @@ class Selection {
   explicit Selection(long samples) : stride_(std::max(1L, samples / 50)) {}
 
   bool takes(long row, const VectorX& accelerations, double mobility) {
-    const double fastest = accelerations.size() == 0 ? 0 : accelerations.cwiseAbs().maxCoeff();
+    const double fastest = max_abs(accelerations);
     if (row % stride_ != 0 && fastest <= 1.25 * fastest_ && mobility >= 0.8 * mobility_) return false;
     fastest_ = std::max(fastest_, fastest);
     mobility_ = std::min(mobility_, mobility);
@@ -71,7 +73,8 @@ class Run {
     size_arrays(mechanism_, trajectory_.samples, {}, result);
     size_arrays(mechanism_, most_rows_between(*plan_.schedule, trajectory_.samples), {}, between.rows);
     recorder_.emplace(result);
-    meter_.emplace(mechanism_, tree_, about);
+    const double clock = 1 / plan_.schedule->duration(), fall = mechanism_.gravity.norm() / tree_.length;
+    meter_.emplace(mechanism_, tree_, about, RestScale{clock, std::max(clock * clock, fall)});
     loads_.emplace(mechanism_, tree_, plan_.schedule->duration());
     loads_->give(0, tree_);
     GroupStepper<S> leader(mechanism_, tree_, plan_, {plan_.schedule->duration(), trajectory_.samples}, about, stepper,
@@ -83,11 +86,12 @@ class Run {
     }
     set_round_off(result, meter_->terms(), meter_->grown());
     add_metrics(result, between);
-    if (const auto overflow = find_overflow(result, between)) {
+    if (const auto overflow = find_overflow(result, between, mechanism_)) {
       Result stopped;
       stopped.outcome = *overflow;
       return stopped;
     }
+    clear_round_off(result);
     trace_law(*plan_.schedule, result.phase_plane);
     result.outcome = {MotionStatus::done, plan_.schedule->duration(), "", observer.actuation().notes()};
     if (const std::string note = sampling_note(result, between); !note.empty()) result.outcome.notes.push_back(note);
@@ -164,7 +168,7 @@ class Run {
 }  // namespace
 
 Result simulate(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress) {
-  if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
+  check_timing(trajectory);
   const TimedTrajectory timed = time_law(mechanism, trajectory);
   Result result;
   result.outcome = timed.outcome;
