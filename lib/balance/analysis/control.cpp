@@ -1,12 +1,14 @@
 #include "balance/analysis/control.hpp"
 
 #include "balance/analysis/control_record.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/control/control_law.hpp"
 #include "balance/control/desired_motion.hpp"
 #include "balance/control/plant.hpp"
 #include "balance/control/sensor.hpp"
 #include "balance/control/singularity_watch.hpp"
 #include "balance/model/payload_stretches.hpp"
+#include "balance/motion/timing_bounds.hpp"
 #include "balance/motion/walk.hpp"
 #include "balance/motion/wording.hpp"
 #include "balance/result/metrics.hpp"
@@ -53,6 +55,20 @@ std::vector<Event> list_events(double step, long samples, const Controller& cont
   return events;
 }
 
+/// With the moments at which stated efforts are not smooth, which may be their largest.
+std::vector<Event> with_knots(std::vector<Event> events, const EffortCourse& course) {
+  std::vector<Event> out;
+  const double same = 1e-9 * (events.size() > 1 ? events[1].time - events[0].time : 1);
+  auto knot = course.knots().begin();
+  const auto end = course.knots().end();
+  for (const Event& event : events) {
+    for (; knot != end && *knot < event.time - same; ++knot)
+      if (!out.empty() && *knot > out.back().time + same) out.push_back({*knot, event.sample, false, false});
+    out.push_back(event);
+  }
+  return out;
+}
+
 /// With places between events that are so far apart that figures need them.
 std::vector<Event> with_places(const std::vector<Event>& events) {
   std::vector<Event> out;
@@ -97,12 +113,15 @@ class ControlRun {
     if (!(duration >= shortest_run)) throw std::invalid_argument("the trajectory takes less than 1e-12 s");
     const double extra = std::ceil(options.settle / step - 1e-9),
                  steps = static_cast<double>(trajectory.samples) + extra;
-    const double all = steps + (controller.samples() ? (duration + options.settle) / controller.period : 0);
+    if (controller.is_continuous()) course_.emplace(controller.efforts, controller.torque_limit);
+    const double all = steps + (controller.samples() ? (duration + options.settle) / controller.period : 0) +
+                       (course_ ? static_cast<double>(course_->knots().size()) : 0);
     if (!(all <= most_control_steps))
       throw std::invalid_argument("the run has more than " + std::to_string(static_cast<long>(most_control_steps)) +
                                   " samples of controller and result together");
     samples_ = trajectory.samples + static_cast<long>(extra);
-    const std::vector<Event> stated = list_events(step, samples_, controller);
+    std::vector<Event> stated = list_events(step, samples_, controller);
+    if (course_) stated = with_knots(std::move(stated), *course_);
     events_ = with_places(stated);
     PlantOptions plant{.dynamics = {.preferred = mechanism.actuators}};
     const auto default_steps = 500'000 + 50 * static_cast<long>(stated.size());
@@ -128,9 +147,10 @@ class ControlRun {
     add_round_off();
     if (result_.time.size() >= 2) {
       add_metrics(result_, between_);
-      if (const auto lost = find_overflow(result_, between_); lost && outcome_.status == MotionStatus::done)
+      if (const auto lost = find_overflow(result_, between_, mechanism_); lost && outcome_.status == MotionStatus::done)
         outcome_ = *lost;
     }
+    clear_round_off(result_);
     result_.outcome = outcome_;
     result_.outcome.notes = plant_->notes();
     const std::vector<std::string>& own = law_.notes();
@@ -178,7 +198,7 @@ class ControlRun {
     if (error.tool && !good(displace_tool(mechanism_, trajectory_, *error.tool, error.angle, position))) return false;
     for (const CoordinateValue& joint : error.joints) position[joint.coordinate] += joint.value;
     if (!good(plant_->start(0, position, velocity))) return false;
-    if (mechanism_.actuators.empty())
+    if (mechanism_.actuators.empty() && controller_.type != ControllerType::none)
       return good({MotionStatus::mismatch, 0, under_actuated(0, plant_->freedoms()), {}});
     if (!good(law_.start(plant_->position(), plant_->velocity(), basis()))) return false;
     long rows = 0;
@@ -204,12 +224,22 @@ class ControlRun {
     return basis;
   }
 
+  MotionOutcome advance(double time) {
+    return course_ ? plant_->advance(time, *course_) : plant_->advance(time, efforts_);
+  }
+
+  void follow_course(std::size_t e) {
+    efforts_ = course_->at(events_[e].time);
+    saturated_ = course_->at_limit(events_[e].time);
+    if (e > 0) variation_ += course_->variation(events_[e - 1].time, events_[e].time);
+  }
+
   /// On to the event, and through it. @return false if the run ends here
   bool pass(std::size_t e, long& done_rows) {
     const Event& event = events_[e];
-    if (e > 0 && !good(plant_->advance(event.time, efforts_))) return false;
-    if (!(plant_->velocity().cwiseAbs().maxCoeff() < enormous) ||
-        !(plant_->position().cwiseAbs().maxCoeff() < enormous))
+    if (e > 0 && !good(advance(event.time))) return false;
+    if (course_) follow_course(e);
+    if (!(max_abs(plant_->velocity()) < enormous) || !(max_abs(plant_->position()) < enormous))
       return good(numbers_overflow(event.time, "the motion"));
     if (options_.progress) options_.progress(static_cast<double>(e) / static_cast<double>(events_.size()));
     const bool looks = inverts(controller_) && (event.tick || !event.on_sample);
@@ -239,11 +269,11 @@ class ControlRun {
 
   /// An error larger than all that the coordinate was to move, or than a radian, says that the controller does not lead it.
   void note_lost_track() {
-    if (result_.tracking_error.size() == 0 || !controller_.samples()) return;
+    if (result_.tracking_error.size() == 0 || controller_.type == ControllerType::none) return;
     for (const int c : mechanism_.actuators) {
-      const double range = desired_.position.col(c).maxCoeff() - desired_.position.col(c).minCoeff();
-      Eigen::Index worst;
-      const double error = result_.tracking_error.col(c).cwiseAbs().maxCoeff(&worst);
+      const double range = max_coefficient(desired_.position.col(c)) - min_coefficient(desired_.position.col(c));
+      const Eigen::Index worst = max_index(result_.tracking_error.col(c).cwiseAbs());
+      const double error = std::abs(result_.tracking_error(worst, c));
       const double start = std::abs(result_.tracking_error(0, c));
       const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(c)];
       const bool slides = coordinate.kind == CoordinateKind::length;
@@ -275,6 +305,7 @@ class ControlRun {
   SingularityWatch watch_;
   ControlOptions options_;
   ControlRecord record_;
+  std::optional<EffortCourse> course_;  ///< of efforts that are not the controller's samples
   std::optional<Plant> plant_;
   long samples_ = 0;
   std::vector<Event> events_;
@@ -289,7 +320,7 @@ class ControlRun {
 
 Result control(const Mechanism& mechanism, const Trajectory& trajectory, const Controller& controller,
                const ControlOptions& options) {
-  if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
+  check_timing(trajectory);
   if (has_passing_payloads(mechanism))
     throw std::invalid_argument("a controlled run needs payloads that are always there");
   if (!(controller.period > 0)) throw std::invalid_argument("a controller needs a positive period");

@@ -97,8 +97,9 @@ void TermMeter<S>::see(const Instant<S>& now, const Sample& seen, const std::vec
 
 template <class S>
 double TermMeter<S>::size_of(double value, double scale) const {
+  constexpr double margin = 4;  // what is made of it may add up
   const double size = std::abs(value);
-  return size <= rest_part_ * scale ? size / rest_part_ : size;
+  return size <= rest_part_ * scale ? margin / rest_part_ * size : size;
 }
 
 template <class S>

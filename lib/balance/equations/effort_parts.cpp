@@ -2,6 +2,7 @@
 
 #include "balance/equations/run_states.hpp"
 #include "balance/model/payload_stretches.hpp"
+#include "balance/result/round_off.hpp"
 
 #include <array>
 #include <utility>
@@ -57,6 +58,7 @@ MotionOutcome add_effort_parts(const Mechanism& mechanism, Result& result) {
   }
   if (outcome.status != MotionStatus::done)
     for (const auto member : part_members) (result.*member).resize(0, 0);
+  for (const auto member : part_members) clear_round_off(member, result);
   return outcome;
 }
 

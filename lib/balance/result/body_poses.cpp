@@ -2,6 +2,7 @@
 
 #include "balance/base/elementary.hpp"
 #include "balance/base/rotation.hpp"
+#include "balance/result/round_off.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -142,6 +143,7 @@ void add_body_poses(const Mechanism& mechanism, Result& result) {
       result.body_orientation(k, b) = last + std::remainder(angle - last, 2 * std::numbers::pi);
     }
   }
+  clear_round_off(&Result::body_position, result);
 }
 
 }  // namespace balance

@@ -3,11 +3,13 @@
 #include "balance/dynamics/observer.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
 #include "balance/motion/law_curve.hpp"
+#include "balance/motion/timing_bounds.hpp"
 #include "balance/motion/walk.hpp"
 #include "balance/natural/simulation.hpp"
 #include "balance/result/metrics.hpp"
 #include "balance/result/overflow.hpp"
 #include "balance/result/recorder.hpp"
+#include "balance/result/round_off.hpp"
 #include "balance/simulation/payload_watch.hpp"
 #include "balance/simulation/simulate.hpp"
 #include "balance/timing/time_law.hpp"
@@ -121,11 +123,12 @@ class NaturalRun {
     }
     measure_terms(result);
     add_metrics(result, between);
-    if (const auto overflow = find_overflow(result, between)) {
+    if (const auto overflow = find_overflow(result, between, mechanism_)) {
       Result stopped;
       stopped.outcome = *overflow;
       return stopped;
     }
+    clear_round_off(result);
     trace_law(schedule, result.phase_plane);
     result.outcome = {MotionStatus::done, schedule.duration(), "", simulation_.notes()};
     if (const std::string note = sampling_note(result, between); !note.empty()) result.outcome.notes.push_back(note);
@@ -155,7 +158,7 @@ Result simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory
   if (mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
   if (binds_rates(mechanism)) throw std::invalid_argument("natural coordinates know no constraints on speeds");
-  if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
+  check_timing(trajectory);
   const TimedTrajectory timed = time_law(mechanism, trajectory);
   Result result;
   result.outcome = timed.outcome;
