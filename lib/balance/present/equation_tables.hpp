@@ -10,8 +10,6 @@ namespace balance {
 
 /// Six significant digits; 0 for what is round-off of a size.
 std::string entry_text(double value, double size);
-/// 0 of an empty matrix.
-double largest(const MatrixX& matrix);
 std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
                         const std::vector<std::string>& columns);
 /// "A1: 0.3 A1'^2 - 2 0.1 A1' A2'": the terms that are there. @param factors what the forms are of, "A1'"

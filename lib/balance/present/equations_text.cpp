@@ -1,4 +1,5 @@
 #include "balance/base/elementary.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/present/equation_tables.hpp"
 #include "balance/present/equations_view.hpp"
 #include "balance/write/table.hpp"
@@ -26,7 +27,7 @@ std::vector<std::string> rates_of(std::vector<std::string> names) {
 
 std::string rest_text(const EquationsAt& at) {
   const RestTerms& rest = at.terms->rest;
-  const double size = std::max({at.weight, largest(rest.weight), largest(rest.springs), largest(rest.loads)});
+  const double size = std::max({at.weight, max_abs(rest.weight), max_abs(rest.springs), max_abs(rest.loads)});
   Table table{{"", "weight", "springs", "loads", "z'", ""},
               {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
               {}};
@@ -47,7 +48,7 @@ std::string split_text(const EquationsAt& at) {
   table.heading.insert(table.heading.end(), {"sum", ""});
   table.align.insert(table.align.end(), {Align::right, Align::left});
   const MatrixX& parts = at.split->parts;
-  const double size = std::max(at.weight, largest(parts));
+  const double size = std::max(at.weight, max_abs(parts));
   for (std::size_t a = 0; a < at.actuators.size(); ++a) {
     const auto row = parts.row(static_cast<Eigen::Index>(a));
     std::vector<std::string> cells{"  " + at.actuators[a]};
@@ -109,7 +110,7 @@ std::string regressor_text(const EquationsAt& at) {
     for (Eigen::Index r = 0; r < all.rows(); ++r) {
       std::vector<std::string> cells{"  " + names[static_cast<std::size_t>(r)]};
       for (Eigen::Index c = 0; c < all.cols(); ++c)
-        cells.push_back(entry_text(all(r, c), c == 0 ? 0 : largest(all.col(c))));
+        cells.push_back(entry_text(all(r, c), c == 0 ? 0 : max_abs(all.col(c))));
       table.rows.push_back(std::move(cells));
     }
     return format_table(table);
