@@ -76,7 +76,9 @@ Mechanism burdened(Mechanism mechanism, std::mt19937& random) {
   mechanism.loads.push_back({"b", last, anywhere(), Frame::body, {}, {10 * mass * anywhere() / length}, {moment}});
   mechanism.loads.push_back(
       {"w", 1, anywhere(), Frame::world, {0, 1}, {mass * anywhere() / length, Vector3::Zero()}, {moment, -moment}});
-  for (const int c : mechanism.actuators) mechanism.friction.push_back({c, 0.1 * mass, 0.2 * mass});
+  for (const int c : mechanism.actuators)
+    mechanism.friction.push_back(
+        {.coordinate = c, .viscous = 0.1 * mass, .coulomb = 0.2 * mass, .coulomb_backward = 0.3 * mass});
   mechanism.attachments.push_back(
       {"cargo", AttachmentKind::payload, last, 0.1 * anywhere(), 0.3 * mass, Matrix3::Zero()});
   return mechanism;

@@ -47,6 +47,42 @@ TEST_CASE("a block slides until its energy is spent, stands, and starts where th
   }
 }
 
+TEST_CASE("where friction differs between directions, a block stands and slides by each one's own") {
+  const double forth = 3, back = 1.2, forth_at_rest = 4, back_at_rest = 1.5, m = 2;
+  Mechanism mechanism = block(forth, forth_at_rest, 0);
+  mechanism.friction[0].coulomb_backward = back;
+  mechanism.friction[0].at_rest_backward = back_at_rest;
+  Plant plant = started(mechanism, values({0}), values({0}));
+  for (const double held : {0.999999 * forth_at_rest, -0.999999 * back_at_rest, 0.0}) {
+    move(plant, plant.time() + 1, values({held}));
+    CHECK(plant.position()[0] == 0);
+  }
+  // round-off of a sum of two terms
+  CHECK(std::abs(plant.acceleration(values({5}))[0] - (5 - forth) / m) < 1e-14);
+  CHECK(std::abs(plant.acceleration(values({-2}))[0] + (2 - back) / m) < 1e-14);
+  for (const double v : {1.5, -1.5}) {
+    Plant thrown = started(mechanism, values({0}), values({v}));
+    const double resists = v > 0 ? forth : back;
+    move(thrown, 2 * m * std::abs(v) / resists, values({0}));
+    CHECK(thrown.velocity()[0] == 0);
+    CHECK(thrown.position()[0] == doctest::Approx(m * v * std::abs(v) / (2 * resists)).epsilon(1e-10));
+  }
+}
+
+TEST_CASE("where one direction has no dry friction, a block on a spring turns back as if there were none") {
+  const double k = 50, c = 3, m = 2, w = std::sqrt(k / m), x0 = -1;
+  Mechanism mechanism = block(0, 0, k);
+  mechanism.friction[0].coulomb = c;
+  mechanism.friction[0].at_rest.reset();
+  mechanism.friction[0].coulomb_backward = 0;
+  Plant plant = started(mechanism, values({x0}), values({0}));
+  // forwards about c / k, backwards about 0: the swing there and back ends at x0 + 2 c / k
+  move(plant, pi / w, values({0}));
+  CHECK(plant.position()[0] == doctest::Approx(-x0 - 2 * c / k).epsilon(1e-8));
+  move(plant, 2 * pi / w, values({0}));
+  CHECK(plant.position()[0] == doctest::Approx(x0 + 2 * c / k).epsilon(1e-8));
+}
+
 TEST_CASE("an oscillator loses two friction widths a half swing, and stays where the spring is too weak (A4)") {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> part(0.3, 1);

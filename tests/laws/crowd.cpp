@@ -228,7 +228,11 @@ class Maker {
     if (chance(0.5)) m_.springs.push_back({"s2", other, one, far, end, 20, 0});
     if (!m_.springs.empty())  // without a die, so that every seed makes the mechanism that it always made
       m_.springs.push_back({.name = "s3", .stiffness = 4, .preload = 1.5, .coordinate = (one + other) % coordinates()});
-    if (chance(0.7)) m_.friction.push_back({pick(coordinates()), 0.3, chance(0.5) ? 0.5 : 0});
+    if (chance(0.7)) {
+      const int coordinate = pick(coordinates());
+      const double dry = chance(0.5) ? 0.5 : 0;
+      m_.friction.push_back({.coordinate = coordinate, .viscous = 0.3, .coulomb = dry, .coulomb_backward = dry / 2});
+    }
   }
 
   /// Coordinates that move as freely of each other as any.

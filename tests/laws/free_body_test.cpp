@@ -149,7 +149,7 @@ TEST_CASE(
           if (friction.coordinate != c) continue;
           const double fastest = run.result.joint_velocity.row(k).cwiseAbs().maxCoeff();
           const bool rests = std::abs(rate) <= 1e-10 * std::max(fastest, 1 / run.result.time[run.samples() - 1]);
-          passed += friction.viscous * rate + (rests ? 0 : std::copysign(friction.coulomb, rate));
+          passed += friction.viscous * rate + (rests ? 0 : std::copysign(friction.dry(rate < 0 ? -1 : 1), rate));
         }
         const bool angle = coordinate.kind == balance::CoordinateKind::angle;
         worst.see(std::abs(passed) / (scale * (angle ? run.length() : 1)), k);

@@ -61,7 +61,7 @@ TEST_CASE("motors and loads supply what friction takes and the change of kinetic
         power += run.result.torque(k, static_cast<long>(a)) * run.result.joint_velocity(k, run.mechanism.actuators[a]);
       for (const balance::Friction& friction : run.mechanism.friction) {
         const double v = run.result.joint_velocity(k, friction.coordinate);
-        power -= friction.viscous * v * v + friction.coulomb * std::abs(v);
+        power -= friction.viscous * v * v + friction.dry(v < 0 ? -1 : 1) * std::abs(v);
       }
       worst.see(std::abs(power - rate(energy, k, 0, h)) / scale, k);
     }

@@ -166,7 +166,7 @@ class Maker {
     m_.springs.push_back({"s2", other, one, 0.5 * anywhere(), 0.5 * anywhere(), 20, 0});
     const int coordinates = static_cast<int>(m_.coordinates.size());
     m_.springs.push_back({.name = "s3", .stiffness = 4, .preload = 1.5, .coordinate = (one + other) % coordinates});
-    m_.friction.push_back({pick(coordinates), 0.3, 0.5});
+    m_.friction.push_back({.coordinate = pick(coordinates), .viscous = 0.3, .coulomb = 0.5, .coulomb_backward = 0.8});
   }
 
   std::optional<Experiment> drive() {

@@ -87,8 +87,10 @@ void scale_forces(MechanismOf<T>& m, const Units& by) {
   }
   for (auto& friction : m.friction) {
     const bool length = m.coordinates[friction.coordinate].kind == CoordinateKind::length;
-    friction.coulomb *= length ? by.force() : by.moment();
-    if (friction.at_rest) *friction.at_rest *= length ? by.force() : by.moment();
+    const double effort = length ? by.force() : by.moment();
+    friction.coulomb *= effort;
+    for (auto* other : {&friction.at_rest, &friction.coulomb_backward, &friction.at_rest_backward})
+      if (*other) **other *= effort;
     friction.viscous *= (length ? by.force() / L : by.moment()) * by.time;
   }
 }

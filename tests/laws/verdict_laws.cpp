@@ -111,7 +111,7 @@ class Books {
                r.joint_velocity(k_, spring.coordinate));
     for (const Friction& friction : m.friction) {
       const double rate = r.joint_velocity(k_, friction.coordinate);
-      supply(-friction.viscous * rate * rate - friction.coulomb * std::abs(rate));
+      supply(-friction.viscous * rate * rate - friction.dry(rate < 0 ? -1 : 1) * std::abs(rate));
     }
     // what comes and goes in the whole run: at rest and where nothing accelerates there is nothing to compare with
     const double whole = r.kinetic_energy.maxCoeff() / run_.trajectory.duration;
@@ -143,7 +143,7 @@ class Books {
         const double rate = run_.result.joint_velocity(k_, c);
         const double fastest = run_.result.joint_velocity.row(k_).cwiseAbs().maxCoeff();
         const bool rests = std::abs(rate) <= 1e-10 * std::max(fastest, 1 / run_.trajectory.duration);
-        passed += friction.viscous * rate + (rests ? 0 : std::copysign(friction.coulomb, rate));
+        passed += friction.viscous * rate + (rests ? 0 : std::copysign(friction.dry(rate < 0 ? -1 : 1), rate));
       }
       const bool slides = m.coordinates[c].kind == CoordinateKind::length;
       see("effort along " + m.coordinates[c].name, std::abs(passed) / (force_ * (slides ? 1 : length_)));

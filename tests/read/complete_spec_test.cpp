@@ -80,7 +80,8 @@ TEST_CASE("masses, discs, loads, springs and friction are read with their places
   REQUIRE(m.friction.size() == 1);
   CHECK(m.friction[0].viscous == 0.1);
   CHECK(m.friction[0].coulomb == 0.2);
-  CHECK(m.friction[0].static_limit() == 0.2);
+  CHECK(m.friction[0].static_limit(1) == 0.2);
+  CHECK(m.friction[0].static_limit(-1) == 0.2);
 }
 
 TEST_CASE("a load's table may be rows, lists or a file") {

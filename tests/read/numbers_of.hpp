@@ -53,7 +53,8 @@ inline std::vector<double> numbers_of(const balance::Mechanism& m) {
   for (const auto& l : m.loads) n << l.body << l.point << l.time << l.force << l.moment;
   for (const auto& s : m.springs)
     n << s.first << s.second << s.point_first << s.point_second << s.stiffness << s.free_length;
-  for (const auto& f : m.friction) n << f.coordinate << f.viscous << f.coulomb << f.static_limit();
+  for (const auto& f : m.friction)
+    n << f.coordinate << f.viscous << f.dry(1) << f.dry(-1) << f.static_limit(1) << f.static_limit(-1);
   if (m.tool) n << m.tool->body << m.tool->position;
   return n.all;
 }

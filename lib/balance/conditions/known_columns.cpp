@@ -73,9 +73,7 @@ MatrixX KnownColumns<S>::friction(const VectorX& dy) const {
     if (term.bearer != Bearer::friction) continue;
     const Friction& friction = mechanism_.friction[static_cast<std::size_t>(term.index)];
     const LinearQuantity& source = tree_.sources[static_cast<std::size_t>(friction.coordinate)];
-    const double rate = source.rate(dy.data());
-    const double resists = term.kind == ParameterKind::viscous ? rate : rate > 0 ? 1.0 : rate < 0 ? -1.0 : 0.0;
-    source.load(resists, torque.col(static_cast<Eigen::Index>(t)).data());
+    source.load(friction_resistance(term, source.rate(dy.data())), torque.col(static_cast<Eigen::Index>(t)).data());
   }
   return torque;
 }

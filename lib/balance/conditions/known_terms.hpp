@@ -3,13 +3,23 @@
 /// values are known.
 ///
 /// A load has one term per component of its force and moment, worth what it is at the table's first time (or always), and,
-/// with a table, one per component that changes, worth the largest change. Friction has a viscous and a dry term.
+/// with a table, one per component that changes, worth the largest change. Friction has a viscous and a dry term, or a dry term for each
+/// direction.
 
 #include "balance/dynamics/parameter.hpp"
+#include "balance/model/mechanism.hpp"
 
 namespace balance {
 
+/// Symbols of dry friction where directions differ.
+inline constexpr const char* coulomb_forward = "coulomb.forward";
+inline constexpr const char* coulomb_backward = "coulomb.backward";
+
 bool is_known(const Parameter& parameter);
+/// The number that a term of friction is worth.
+double& friction_number(Friction& friction, const Parameter& term);
+/// What a coordinate resists with at this rate per unit of a term of its friction.
+double friction_resistance(const Parameter& term, double rate);
 /// A known term that stands for the changes of a load over time.
 bool is_change(const Parameter& parameter);
 

@@ -192,7 +192,7 @@ class RestingEfforts {
     const MatrixX held = selection_ * null_space;
     if (held.rows() < held.cols() || held.rows() == 0) return false;
     const SingularValueDecomposition svd(held, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    if (svd.singularValues().tail(1)[0] < firmness) return false;
+    if (held.cols() > 0 && svd.singularValues().tail(1)[0] < firmness) return false;
     directions =
         null_space * svd.matrixV() * svd.singularValues().cwiseInverse().asDiagonal() * svd.matrixU().transpose();
     return true;
@@ -273,9 +273,9 @@ std::string remainder_text(const Remainder& remainder, const Conditions& conditi
     constant += constant.empty() ? "" : ", ";
     if (term.bearer == Bearer::friction)
       constant += number + (term.kind == ParameterKind::viscous ? " viscous"
-                              : term.symbol == coulomb_forward       ? " dry forwards"
-                              : term.symbol == coulomb_backward      ? " dry backwards"
-                                                                     : " dry");
+                            : term.symbol == coulomb_forward    ? " dry forwards"
+                            : term.symbol == coulomb_backward   ? " dry backwards"
+                                                                : " dry");
     else
       constant += term.symbol + " = " + number;
   }

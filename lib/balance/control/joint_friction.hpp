@@ -9,14 +9,15 @@ namespace balance {
 struct JointFriction {
   Friction law;
   LinearQuantity coordinate;
-  double unit;   ///< 1 or the characteristic length
-  double width;  ///< over which the smoothed law goes from −coulomb to coulomb, half of it; 0: the true law
+  double unit;  ///< 1 or the characteristic length
+  double
+      width;  ///< over which the smoothed law goes from its dry friction backwards to that forwards, half of it; 0: the true law
   int sign = 0, last_sign = 0;  ///< the way it slips, and that before the last decision
   bool stuck = false;
   double slack = 0;     ///< rate of the wrong sign that is round-off, in units
   double friction = 0;  ///< what it resists with while it sticks
 
-  bool dry() const { return law.static_limit() > 0; }
+  bool dry() const { return law.static_limit(1) > 0 || law.static_limit(-1) > 0; }
   double rate(const double* dy) const { return coordinate.rate(dy); }
   // of a joint that may stick, which follows no sum
   int column() const { return coordinate.terms[0].first; }

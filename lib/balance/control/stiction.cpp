@@ -161,7 +161,8 @@ StickAnswer decide(const StickProblem& problem) {
         (limit.*way)[i] = (problem.sliding.*way)[i];
       }
     }
-    if (turn == 0) answer.margin = beyond > 0 ? -beyond : std::max(part_left(problem, reply.friction), weight_of_sharing);
+    if (turn == 0)
+      answer.margin = beyond > 0 ? -beyond : std::max(part_left(problem, reply.friction), weight_of_sharing);
     answer.friction = reply.friction;
     if (!lower) break;
   }

@@ -8,20 +8,25 @@
 
 namespace balance {
 
+/// Magnitudes of what friction can resist with, against motions forwards (λ > 0) and backwards (λ < 0); not negative.
+struct FrictionLimits {
+  VectorX forward, backward;
+};
+
 /// Joints that stand still at this moment. Their accelerations are w = free − response · λ, λ being what friction resists with.
 /// Entries are in each joint's own units (rad or m, N m or N).
 struct StickProblem {
   MatrixX response;   ///< m×m, G M⁻¹ Gᵀ: symmetric, not negative; singular where the joints depend on each other
   VectorX free;       ///< w without friction in these joints
   VectorX round_off;  ///< accelerations up to this size are none
-  VectorX at_rest;    ///< largest λ while the joint rests, positive
-  VectorX sliding;    ///< λ once it slips, at most at_rest
+  FrictionLimits at_rest;  ///< while the joint rests; one of both positive
+  FrictionLimits sliding;  ///< once it slips, at most at_rest
 };
 
 struct StickAnswer {
   std::vector<int> slips;  ///< per joint: 0 it stays, else the sign of its acceleration
   VectorX friction;        ///< λ
-  /// How far the nearest change is: positive, the part of its limit that the most loaded joint has left; else all that is
+  /// How far the nearest change is: positive, the part of its larger limit that the most loaded joint has left; else all that is
   /// beyond, with a negative sign, as a part of the terms that w is made of.
   double margin = 1;
 };

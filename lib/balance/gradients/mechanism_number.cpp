@@ -36,7 +36,8 @@ std::size_t listed(const Mechanism& mechanism, Kind kind) {
     case spring_point_first:
     case spring_point_second: return mechanism.springs.size();
     case friction_viscous:
-    case friction_coulomb: return mechanism.friction.size();
+    case friction_coulomb:
+    case friction_coulomb_backward: return mechanism.friction.size();
     case load_force:
     case load_moment: return mechanism.loads.size();
   }
@@ -69,6 +70,9 @@ void require_number(const Mechanism& mechanism, const MechanismNumber& number) {
     throw std::invalid_argument("a number of the mechanism: there is no " + what + " " + std::to_string(value));
   };
   if (!in(number.index, listed(mechanism, number.kind))) refuse("element", number.index);
+  if (number.kind == Kind::friction_coulomb_backward &&
+      !mechanism.friction[static_cast<std::size_t>(number.index)].coulomb_backward)
+    throw std::invalid_argument("a mechanism's number: that friction tells no directions apart");
   if (!in(number.row, 3)) refuse("row", number.row);
   if (!in(number.column, columns_of(mechanism, number))) refuse("column", number.column);
 }

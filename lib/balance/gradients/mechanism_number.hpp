@@ -33,10 +33,11 @@ struct MechanismNumber {
     spring_point_first,   ///< component `row` [m]
     spring_point_second,  ///< component `row` [m]
     friction_viscous,     ///< [N m s/rad] or [N s/m]
-    friction_coulomb,     ///< [N m] or [N]
-    load_force,           ///< component `row` of the entry `column` [N]
-    load_moment,          ///< component `row` of the entry `column` [N m]
-    tool_position,        ///< component `row` [m]
+    friction_coulomb,     ///< [N m] or [N]; in both directions where the mechanism tells none apart, else forwards
+    friction_coulomb_backward,  ///< [N m] or [N]
+    load_force,                 ///< component `row` of the entry `column` [N]
+    load_moment,                ///< component `row` of the entry `column` [N m]
+    tool_position,              ///< component `row` [m]
   };
   Kind kind = Kind::body_mass;
   int index = 0;
@@ -77,6 +78,7 @@ T& number_in(MechanismOf<T>& mechanism, const MechanismNumber& number) {
     case spring_point_second: return at(mechanism.springs).point_second[number.row];
     case friction_viscous: return at(mechanism.friction).viscous;
     case friction_coulomb: return at(mechanism.friction).coulomb;
+    case friction_coulomb_backward: return *at(mechanism.friction).coulomb_backward;
     case load_force: return at(mechanism.loads).force[static_cast<std::size_t>(number.column)][number.row];
     case load_moment: return at(mechanism.loads).moment[static_cast<std::size_t>(number.column)][number.row];
     case tool_position: return mechanism.tool->position[number.row];

@@ -33,7 +33,8 @@ MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number)
   MechanismOf<To> to;
   to.name = from.name, to.space = from.space, to.gravity = vector(from.gravity);
   for (const auto& body : from.bodies) {
-    to.bodies.push_back({body.name, number(body.mass), vector(body.com), matrix(body.inertia), {}});
+    to.bodies.push_back(
+        {body.name, number(body.mass), vector(body.com), matrix(body.inertia), {}, body.inertia_as_given});
     for (const auto& point : body.points) to.bodies.back().points.push_back({point.name, vector(point.position)});
   }
   for (const auto& joint : from.joints)
@@ -64,8 +65,11 @@ MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number)
                           vector(spring.point_second), number(spring.stiffness), number(spring.free_length),
                           number(spring.preload), spring.coordinate});
   for (const auto& friction : from.friction) {
-    to.friction.push_back({friction.coordinate, number(friction.viscous), number(friction.coulomb), {}});
-    if (friction.at_rest) to.friction.back().at_rest = number(*friction.at_rest);
+    to.friction.push_back({friction.coordinate, number(friction.viscous), number(friction.coulomb), {}, {}, {}});
+    auto& copy = to.friction.back();
+    if (friction.at_rest) copy.at_rest = number(*friction.at_rest);
+    if (friction.coulomb_backward) copy.coulomb_backward = number(*friction.coulomb_backward);
+    if (friction.at_rest_backward) copy.at_rest_backward = number(*friction.at_rest_backward);
   }
   to.actuators = from.actuators;
   if (from.tool) to.tool = {from.tool->body, from.tool->point, vector(from.tool->position)};

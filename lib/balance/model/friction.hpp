@@ -23,7 +23,7 @@ inline int sliding_sign(double rate, double rest) { return std::abs(rate) <= res
 /// What a coordinate that slides resists with [N m or N]; one at rest, with sign 0, by its viscous part alone.
 template <class T>
 T sliding_friction(const FrictionOf<T>& friction, const T& rate, int sign) {
-  return friction.viscous * rate + friction.coulomb * sign;
+  return friction.viscous * rate + friction.dry(sign) * sign;
 }
 
 }  // namespace balance

@@ -30,7 +30,7 @@ struct NamedPointOf {
   Vector3Of<T> position;
 };
 
-/// bodies[0] is the ground (mass 0, inertia 0); every other body has a positive mass.
+/// bodies[0] is the ground (mass 0, inertia 0); others may be without both, or point masses (inertia 0).
 template <class T>
 struct BodyOf {
   std::string name;
@@ -38,6 +38,7 @@ struct BodyOf {
   Vector3Of<T> com = Vector3Of<T>::Zero();      ///< from the body's origin, body axes [m]
   Matrix3Of<T> inertia = Matrix3Of<T>::Zero();  ///< about the CoM, body axes [kg m^2]; off-diagonal entries are −∫xy dm
   std::vector<NamedPointOf<T>> points;
+  bool inertia_as_given = false;  ///< no body can have it, and it is meant all the same: validate() lets it pass
 };
 
 enum class JointType {
@@ -204,15 +205,24 @@ struct SpringOf {
   bool in_joint() const { return coordinate >= 0; }
 };
 
-/// Friction in a joint coordinate: it resists with viscous · q̇ + coulomb · sign(q̇); at rest it holds against as much as
-/// static_limit() (model/friction.hpp has the law).
+/// Friction in a joint coordinate: it resists with viscous · q̇ + dry(sign(q̇)) · sign(q̇); at rest it holds against as much as
+/// static_limit() (model/friction.hpp has the law). Forwards is where the coordinate grows.
 template <class T>
 struct FrictionOf {
   CoordinateId coordinate = 0;
-  T viscous = 0;                  ///< [N m s/rad] or [N s/m]
-  T coulomb = 0;                  ///< [N m] or [N]
-  std::optional<T> at_rest = {};  ///< what it takes to break loose, at least coulomb [N m or N]; none: coulomb
-  T static_limit() const { return at_rest.value_or(coulomb); }
+  T viscous = 0;                           ///< [N m s/rad] or [N s/m]
+  T coulomb = 0;                           ///< forwards [N m] or [N]
+  std::optional<T> at_rest = {};           ///< what it takes to break loose, at least coulomb [N m or N]; none: coulomb
+  std::optional<T> coulomb_backward = {};  ///< none: as forwards
+  std::optional<T> at_rest_backward = {};  ///< none: as forwards where that is stated, else coulomb backwards
+
+  /// Not negative. @param sign of the rate
+  T dry(int sign) const { return sign < 0 && coulomb_backward ? *coulomb_backward : coulomb; }
+  /// @param sign of the rate that it keeps from growing
+  T static_limit(int sign) const {
+    if (sign < 0 && at_rest_backward) return *at_rest_backward;
+    return at_rest ? *at_rest : dry(sign);
+  }
 };
 
 /// The point of interest of one body.

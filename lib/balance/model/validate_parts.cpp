@@ -2,6 +2,8 @@
 
 #include "balance/model/fault_list.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <algorithm>
 #include <set>
 
@@ -56,22 +58,15 @@ void check_axes(const Joint& joint, bool planar, ElementFaults& faults) {
 void check_rotation(const Matrix3& R, bool planar, ElementFaults& faults) {
   constexpr double error = 1e-9;
   if (!faults.finite(R, "its rotation")) return;
-  if (!((R * R.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff() <= error))
+  if (!(max_abs(R * R.transpose() - Matrix3::Identity()) <= error))
     faults.add(FaultKind::rotation_not_proper, "its rotation must be an orthogonal matrix");
   else if (R.determinant() < 0)
     faults.add(FaultKind::rotation_not_proper, "its rotation must not be a reflection");
-  else if (planar && !((R.col(2) - Vector3::UnitZ()).cwiseAbs().maxCoeff() <= error))
+  else if (planar && !(max_abs(R.col(2) - Vector3::UnitZ()) <= error))
     faults.add(FaultKind::out_of_plane, "its rotation must be about z, as the mechanism is planar");
 }
 
-/// A body of nothing that a fixed joint holds adds no freedom that would have to have mass: the ground of a part, where it was placed.
-bool is_frame(const Mechanism& mechanism, std::size_t body) {
-  const int b = static_cast<int>(body);
-  return mechanism.bodies[body].mass == 0 && mechanism.bodies[body].inertia.isZero(0) &&
-         std::any_of(mechanism.joints.begin(), mechanism.joints.end(), [b](const Joint& joint) {
-           return joint.type == JointType::fixed && (joint.first == b || joint.second == b);
-         });
-}
+std::string mass_sentence(double mass) { return "the mass must be positive, is " + text_of(mass); }
 
 }  // namespace
 
@@ -102,11 +97,16 @@ void check_bodies(const Mechanism& mechanism, std::vector<Fault>& all) {
         faults.add(FaultKind::ground_with_mass, "the first body is the ground, its mass and inertia must be zero");
       continue;
     }
-    const bool frame = is_frame(mechanism, b);
-    if (!frame && faults.finite(body.mass, "the mass") && !(body.mass > 0))
-      faults.add(FaultKind::mass_not_positive, "the mass must be positive, is " + text_of(body.mass));
+    const bool finite = faults.finite(body.mass, "the mass");
     faults.place(body.com, planar, "the centre of mass");
-    if (!frame) check_inertia(body.inertia, planar, InertiaOf::body, faults);
+    if (body.inertia_as_given) {
+      faults.finite(body.inertia, "the inertia");
+      if (finite && body.mass < 0) faults.add(FaultKind::mass_not_positive, mass_sentence(body.mass));
+      continue;
+    }
+    if (finite && !can_weigh(body.mass, body.inertia))
+      faults.add(FaultKind::mass_not_positive, mass_sentence(body.mass));
+    check_inertia(body.inertia, planar, InertiaOf::body, faults);
   }
 }
 
@@ -247,8 +247,11 @@ void check_friction(const Mechanism& mechanism, std::vector<Fault>& all) {
       faults.add(FaultKind::duplicate_reference, "its coordinate has friction already");
     faults.not_negative(friction.viscous, "the viscous part");
     faults.not_negative(friction.coulomb, "the dry part");
-    if (friction.at_rest && faults.finite(*friction.at_rest, "the part at rest") &&
-        *friction.at_rest < friction.coulomb)
+    if (friction.coulomb_backward) faults.not_negative(*friction.coulomb_backward, "the dry part backwards");
+    bool finite = true;
+    for (const std::optional<double>& limit : {friction.at_rest, friction.at_rest_backward})
+      if (limit) finite = faults.finite(*limit, "the part at rest") && finite;
+    if (finite && (friction.static_limit(1) < friction.dry(1) || friction.static_limit(-1) < friction.dry(-1)))
       faults.add(FaultKind::friction_at_rest, "the part at rest must not be less than that of sliding");
   }
 }

@@ -141,7 +141,10 @@ Json loads_json(const Mechanism& mechanism) {
 Json friction_json(const Mechanism& mechanism) {
   Json list = Json::array();
   for (const Friction& friction : mechanism.friction)
-    list.push_back({{"coordinate", friction.coordinate}, {"viscous", friction.viscous}, {"coulomb", friction.coulomb}});
+    list.push_back({{"coordinate", friction.coordinate},
+                    {"viscous", friction.viscous},
+                    {"coulomb", friction.dry(1)},
+                    {"coulomb_backward", friction.dry(-1)}});
   return list;
 }
 

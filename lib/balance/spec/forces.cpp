@@ -209,6 +209,21 @@ void read_spring(const Cursor& at, Draft& draft, SpringOf<Expression>& spring) {
   if (text.rest) spring.preload = spring.stiffness * rest;
 }
 
+/// Dry friction: one number for both directions, or {forward, backward}.
+void read_dry(const Cursor& at, Draft& draft, Dimension effort, Expression& forward,
+              std::optional<Expression>& backward) {
+  const auto is_direction = [](const Node& key) { return key.text == "forward" || key.text == "backward"; };
+  if (!at.is_map() || std::none_of(at.node().keys.begin(), at.node().keys.end(), is_direction)) {
+    forward = read_number(at, draft, effort, Sign::not_negative);
+    return;
+  }
+  read_fields(at, "a number, or dry friction {forward, backward}",
+              {{"forward", Need::required,
+                [&](const Cursor& c) { forward = read_number(c, draft, effort, Sign::not_negative); }},
+               {"backward", Need::required,
+                [&](const Cursor& c) { backward = read_number(c, draft, effort, Sign::not_negative); }}});
+}
+
 void read_one_friction(const Member& member, Draft& draft) {
   FrictionOf<Expression> friction;
   friction.coordinate = find_coordinate(member.key, member.name, draft);
@@ -222,14 +237,18 @@ void read_one_friction(const Member& member, Draft& draft) {
           {{"viscous", Need::optional,
             [&](const Cursor& c) { friction.viscous = read_number(c, draft, effort / rate, Sign::not_negative); }},
            {"coulomb", Need::optional,
-            [&](const Cursor& c) { friction.coulomb = read_number(c, draft, effort, Sign::not_negative); }},
+            [&](const Cursor& c) { read_dry(c, draft, effort, friction.coulomb, friction.coulomb_backward); }},
            {"static", Need::optional, [&](const Cursor& c) {
-              friction.at_rest = read_number(c, draft, effort, Sign::not_negative);
+              Expression forward;
+              read_dry(c, draft, effort, forward, friction.at_rest_backward);
+              friction.at_rest = forward;
               held = c;
             }}}))
     return;
   if (member.value.node().items.empty()) member.value.expected("'viscous', 'coulomb' or 'static'");
-  if (friction.static_limit().value() < friction.coulomb.value()) held->expected("at least as much as 'coulomb'");
+  for (const int sign : {1, -1})
+    if (friction.static_limit(sign).value() < friction.dry(sign).value())
+      held->expected("at least as much as 'coulomb'");
   draft.mechanism().friction.push_back(friction);
 }
 

@@ -73,7 +73,8 @@ function others(geometry, before, changed, vector, on) {
   const loads = geometry.loads.map((l) => row(l.name, on(l.body), vector(l.point), largest(l.force, largestForce(l), "N"),
     largest(l.moment, largestMoment(l), "N m"), l.frame === "world" ? "world" : "the body", when(l)));
   const friction = geometry.friction.map((f) => row(name(f.coordinate), withUnit(f.viscous, turns(f.coordinate) ? "N m s/rad" : "N s/m"),
-    withUnit(f.coulomb, turns(f.coordinate) ? "N m" : "N")));
+    f.coulomb === f.coulomb_backward ? withUnit(f.coulomb, turns(f.coordinate) ? "N m" : "N")
+      : `${withUnit(f.coulomb, turns(f.coordinate) ? "N m" : "N")} forwards, ${withUnit(f.coulomb_backward, turns(f.coordinate) ? "N m" : "N")} backwards`));
   return [
     springs.length ? table("Springs", ["Spring", "Between", "Stiffness", "Free length", "From [m]", "To [m]"], springs) : null,
     inJoints.length ? table("Springs in joints", ["Spring", "In", "Stiffness", "At zero"], inJoints) : null,
