@@ -107,6 +107,7 @@ TEST_CASE("open loop: stated torques act as stated, held between samples; their 
   const Study study = arm("", "0");
   Controller c = controller(ControllerType::open_loop, 100);
   c.efforts = {{0, 0.5, 1}, {all(1, 0), all(1, 2), all(1, 0)}};
+  c.efforts.held = true;
   const Result r = run(study, "rest", c, 501);
   // Steps of 0.04 N m up to 2 and down again; the last sample of the controller is one step before the end.
   CHECK(metric(r, "torque_variation[J]").peak == doctest::Approx(2 + 2 - 0.04).epsilon(1e-9));

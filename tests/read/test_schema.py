@@ -99,6 +99,8 @@ def controllers():
     yield "gains by name", {"c": {"type": "pd", "rate": 500, "kp": {"J1": 3}, "kd": [1, 2], "gravity": "ignored"}}
     yield "a boundary layer", {"c": {"type": "sliding-mode", "lambda": "2*l", "k": 3, "switching": {"boundary_layer": 0.1}}}
     yield "a model", {"c": {"type": "pd", "model": {"without": ["cargo"], "mass_scale": 1.1, "set": {"bodies.a.mass": 2}}}}
+    yield "torques by a spline", {"c": {"type": "open-loop", "interpolation": "spline",
+                                        "table": [[0, 1, 2], [1, 2, 3], [2, 0, 1], [3, 1, 1]]}}
     yield "torques over time", {"c": {"type": "open-loop", "table": [[0, 1, 2], [1, 2, 3]], "period": 0.01}}
 
 
@@ -107,6 +109,7 @@ def wrong_controllers():
     yield "no type", {"c": {"rate": 100}}
     yield "an unknown type", {"c": {"type": "pid"}}
     yield "a key of another type", {"c": {"type": "pd", "lambda": 1}}
+    yield "an unknown interpolation", {"c": {"type": "open-loop", "table": [[0, 1, 2]], "interpolation": "steps"}}
     yield "rate and period", {"c": {"type": "pd", "rate": 1, "period": 1}}
     yield "a free gain", {"c": {"type": "pd", "kp": {"free": [0, 1]}, "kd": {"free": [0]}}}
     yield "two initial errors", {"c": {"type": "pd", "initial_error": {"joints": {"J": 1}, "tool": [0, 0]}}}

@@ -70,9 +70,10 @@ std::vector<Event> with_knots(std::vector<Event> events, const EffortCourse& cou
 }
 
 /// With places between events that are so far apart that figures need them.
-std::vector<Event> with_places(const std::vector<Event>& events) {
+/// @param steps that the whole run has at least
+std::vector<Event> with_places(const std::vector<Event>& events, long steps) {
   std::vector<Event> out;
-  const double longest = events.back().time / static_cast<double>(least_steps);
+  const double longest = events.back().time / static_cast<double>(steps);
   for (const Event& event : events) {
     const double last = out.empty() ? event.time : out.back().time, gap = event.time - last;
     const auto pieces = static_cast<int>(std::ceil(gap / longest - 1e-9));
@@ -122,7 +123,8 @@ class ControlRun {
     samples_ = trajectory.samples + static_cast<long>(extra);
     std::vector<Event> stated = list_events(step, samples_, controller);
     if (course_) stated = with_knots(std::move(stated), *course_);
-    events_ = with_places(stated);
+    // what is not sampled has no samples of a controller to rest on
+    events_ = with_places(stated, course_ ? 5 * least_steps : least_steps);
     PlantOptions plant{.dynamics = {.preferred = mechanism.actuators}};
     const auto default_steps = 500'000 + 50 * static_cast<long>(stated.size());
     plant.most_steps = options.most_steps > 0 ? options.most_steps : default_steps;

@@ -67,6 +67,8 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller)
   check_size(controller.torque_limit, actuators, "torque limit");
   efforts_.setZero(actuators);
   at_limit_.setZero(actuators);
+  if (controller.type == ControllerType::open_loop && !controller.efforts.time.empty())
+    stated_.emplace(controller.efforts, VectorX());
   for (const Coordinate& coordinate : truth.coordinates) {
     const JointType type = truth.joints[static_cast<std::size_t>(coordinate.joint)].type;
     readable_.push_back(type != JointType::spherical && (type != JointType::rolling_sphere || coordinate.index < 2));

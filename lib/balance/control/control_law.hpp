@@ -2,8 +2,11 @@
 /// A controller at work: efforts from what it measures, what it should do and what it believes of the mechanism.
 /// P0 section 1.3; derivations and what they prove are in docs/control.md.
 
+#include "balance/control/effort_course.hpp"
 #include "balance/control/forward_dynamics.hpp"
 #include "balance/study/controller.hpp"
+
+#include <optional>
 
 namespace balance {
 
@@ -73,6 +76,7 @@ class ControlLaw {
   const Mechanism& mechanism_;
   const Controller& controller_;
   const Mechanism& believed_;
+  std::optional<EffortCourse> stated_;  ///< of an open loop, without limits
   ForwardDynamics model_;
   double length_;          ///< characteristic [m]
   VectorX state_, rates_;  ///< of the model, per coordinate

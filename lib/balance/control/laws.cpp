@@ -157,18 +157,8 @@ bool ControlLaw::slide_in_tree(const DesiredState& desired) {
 }
 
 bool ControlLaw::open_loop(double time, const DesiredState& desired) {
-  const EffortTable& table = controller_.efforts;
-  if (!table.time.empty()) {
-    const auto after = std::upper_bound(table.time.begin(), table.time.end(), time) - table.time.begin();
-    if (after == 0) {
-      efforts_ = table.effort.front();
-    } else if (after == static_cast<std::ptrdiff_t>(table.time.size())) {
-      efforts_ = table.effort.back();
-    } else {
-      const auto i = static_cast<std::size_t>(after);
-      const double part = (time - table.time[i - 1]) / (table.time[i] - table.time[i - 1]);
-      efforts_ = (1 - part) * table.effort[i - 1] + part * table.effort[i];
-    }
+  if (stated_) {
+    stated_->at(time, efforts_);
     return true;
   }
   const auto motors = static_cast<Eigen::Index>(mechanism_.actuators.size());

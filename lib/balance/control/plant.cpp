@@ -30,6 +30,7 @@ MotionOutcome Plant::start(double time, const VectorX& position, const VectorX& 
   return engine_->start(time, position, velocity);
 }
 MotionOutcome Plant::advance(double time, const VectorX& efforts) { return engine_->advance(time, efforts); }
+MotionOutcome Plant::advance(double time, const EffortCourse& course) { return engine_->advance(time, course); }
 int Plant::freedoms() const { return engine_->freedoms(); }
 const std::vector<CoordinateId>& Plant::independent() const { return engine_->independent(); }
 double Plant::time() const { return engine_->time(); }

@@ -1,6 +1,7 @@
 #pragma once
 /// The mechanism as it moves under given efforts: forward dynamics integrated over time with error control.
 
+#include "balance/control/effort_course.hpp"
 #include "balance/control/forward_dynamics.hpp"
 #include "balance/dynamics/term_sizes.hpp"
 #include "balance/motion/sample.hpp"
@@ -45,6 +46,9 @@ class Plant {
   /// @return done, or why it stopped: constraint_singularity, or unreachable where the integration cannot go on. The state is then
   ///         the last good one, at time().
   MotionOutcome advance(double time, const VectorX& efforts);
+  /// The same under efforts that change on the way.
+  /// @param course must stay as it is until then
+  MotionOutcome advance(double time, const EffortCourse& course);
 
   int freedoms() const;
   const std::vector<CoordinateId>& independent() const;  ///< as ForwardDynamics::independent(); may change in advance()

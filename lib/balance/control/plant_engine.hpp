@@ -15,6 +15,7 @@ class Plant::Engine {
   virtual ~Engine() = default;
   virtual MotionOutcome start(double time, const VectorX& position, const VectorX& velocity) = 0;
   virtual MotionOutcome advance(double time, const VectorX& efforts) = 0;
+  virtual MotionOutcome advance(double time, const EffortCourse& course) = 0;
   virtual int freedoms() const = 0;
   virtual const std::vector<CoordinateId>& independent() = 0;
   virtual double time() const = 0;
@@ -36,6 +37,7 @@ class EngineOf : public Plant::Engine {
 
   MotionOutcome start(double time, const VectorX& q, const VectorX& dq) override;
   MotionOutcome advance(double time, const VectorX& efforts) override;
+  MotionOutcome advance(double time, const EffortCourse& course) override;
   int freedoms() const override { return loops_.freedoms(); }
   const std::vector<CoordinateId>& independent() override;
   double time() const override { return time_; }
@@ -60,7 +62,9 @@ class EngineOf : public Plant::Engine {
   void make_notes();
 
   // the integration: plant_steps.cpp
+  MotionOutcome advance_to(double time);
   MotionOutcome go(double end);
+  void push(double time);
   bool try_step(double& time, double& step, bool& refused, bool& fresh);
   void derivative(const std::vector<double>& x, std::vector<double>& dxdt, double time);
   bool settle(double step, bool& fresh);
@@ -101,6 +105,7 @@ class EngineOf : public Plant::Engine {
   bool started_ = false, reads_each_step_ = false;
   std::vector<double> x_, last_x_;  ///< tree coordinates, then their rates, lengths in characteristic lengths
   std::vector<double> kinks_, multipliers_;
+  const EffortCourse* course_ = nullptr;  ///< that efforts_ follow; null: they are held
   VectorX y_, dy_, ddy_, efforts_, position_, velocity_;
   VectorX start_ddy_;  ///< accelerations at last_x_; with dry friction only
   Sample sample_;

@@ -48,6 +48,7 @@ bool EngineOf<S>::settle_friction(const VectorX& efforts) {
 template <class S>
 double EngineOf<S>::friction_margin(double time) {
   ++cost_.evaluations;
+  push(time);
   return loops_.friction_margin(time, dy_.data(), efforts_.data(), fastest_);
 }
 
@@ -171,6 +172,7 @@ bool EngineOf<S>::pass_event() {
                              std::to_string(1e6 * step_) + " us go through it";
     if (std::find(notes_.begin(), notes_.end(), note) == notes_.end() && notes_.size() < 20) notes_.push_back(note);
   }
+  push(time_);
   const bool good = settle_friction(efforts_);
   store();
   last_x_ = x_;

@@ -45,6 +45,7 @@ template <class S>
 void EngineOf<S>::derivative(const std::vector<double>& x, std::vector<double>& dxdt, double time) {
   load(x);
   ++cost_.evaluations;
+  push(time);
   if (!loops_.close(y_.data(), dy_.data())) throw Refused{};
   if (!loops_.accelerate(time, dy_.data(), efforts_.data(), ddy_.data())) throw Refused{};
   if (loops_.dry() && time == time_) start_ddy_ = ddy_;
@@ -189,6 +190,7 @@ MotionOutcome EngineOf<S>::stop(MotionStatus status) {
   if (status != MotionStatus::constraint_singularity && (!choose_anew() || loops_.closure_regularity() < singular))
     status = MotionStatus::constraint_singularity;
   std::string what = "the integration needs steps that are too short to go on";
+  const std::string flat = flat_disc(mechanism_, {position_.begin(), position_.end()});
   if (status == MotionStatus::constraint_singularity) {
     what = "constraint singularity: the loop closures lose rank, the mechanism gains a freedom";
   } else if (cost_.steps + cost_.rejected >= options_.most_steps) {
@@ -196,6 +198,7 @@ MotionOutcome EngineOf<S>::stop(MotionStatus status) {
            " steps that it may take: the motion is faster than the run is long (stiff springs, hard control), or more "
            "steps must be allowed";
   }
+  if (!flat.empty()) what += ": " + flat;
   return {status, time_, at_time(time_) + what + "; configuration: " + configuration_text(mechanism_, position_), {}};
 }
 

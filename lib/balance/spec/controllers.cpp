@@ -148,7 +148,7 @@ void read_efforts(const std::optional<Cursor>& torque, const std::optional<Curso
 std::vector<std::string> keys_of(ControllerType type) {
   switch (type) {
     case ControllerType::none: return {"initial_error"};
-    case ControllerType::open_loop: return {"torque", "table", "file"};
+    case ControllerType::open_loop: return {"torque", "table", "file", "interpolation"};
     case ControllerType::pd: return {"kp", "kd", "bandwidth", "damping", "gravity"};
     case ControllerType::computed_torque: return {"kp", "kd", "bandwidth", "damping"};
     case ControllerType::sliding_mode: return {"lambda", "k", "bandwidth", "switching"};
@@ -172,7 +172,7 @@ class ControllerReader {
                                }}};
     for (const char* key :
          {"rate", "period", "bandwidth", "damping", "kp", "kd", "gravity", "lambda", "k", "switching", "projection",
-          "torque", "table", "file", "torque_limit", "measurement", "model", "initial_error"})
+          "torque", "table", "file", "interpolation", "torque_limit", "measurement", "model", "initial_error"})
       fields.push_back({key, Need::optional, [this, key](const Cursor& c) { found_.emplace(key, c); }});
     read_fields(member.value, "a controller {type, …}", fields);
     const bool typed = !draft_.problems.doubtful(member.value.path() + ".type");
@@ -195,6 +195,17 @@ class ControllerReader {
       at.fail({.expected = "one of 'torque' (constant), 'table' and 'file'", .found = "several"});
     if (!draft_.problems.spoilt("actuators"))
       read_efforts(given("torque"), given("table"), given("file"), draft_, controller_.efforts);
+    controller_.efforts.held = found_.count("rate") + found_.count("period") > 0;
+    on("interpolation", [&](const Cursor& c) {
+      const bool curved = c.choice("how torques go on between rows", {"linear", "spline"}) == 1;
+      if (found_.count("table") + found_.count("file") == 0)
+        c.fail({.expected = "no 'interpolation' without 'table' or 'file'"});
+      if (!curved) return;
+      controller_.efforts.interpolation = EffortTable::Interpolation::spline;
+      const std::size_t rows = controller_.efforts.time.size();
+      if (rows > 0 && rows < 4)
+        c.fail({.expected = "'linear', or at least four rows for a spline", .found = fmt::format("{} rows", rows)});
+    });
   }
 
   void check_keys() const {

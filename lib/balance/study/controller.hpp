@@ -41,11 +41,18 @@ struct Measurement {
   std::uint64_t seed = 1;
 };
 
-/// Efforts of an open loop: linear between the times, held beyond them. Without any times, what the model needs along the
-/// desired motion.
+/// Efforts of an open loop, constant beyond the first and the last time. Without any times, what the model needs along the desired
+/// motion.
 struct EffortTable {
+  enum class Interpolation {
+    linear,
+    spline  ///< the C² cubic spline (not-a-knot) through at least four rows
+  };
+
   std::vector<double> time;     ///< increasing [s]
   std::vector<VectorX> effort;  ///< one per time [N m or N]
+  Interpolation interpolation = Interpolation::linear;
+  bool held = false;  ///< between the controller's samples; else they act as they are at every moment
 };
 
 /// How far from the desired motion the mechanism starts; the rates of the actuated coordinates are the desired ones.
@@ -58,7 +65,7 @@ struct InitialError {
 struct Controller {
   std::string name;
   ControllerType type = ControllerType::computed_torque;
-  double period = 1e-3;             ///< between two samples; efforts are held in between [s]
+  double period = 1e-3;             ///< between two samples, if it samples(); efforts are held in between [s]
   std::optional<double> bandwidth;  ///< natural frequency that gains follow from [Hz]; a hundredth of the sample rate
   double damping = 1;               ///< damping ratio that they follow from
 
@@ -79,7 +86,9 @@ struct Controller {
   std::optional<Mechanism> model;  ///< what the controller believes; empty: the truth
 
   double natural_frequency() const;  ///< [rad/s]
-  bool samples() const { return type != ControllerType::none; }
+  /// Efforts that are stated over time and act at every moment.
+  bool is_continuous() const { return type == ControllerType::open_loop && !efforts.time.empty() && !efforts.held; }
+  bool samples() const { return type != ControllerType::none && !is_continuous(); }
 };
 
 /// Those that exist without being listed: `none`, `open-loop`, `pd`, `computed-torque`, `sliding-mode`,
