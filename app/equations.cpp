@@ -10,6 +10,7 @@
 #include "balance/present/equations_view.hpp"
 #include "balance/simulation/simulate.hpp"
 #include "balance/study/passing_payloads.hpp"
+#include "balance/write/json_parts.hpp"
 #include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
@@ -32,17 +33,11 @@ std::vector<std::string> actuator_names(const Mechanism& mechanism) {
   return names;
 }
 
-/// Runs what may be asked something that the options, or else the spec, should not have asked.
-template <class Ask>
-auto ask(const EquationsOptions& options, const Study& study, const Ask& question) {
-  try {
-    return question();
-  } catch (const std::invalid_argument& error) {
-    if (!options.rates.empty() || !options.accelerations.empty() || !options.independent.empty() ||
-        !options.speeds.empty())
-      throw UsageError(error.what());
-    throw SpecError({.place = {.file = study.spec_file}, .message = error.what()});
-  }
+template <class Question>
+auto ask(const EquationsOptions& options, const Study& study, const Question& question) {
+  const bool by_options = !options.rates.empty() || !options.accelerations.empty() || !options.independent.empty() ||
+                          !options.speeds.empty();
+  return ask_library(by_options, study, question);
 }
 
 FileDescription describe(const EquationsOptions& options, const Study& study) {
@@ -75,7 +70,14 @@ ExitCode run_along(const EquationsOptions& options, const Study& study, const Tr
   if (run.outcome.status != MotionStatus::done) throw MotionFailure(run.outcome);
   write(options, study,
         ask(options, study, [&] { return equations_along(study.mechanism, run, options.independent); }));
-  print_beside({options.output}, written_line(options.output));
+  if (options.spec.json)
+    print(dump({{"mechanism", study.mechanism.name},
+                {"trajectory", trajectory.name},
+                {"samples", run.time.size()},
+                {"warnings", study.warnings},
+                {"files", {options.output}}}));
+  else
+    print_beside({options.output}, written_line(options.output));
   return ExitCode::done;
 }
 
@@ -134,8 +136,8 @@ Command setup_equations(CLI::App& program) {
       "  balance equations spatial-rrr.yaml --only inertia,conditions\n"
       "  balance equations 5r.yaml --code c\n"
       "  balance equations planar-rrr.yaml --at start\n"
-      "  balance equations 5r.yaml --at \"tool: [0.1, 0.3]\" --rates A1=2,A2=-1 --only torques\n"
-      "  balance equations rr.yaml --at start --speeds \"vx: tool.x, vy: tool.y\" --only inertia\n"
+      "  balance equations 5r.yaml --at \"tool: [0.1, 0.3]\" --rates A1=2,A2=-1\n"
+      "  balance equations rr.yaml --at start --speeds \"vx: tool.x, vy: tool.y\"\n"
       "  balance equations 3rrr.yaml --at end --only natural --latex\n"
       "  balance equations 3rrr.yaml --at cycloid -o equations.h5");
   return {parser, [options] { return run(*options); }};

@@ -1,7 +1,7 @@
 #pragma once
 /// What the user asks of `balance equations`, and what it means for the study.
 
-#include "command.hpp"
+#include "pose_options.hpp"
 
 #include "balance/analysis/equations.hpp"
 
@@ -10,14 +10,11 @@
 
 namespace balance::app {
 
-struct EquationsOptions {
+/// `at` may also be a trajectory's name, or empty: formulas.
+struct EquationsOptions : PoseOptions {
   SpecOptions spec;
-  std::string at;                    ///< a pose, `start`, `end` or a trajectory's name; empty: formulas
-  std::string rates, accelerations;  ///< `A1=1,A2=0`; empty: none
-  std::string speeds, constraints;   ///< `v: tool.u, w: {A: 0.5}`; empty: none
-  std::string trajectory;            ///< whose start and end; empty: the first of the spec
-  double time = 0;                   ///< of loads that change [s]
-  std::vector<std::string> independent, only;
+  std::string speeds, constraints;  ///< `v: tool.u, w: {A: 0.5}`; empty: none
+  std::vector<std::string> only;
   std::string output;
   bool latex = false, force = false, compress = false;
 

@@ -1,11 +1,14 @@
+#include "console.hpp"
 #include "failure.hpp"
 #include "progress_line.hpp"
 #include "run_output.hpp"
 #include "simulate_options.hpp"
+#include "spec_run.hpp"
 
 #include "balance/base/error.hpp"
 #include "balance/equations/effort_parts.hpp"
 #include "balance/result/body_poses.hpp"
+#include "balance/simulation/moving_modes.hpp"
 #include "balance/simulation/simulate.hpp"
 #include "balance/simulation/simulate_natural.hpp"
 
@@ -20,8 +23,10 @@ Result simulate_or_throw(const Study& study, const Trajectory& trajectory, const
   try {
     Result result = options.formulation == "natural" ? simulate_natural(study.mechanism, trajectory, progress)
                                                      : simulate(study.mechanism, trajectory, progress);
-    if (result.outcome.status != MotionStatus::done) throw MotionFailure(result.outcome);
-    return result;
+    if (result.outcome.status == MotionStatus::done) return result;
+    result.outcome.reason +=
+        moving_modes_text(study.mechanism, trajectory, result.outcome, study.units.length, study.units.angle);
+    throw MotionFailure(result.outcome);
   } catch (const std::invalid_argument& error) {
     // The library was asked something that the spec should not have asked.
     throw SpecError(
@@ -39,8 +44,32 @@ void add_parts(const Study& study, const Trajectory& trajectory, Result& result)
   }
 }
 
+Result observe_or_throw(const SimulateOptions& options, const Study& study) {
+  PoseOptions pose = options.state;
+  pose.trajectory = options.trajectory;
+  const InverseOptions of_state = choose_state_options(options, study);
+  const bool by_options = !pose.rates.empty() || !pose.accelerations.empty() || !pose.independent.empty();
+  Result result =
+      ask_library(by_options, study, [&] { return observe_state(study.mechanism, read_state(pose, study), of_state); });
+  if (result.outcome.status != MotionStatus::done) throw MotionFailure(result.outcome);
+  return result;
+}
+
+ExitCode run_state(const SimulateOptions& options, const Study& study) {
+  check_outputs(options, study);
+  if (!options.quiet)
+    for (const std::string& warning : study.warnings) tell("warning: " + warning);
+  Result result = observe_or_throw(options, study);
+  if (options.poses) add_body_poses(study.mechanism, result);
+  tell_notes(options, result);
+  const FileDescription description = describe_state(options, study);
+  print_result(options, result, description, write_files(options, result, description));
+  return ExitCode::done;
+}
+
 ExitCode run(const SimulateOptions& options) {
   const Study study = read_study(options.spec);
+  if (!options.state.at.empty()) return run_state(options, study);
   const Trajectory trajectory = choose_trajectory(options, study);
   check_formulation(options, study);
   check_outputs(options, study);
@@ -63,11 +92,17 @@ Command setup_simulate(CLI::App& program) {
   parser->footer(
       "Prints peak, rms and mean of every quantity; the samples go to the files asked for, which\n"
       "docs/file-format.md describes.\n\n"
+      "With --at, prints every quantity at a single state instead: a pose with the --rates and\n"
+      "--accelerations of the independent coordinates.\n\n"
       "Examples:\n"
       "  balance simulate 3rrr.yaml --trajectory cycloid\n"
+      "  balance simulate 5r.yaml --at \"tool: [0.1, 0.3]\" --rates A1=2,A2=-1 --json\n"
       "  balance simulate 3rrr.yaml -t bang-bang -o out.h5 --force\n"
       "  balance simulate 3rrr.yaml -t cycloid --set l=0.2 --samples 2001 --csv out.csv");
-  return {parser, [options] { return run(*options); }};
+  return {parser, [options] {
+            take_trajectory(options->spec.spec, options->trajectory);
+            return run(*options);
+          }};
 }
 
 }  // namespace balance::app

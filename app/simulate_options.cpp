@@ -2,12 +2,12 @@
 
 #include "failure.hpp"
 #include "suggestion.hpp"
+#include "value_check.hpp"
 
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
-#include "balance/spec/limits.hpp"
+#include "balance/motion/timing_bounds.hpp"
 #include "balance/write/file_identity.hpp"
-#include "balance/write/pending_file.hpp"
 #include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <stdexcept>
 
 namespace balance::app {
 namespace {
@@ -49,15 +50,14 @@ Vector3 parse_about(const std::string& text, SpaceKind space) {
 
 std::vector<std::string> formulations() { return {"tree", "natural"}; }
 
-void change_duration(Trajectory& trajectory, double duration) {
-  if (!(duration > 0) || !std::isfinite(duration)) throw UsageError("--duration needs a positive number of seconds");
-  if (trajectory.law.kind == LawKind::fastest) {
-    throw UsageError(fmt::format("--duration does not go with '{}', whose law finds it", trajectory.name));
+void change_timing(Trajectory& trajectory, const SimulateOptions& options) {
+  if (options.samples) change_samples(trajectory, *options.samples);
+  if (!options.duration) return;
+  try {
+    change_duration(trajectory, *options.duration);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--duration ") + error.what());
   }
-  if (std::holds_alternative<TablePath>(trajectory.path) && !is_searched(trajectory.law.kind)) {
-    throw UsageError(fmt::format("--duration does not go with '{}': its table has its own times", trajectory.name));
-  }
-  trajectory.duration = duration;
 }
 
 }  // namespace
@@ -74,8 +74,10 @@ void add_run_options(CLI::App& parser, SimulateOptions& o) {
   parser.add_flag("--poses", o.poses, "write where every body is, too");
   parser.add_option("--samples", o.samples, "number of samples, both ends included")
       ->type_name("N")
-      ->check(CLI::Range(2L, most_samples));
-  parser.add_option("--duration", o.duration, "duration in seconds")->type_name("T");
+      ->check(whole_number(min_samples, max_samples));
+  parser.add_option("--duration", o.duration, "duration in seconds")
+      ->type_name("T")
+      ->check(number_between(min_duration, max_duration));
   parser.add_option("--about", o.about, "point that moments are about, in metres")->type_name("X,Y[,Z]");
   parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
 }
@@ -86,7 +88,11 @@ void add_simulate_options(CLI::App& parser, SimulateOptions& o) {
                     ->type_name("NAME")
                     ->capture_default_str(),
                 formulations());
-  parser.add_flag("--split", o.split, "write what every torque adds up from, too");
+  CLI::Option* split = parser.add_flag("--split", o.split, "write what every torque adds up from, too");
+  add_pose_options(parser, o.state, "a single state: a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2]), start or end");
+  CLI::Option* at = parser.get_option("--at");
+  for (const char* name : {"--samples", "--duration", "--formulation"}) at->excludes(parser.get_option(name));
+  at->excludes(split);
 }
 
 void check_formulation(const SimulateOptions& options, const Study& study) {
@@ -98,6 +104,17 @@ void check_formulation(const SimulateOptions& options, const Study& study) {
   if (options.formulation == "natural" && study.mechanism.space == SpaceKind::spatial) {
     throw UsageError(study.spec_file + " is spatial: --formulation natural is for planar mechanisms");
   }
+}
+
+InverseOptions choose_state_options(const SimulateOptions& options, const Study& study) {
+  InverseOptions of_state{.independent = options.state.independent, .about = Vector3::Zero(), .time_scale = 1};
+  if (!study.trajectories.empty() || !options.trajectory.empty()) {
+    const Trajectory trajectory = choose_trajectory(options, study);
+    of_state.about = trajectory.about;
+    if (trajectory.duration > 0) of_state.time_scale = trajectory.duration;
+  }
+  if (!options.about.empty()) of_state.about = parse_about(options.about, study.mechanism.space);
+  return of_state;
 }
 
 Trajectory choose_trajectory(const SimulateOptions& options, const Study& study) {
@@ -114,25 +131,19 @@ Trajectory choose_trajectory(const SimulateOptions& options, const Study& study)
                                  fmt::join(names, ", "), nearest_hint(options.trajectory, names)));
   }
   Trajectory trajectory = *chosen;
-  if (options.samples) trajectory.samples = *options.samples;
-  if (options.duration) change_duration(trajectory, *options.duration);
+  change_timing(trajectory, options);
   if (!options.about.empty()) trajectory.about = parse_about(options.about, study.mechanism.space);
   return trajectory;
 }
 
 void check_outputs(const SimulateOptions& options, const Study& study) {
-  const Existing existing = options.force ? Existing::replace : Existing::keep;
   if (options.poses && options.output.empty() && options.csv.empty())
     throw UsageError("--poses needs a file to write them to: --output or --csv");
   if (options.split && options.output.empty() && options.csv.empty())
     throw UsageError("--split needs a file to write the parts to: --output or --csv");
   check_standard_output({options.output, options.csv}, options.spec.json, options.output == standard_output);
-  for (const std::string& file : {options.output, options.csv}) {
-    if (file.empty()) continue;
-    if (same_file(file, options.spec.spec)) throw UsageError("the result would replace the spec: " + file);
-    keep_tables(file, "the result", study);
-    check_writable(file, existing);
-  }
+  const std::vector<InputFile> inputs = inputs_of(study);
+  for (const std::string& file : {options.output, options.csv}) check_output(file, "the result", inputs, options.force);
   if (!options.output.empty() && !options.csv.empty() && same_file(options.output, options.csv)) {
     throw UsageError("--output and --csv name the same file: " + options.output);
   }
@@ -150,6 +161,20 @@ FileDescription describe(const SimulateOptions& options, const Study& study, con
                               .poses = options.poses,
                               .split = options.split,
                               .formulation = options.formulation});
+}
+
+FileDescription describe_state(const SimulateOptions& options, const Study& study) {
+  return describe_state(study, {.spec_file = options.spec.spec,
+                                .at = options.state.at,
+                                .rates = options.state.rates,
+                                .accelerations = options.state.accelerations,
+                                .trajectory = options.trajectory,
+                                .independent = options.state.independent,
+                                .time = options.state.time,
+                                .about = options.about,
+                                .set = options.spec.set,
+                                .compress = options.compress,
+                                .poses = options.poses});
 }
 
 }  // namespace balance::app

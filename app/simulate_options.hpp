@@ -2,6 +2,7 @@
 /// What the user asks of `balance simulate`, and what it means for the study.
 
 #include "command.hpp"
+#include "pose_options.hpp"
 
 #include "balance/write/write_options.hpp"
 
@@ -23,6 +24,7 @@ struct SimulateOptions {
   bool poses = false;  ///< of the bodies, too
   bool split = false;  ///< what the torques add up from, too
   bool quiet = false;
+  PoseOptions state;  ///< a single one, instead of a run; its `at` is empty: none. Its trajectory is the one above
 };
 
 /// What `balance control` has too.
@@ -34,6 +36,10 @@ void add_simulate_options(CLI::App& parser, SimulateOptions& options);
 /// @throws UsageError if there is none of that name or a change makes no sense; SpecError if the spec has no motion
 Trajectory choose_trajectory(const SimulateOptions& options, const Study& study);
 
+/// What a single state is looked at with: its moments' point and length of time are those of the trajectory that the options name,
+/// if the spec has one. @throws UsageError
+InverseOptions choose_state_options(const SimulateOptions& options, const Study& study);
+
 /// @throws UsageError if there is no such formulation, or not for this mechanism
 void check_formulation(const SimulateOptions& options, const Study& study);
 
@@ -41,5 +47,8 @@ void check_formulation(const SimulateOptions& options, const Study& study);
 void check_outputs(const SimulateOptions& options, const Study& study);
 
 FileDescription describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory);
+
+/// The same of a single state.
+FileDescription describe_state(const SimulateOptions& options, const Study& study);
 
 }  // namespace balance::app

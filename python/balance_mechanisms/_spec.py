@@ -197,6 +197,28 @@ class Spec:
         return _moved(_native.simulate(self._native, trajectory, samples, duration, _point(about), formulation, poses,
                                        progress))
 
+    def state(self, at: str | Mapping[str, float], *, rates: Mapping[str, float] | None = None,
+              accelerations: Mapping[str, float] | None = None, time: float = 0, independent: Sequence[str] = (),
+              about: Sequence[float] | None = None, trajectory: str = "", poses: bool = False) -> Run:
+        """Everything at a single state: torques, reactions, shaking forces; a run of one sample without figures.
+
+        :param at: joint coordinates that determine the pose [rad or m]; or, as the program's `--at`, `start`, `end` or the text
+            of a pose in the spec's units: `tool: [0.1, 0.2]`
+        :param rates: of the independent coordinates [rad/s or m/s]; those not named are 0; likewise `accelerations`
+        :param time: of loads that change, of payloads that come and go [s]
+        :param independent: other coordinates than `Mechanism.independent`
+        :param about: point that moments are about [m]; None: the trajectory's
+        :param trajectory: whose start, end and point are meant; "": the spec's first
+        :param poses: where every body is, too
+        :raises MotionError: unreachable, singular, …; where only the actuators do not do, `torque` is missing and `notes` say why
+        """
+        joints = [] if isinstance(at, str) else _numbers(at)
+        if not isinstance(at, str) and not joints:
+            raise ValueError("at: must name at least one coordinate")
+        return _moved(_native.observe(self._native, trajectory, at if isinstance(at, str) else "", joints,
+                                      _numbers(rates or {}), _numbers(accelerations or {}), time, list(independent),
+                                      _point(about), poses))
+
     def control(self, controller: str = "", trajectory: str = "", *, samples: int | None = None,
                 duration: float | None = None, about: Sequence[float] | None = None, settle: float = 0, steps: int = 0,
                 poses: bool = False, progress: Progress | None = None) -> Run:
@@ -209,6 +231,10 @@ class Spec:
         """
         return _moved(_native.control(self._native, controller, trajectory, samples, duration, _point(about), settle,
                                       steps, poses, progress))
+
+
+def _numbers(values: Mapping[str, float]) -> List[Tuple[str, float]]:
+    return [(name, float(value)) for name, value in values.items()]
 
 
 def _point(about: Sequence[float] | None) -> List[float] | None:

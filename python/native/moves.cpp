@@ -3,15 +3,19 @@
 
 #include "balance/analysis/control.hpp"
 #include "balance/base/error.hpp"
+#include "balance/inverse/single_state.hpp"
+#include "balance/motion/timing_bounds.hpp"
 #include "balance/result/body_poses.hpp"
+#include "balance/simulation/end_poses.hpp"
+#include "balance/simulation/moving_modes.hpp"
 #include "balance/simulation/simulate.hpp"
 #include "balance/simulation/simulate_natural.hpp"
-#include "balance/spec/limits.hpp"
 #include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <variant>
@@ -30,14 +34,14 @@ struct Wish {
   long steps = 0;
 };
 
-void change_duration(Trajectory& trajectory, double duration) {
-  if (!(duration > 0) || !std::isfinite(duration))
-    throw std::invalid_argument("duration: must be a positive number of seconds");
-  if (trajectory.law.kind == LawKind::fastest)
-    throw std::invalid_argument("duration: does not go with '" + trajectory.name + "', whose law finds it");
-  if (std::holds_alternative<TablePath>(trajectory.path) && !is_searched(trajectory.law.kind))
-    throw std::invalid_argument("duration: does not go with '" + trajectory.name + "': its table has its own times");
-  trajectory.duration = duration;
+/// @throws std::invalid_argument, with the argument's name before what `change` finds wrong with it
+template <class Change>
+void change_argument(const char* name, const Change& change) {
+  try {
+    change();
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string(name) + ": " + error.what());
+  }
 }
 
 Vector3 point_of(const std::vector<double>& about, SpaceKind space) {
@@ -53,10 +57,8 @@ Vector3 point_of(const std::vector<double>& about, SpaceKind space) {
 
 Trajectory choose_trajectory(const Spec& spec, const Wish& wish) {
   Trajectory trajectory = spec.trajectory(wish.trajectory);
-  if (wish.samples && (*wish.samples < 2 || *wish.samples > most_samples))
-    throw std::invalid_argument(fmt::format("samples: must be from 2 to {}, is {}", most_samples, *wish.samples));
-  if (wish.samples) trajectory.samples = *wish.samples;
-  if (wish.duration) change_duration(trajectory, *wish.duration);
+  if (wish.samples) change_argument("samples", [&] { change_samples(trajectory, *wish.samples); });
+  if (wish.duration) change_argument("duration", [&] { change_duration(trajectory, *wish.duration); });
   if (wish.about) trajectory.about = point_of(*wish.about, spec.study().mechanism.space);
   return trajectory;
 }
@@ -82,6 +84,7 @@ std::shared_ptr<Run> run_patiently(const std::shared_ptr<Spec>& spec, const Traj
                                    const std::optional<Controller>& controller, const py::object& progress) {
   auto run = std::make_shared<Run>();
   run->description = describe(*spec, trajectory, wish, controller ? controller->name : "");
+  run->source = spec->file;
   run->result = patiently(
       [spec, trajectory, wish, controller](Errand& errand) {
         const Mechanism& mechanism = spec->study().mechanism;
@@ -90,6 +93,9 @@ std::shared_ptr<Run> run_patiently(const std::shared_ptr<Spec>& spec, const Traj
                                                                   {.settle = wish.settle, .most_steps = wish.steps, .progress = told})
                         : wish.formulation == "natural" ? simulate_natural(mechanism, trajectory, told)
                                                         : simulate(mechanism, trajectory, told);
+        if (!controller && result.outcome.status != MotionStatus::done)
+          result.outcome.reason += moving_modes_text(mechanism, trajectory, result.outcome, spec->study().units.length,
+                                                     spec->study().units.angle);
         if (wish.poses && result.time.size() > 0) add_body_poses(mechanism, result);
         return result;
       },
@@ -105,9 +111,79 @@ std::shared_ptr<Run> simulate_spec(const std::shared_ptr<Spec>& spec, const Wish
   return run_patiently(spec, choose_trajectory(*spec, wish), wish, std::nullopt, progress);
 }
 
+using NamedNumbers = std::vector<std::pair<std::string, double>>;
+
+/// What a single state is asked for: `start` or `end` of the trajectory, the text of a pose in the spec's units, or coordinates.
+struct StateWish {
+  std::string trajectory, at;
+  NamedNumbers joints, rates, accelerations;  ///< SI
+  double time = 0;                            ///< [s]
+  std::vector<std::string> independent;
+  std::optional<std::vector<double>> about;  ///< [m]
+  bool poses = false;
+};
+
+/// Coordinates as the program's options have them, in the spec's units of length and angle.
+std::string option_text(const NamedNumbers& numbers, const Study& study) {
+  std::string text;
+  for (const auto& [name, value] : numbers) {
+    const auto& all = study.mechanism.coordinates;
+    const auto one =
+        std::find_if(all.begin(), all.end(), [&, &name = name](const Coordinate& c) { return c.name == name; });
+    const bool length = one != all.end() && one->kind == CoordinateKind::length;
+    text += fmt::format("{}{}={}", text.empty() ? "" : ",", name,
+                        value / (length ? study.units.length : study.units.angle));
+  }
+  return text;
+}
+
+Configured configuration_of(const StateCall& call, const Trajectory* trajectory, const Study& study) {
+  if (call.at != "start" && call.at != "end") return find_configuration(study.mechanism, read_pose(call.at, study));
+  if (trajectory == nullptr) throw std::invalid_argument("at: " + study.spec_file + " has no motion");
+  return call.at == "start" ? start_configuration(study.mechanism, *trajectory)
+                            : end_configuration(study.mechanism, *trajectory);
+}
+
+Result observe(const Spec& spec, const StateCall& call, const StateWish& wish) {
+  const Study& study = spec.study();
+  const bool moves = !study.trajectories.empty() || !wish.trajectory.empty();
+  const Trajectory* trajectory = moves ? &spec.trajectory(wish.trajectory) : nullptr;
+  Configured place = configuration_of(call, trajectory, study);
+  if (place.outcome.status != MotionStatus::done) return {.outcome = std::move(place.outcome)};
+  SingleState state{std::move(place.coordinates), {}, {}, wish.time};
+  if (!call.rates.empty()) state.rates = read_rates(call.rates, "rates", study);
+  if (!call.accelerations.empty()) state.accelerations = read_rates(call.accelerations, "accelerations", study);
+  InverseOptions options{.independent = wish.independent, .about = Vector3::Zero(), .time_scale = 1};
+  if (trajectory != nullptr) options.about = trajectory->about;
+  if (trajectory != nullptr && trajectory->duration > 0) options.time_scale = trajectory->duration;
+  if (wish.about) options.about = point_of(*wish.about, study.mechanism.space);
+  Result result = observe_state(study.mechanism, state, options);
+  if (wish.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);
+  return result;
+}
+
+std::shared_ptr<Run> observe_spec(const std::shared_ptr<Spec>& spec, const StateWish& wish) {
+  const Study& study = spec->study();
+  const StateCall call{.spec_file = spec->file,
+                       .at = wish.joints.empty() ? wish.at : option_text(wish.joints, study),
+                       .rates = option_text(wish.rates, study),
+                       .accelerations = option_text(wish.accelerations, study),
+                       .trajectory = wish.trajectory,
+                       .independent = wish.independent,
+                       .time = wish.time,
+                       .about = wish.about ? fmt::format("{}", fmt::join(*wish.about, ",")) : "",
+                       .set = spec->set(),
+                       .poses = wish.poses};
+  auto run = std::make_shared<Run>();
+  run->description = describe_state(study, call);
+  run->source = study.spec_file;
+  run->result = patiently([spec, call, wish](Errand&) { return observe(*spec, call, wish); });
+  return run;
+}
+
 std::shared_ptr<Run> control_spec(const std::shared_ptr<Spec>& spec, const Wish& wish, const py::object& progress) {
-  if (!(wish.settle >= 0) || !std::isfinite(wish.settle))
-    throw std::invalid_argument("settle: must be a number of seconds that is not negative");
+  if (!(wish.settle >= 0 && wish.settle <= max_duration))
+    throw std::invalid_argument(fmt::format("settle: must be from 0 to {} s, is {}", max_duration, wish.settle));
   if (wish.steps < 0) throw std::invalid_argument("steps: must not be negative");
   const Trajectory trajectory = choose_trajectory(*spec, wish);
   return run_patiently(spec, trajectory, wish, spec->controller(wish.controller), progress);
@@ -131,6 +207,16 @@ void bind_moves(py::module_& m) {
       },
       py::arg("spec"), py::arg("trajectory"), py::arg("samples"), py::arg("duration"), py::arg("about"),
       py::arg("formulation"), py::arg("poses"), py::arg("progress"));
+  m.def(
+      "observe",
+      [](const std::shared_ptr<Spec>& spec, const std::string& trajectory, const std::string& at, NamedNumbers joints,
+         NamedNumbers rates, NamedNumbers accelerations, double time, std::vector<std::string> independent,
+         std::optional<std::vector<double>> about, bool poses) {
+        return observe_spec(spec, {trajectory, at, std::move(joints), std::move(rates), std::move(accelerations), time,
+                                   std::move(independent), std::move(about), poses});
+      },
+      py::arg("spec"), py::arg("trajectory"), py::arg("at"), py::arg("joints"), py::arg("rates"),
+      py::arg("accelerations"), py::arg("time"), py::arg("independent"), py::arg("about"), py::arg("poses"));
   m.def(
       "control",
       [](const std::shared_ptr<Spec>& spec, const std::string& controller, const std::string& trajectory,

@@ -3,7 +3,7 @@
 
 #include "../inverse/every_config.hpp"
 
-#include "balance/equations/configuration.hpp"
+#include "balance/inverse/configuration.hpp"
 #include "balance/equations/equation_terms.hpp"
 
 #include <cmath>

@@ -1,10 +1,10 @@
 #include "balance/analysis/equations.hpp"
 
+#include "balance/base/extrema.hpp"
 #include "balance/conditions/base_parameters.hpp"
 #include "balance/equations/run_states.hpp"
+#include "balance/inverse/single_state.hpp"
 #include "balance/model/payload_stretches.hpp"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -59,25 +59,14 @@ class Report {
     at_.weight = total_mass(mechanism_) * mechanism_.gravity.norm() * characteristic_length(mechanism_);
   }
 
-  /// Values of the independent coordinates among these.
-  VectorX of_independent(const std::vector<CoordinateValue>& values, bool all) const {
-    VectorX q = VectorX::Zero(terms_.degrees_of_freedom());
-    for (const CoordinateValue& value : values) {
-      const auto& own = terms_.independent();
-      const auto at = std::find(own.begin(), own.end(), value.coordinate);
-      if (at != own.end())
-        q[at - own.begin()] = value.value;
-      else if (!all)
-        throw std::invalid_argument("rates are those of the independent coordinates; " +
-                                    coordinate(value.coordinate).name + " is none of them");
-    }
-    return q;
-  }
-
   void place() {
-    at_.q = of_independent(query_.configuration, true);
-    at_.dq = of_independent(query_.rates, false);
-    at_.ddq = of_independent(query_.accelerations, false);
+    const std::vector<CoordinateId>& own = terms_.independent();
+    at_.q = VectorX::Zero(terms_.degrees_of_freedom());
+    for (const CoordinateValue& value : query_.configuration)
+      for (std::size_t k = 0; k < own.size(); ++k)
+        if (own[k] == value.coordinate) at_.q[static_cast<Eigen::Index>(k)] = value.value;
+    at_.dq = independent_rates(mechanism_, own, query_.rates);
+    at_.ddq = independent_rates(mechanism_, own, query_.accelerations);
   }
 
   template <class T>
@@ -132,7 +121,7 @@ class Report {
     beside.diagonal().setZero();
     bool decoupled = small(beside) && t.viscous.isZero(0);
     for (const MatrixX& form : t.velocity) decoupled = decoupled && small(form);
-    decoupled = decoupled && t.rest.sum().cwiseAbs().maxCoeff() <= vanishing * std::max(at_.weight, k.maxCoeff());
+    decoupled = decoupled && max_abs(t.rest.sum()) <= vanishing * std::max(at_.weight, max_coefficient(k));
     if (decoupled) at_.factors = k;
   }
 
@@ -231,10 +220,7 @@ EquationsReport equations_at(const Mechanism& mechanism, const EquationsQuery& q
   if (!has_passing_payloads(mechanism)) return Report(mechanism, query, symbols).run();
   const Mechanism there = at_time(mechanism, query.time);
   EquationsReport report = Report(there, query, symbols).run();
-  for (const Attachment& one : mechanism.attachments)
-    if (comes_or_goes(one))
-      report.at.notes.push_back(fmt::format("at {:.6g} s payload '{}' is {}there", query.time, one.name,
-                                            one.from <= query.time && query.time < one.until ? "" : "not "));
+  for (std::string& note : payload_notes(mechanism, query.time)) report.at.notes.push_back(std::move(note));
   return report;
 }
 

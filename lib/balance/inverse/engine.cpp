@@ -2,9 +2,11 @@
 
 #include "balance/dynamics/friction.hpp"
 #include "balance/dynamics/regressor.hpp"
+#include "balance/dynamics/term_meter.hpp"
 #include "balance/motion/configuration_text.hpp"
 #include "balance/motion/wording.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -130,7 +132,7 @@ MotionOutcome InverseEngine<S>::open_efforts(const StateNumbers& state, double* 
   }
   MotionOutcome outcome;
   outcome.status = MotionStatus::done;
-  if (sum != 0 || std::isnan(sum)) outcome = numbers_overflow(state.time, "torque");
+  if (sum != 0 || std::isnan(sum)) outcome = numbers_overflow(state.time, "torque", mechanism);
   return outcome;
 }
 
@@ -143,7 +145,7 @@ MotionOutcome InverseEngine<S>::efforts(const StateNumbers& state, double* effor
   if (!observer_.find_efforts(instant(state.time), branch_.equations(), options.time_scale))
     return not_held(state.time);
   const VectorX& found = observer_.last().effort;
-  if (!found.allFinite()) return numbers_overflow(state.time, "torque");
+  if (!found.allFinite()) return numbers_overflow(state.time, "torque", mechanism);
   std::copy_n(found.data(), found.size(), effort);
   return outcome;
 }
@@ -172,8 +174,22 @@ MotionOutcome InverseEngine<S>::observe(const StateNumbers& state, Sample& sampl
     forget_efforts(!branch_.direct(), sample);
     return observer_.actuation().mismatch().empty() ? not_held(state.time) : mismatch(state.time);
   }
-  if (const char* what = overflowing(sample)) return numbers_overflow(state.time, what);
+  if (const char* what = overflowing(sample)) return numbers_overflow(state.time, what, mechanism);
   return outcome;
+}
+
+template <class S>
+void InverseEngine<S>::measure_terms(const Sample& sample, double time, TermSizes& terms, TermSizes& grown) {
+  Sample known = sample;  // efforts that were not found have no size
+  const auto forget = [](double& x) { x = std::isnan(x) ? 0 : x; };
+  for (VectorX* all : {&known.effort, &known.power}) std::for_each(all->begin(), all->end(), forget);
+  for (auto* all : {&known.joint_force, &known.joint_moment})
+    for (Vector3& v : *all) std::for_each(v.begin(), v.end(), forget);
+  const double rate = 1 / options.time_scale;
+  TermMeter<S> meter(mechanism, branch_.tree(), to_vector<S>(options.about), RestScale{rate, rate * rate});
+  meter.see(instant(time), known, observer_.actuation().multipliers(), sample.mobility);
+  terms = meter.terms();
+  grown = meter.grown();
 }
 
 /// One column after another: the generalised forces that a unit acceleration from rest takes without weight.
@@ -196,7 +212,7 @@ MotionOutcome InverseEngine<S>::mass_matrix(const double* q, MatrixX& mass) {
     mass.col(k) = C_.transpose() * Eigen::Map<const VectorX>(tau_.data(), tree.columns);
   }
   mass = (mass + mass.transpose().eval()) / 2;
-  return mass.allFinite() ? outcome : numbers_overflow(0, "the mass matrix");
+  return mass.allFinite() ? outcome : numbers_overflow(0, "the mass matrix", mechanism);
 }
 
 template <class S>
@@ -206,7 +222,7 @@ MotionOutcome InverseEngine<S>::bias(const StateNumbers& state, VectorX& bias) {
   observer_.find_efforts(instant(state.time), branch_.equations(), options.time_scale);
   branch_.fill_transformation(C_);
   bias = C_.transpose() * Eigen::Map<const VectorX>(observer_.tree_forces().data(), branch_.tree().columns);
-  return bias.allFinite() ? outcome : numbers_overflow(state.time, "the bias");
+  return bias.allFinite() ? outcome : numbers_overflow(state.time, "the bias", mechanism);
 }
 
 /// The matrices of the shaking force and moment: rates of momentum, without weight.
@@ -242,7 +258,8 @@ MotionOutcome InverseEngine<S>::regressor(const StateNumbers& state, EffortRegre
   if (!observer_.project(branch_.equations(), projection)) return not_held(state.time);
   out.effort = projection * forces.torque;
   out.other = projection * (all - forces.torque * out.values);
-  return out.effort.allFinite() && out.other.allFinite() ? outcome : numbers_overflow(state.time, "the regressor");
+  return out.effort.allFinite() && out.other.allFinite() ? outcome
+                                                         : numbers_overflow(state.time, "the regressor", mechanism);
 }
 
 template class InverseEngine<Planar>;

@@ -2,6 +2,7 @@
 /// What InverseDynamics is made of, for the plane and for space. Private to inverse.
 
 #include "balance/dynamics/observer.hpp"
+#include "balance/dynamics/term_sizes.hpp"
 #include "balance/inverse/branch.hpp"
 #include "balance/inverse/inverse_dynamics.hpp"
 
@@ -36,6 +37,8 @@ class InverseDynamics::Engine {
   virtual MotionOutcome efforts(const StateNumbers& state, double* effort) = 0;
   virtual void efforts(const StateRows& states, EffortAnswers& table) = 0;
   virtual MotionOutcome observe(const StateNumbers& state, Sample& sample) = 0;
+  /// Sizes of the terms that the last observed sample was the sum of, and the same over the mobility.
+  virtual void measure_terms(const Sample& sample, double time, TermSizes& terms, TermSizes& grown) = 0;
   virtual MotionOutcome mass_matrix(const double* q, MatrixX& mass) = 0;
   virtual MotionOutcome bias(const StateNumbers& state, VectorX& bias) = 0;
   virtual MotionOutcome regressor(const StateNumbers& state, EffortRegressor& regressor) = 0;
@@ -56,6 +59,7 @@ class InverseEngine final : public InverseDynamics::Engine {
   MotionOutcome efforts(const StateNumbers& state, double* effort) override;
   void efforts(const StateRows& states, EffortAnswers& table) override;
   MotionOutcome observe(const StateNumbers& state, Sample& sample) override;
+  void measure_terms(const Sample& sample, double time, TermSizes& terms, TermSizes& grown) override;
   MotionOutcome mass_matrix(const double* q, MatrixX& mass) override;
   MotionOutcome bias(const StateNumbers& state, VectorX& bias) override;
   MotionOutcome regressor(const StateNumbers& state, EffortRegressor& regressor) override;

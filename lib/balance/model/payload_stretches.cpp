@@ -1,5 +1,6 @@
 #include "balance/model/payload_stretches.hpp"
 
+#include <cstdio>
 #include <limits>
 
 namespace balance {
@@ -52,6 +53,17 @@ Mechanism at_time(const Mechanism& mechanism, double time) {
   Mechanism there = mechanism;
   for (Attachment& one : there.attachments) let_stay(one, one.from <= time && time < one.until);
   return there;
+}
+
+std::vector<std::string> payload_notes(const Mechanism& mechanism, double time) {
+  char moment[32];
+  std::snprintf(moment, sizeof moment, "at %.6g s", time);
+  std::vector<std::string> notes;
+  for (const Attachment& one : mechanism.attachments)
+    if (comes_or_goes(one))
+      notes.push_back(std::string(moment) + " payload '" + one.name + "' is " +
+                      (one.from <= time && time < one.until ? "there" : "not there"));
+  return notes;
 }
 
 }  // namespace balance

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -66,5 +67,8 @@ Mechanism within(const Mechanism& mechanism, const PayloadStretches& stretches, 
 
 /// The same at a time; at a switch as it is from then on.
 Mechanism at_time(const Mechanism& mechanism, double time);
+
+/// Which of the payloads that come or go are there at a time, a sentence each.
+std::vector<std::string> payload_notes(const Mechanism& mechanism, double time);
 
 }  // namespace balance

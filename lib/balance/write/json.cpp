@@ -4,11 +4,13 @@
 #include "balance/write/found_law.hpp"
 #include "balance/write/json_parts.hpp"
 #include "balance/write/payload_changes.hpp"
+#include "balance/write/state_text.hpp"
 
 namespace balance {
 
 std::string result_json(const Result& result, const FileDescription& description,
                         const std::vector<std::string>& files) {
+  if (!description.at.empty()) return state_json(result, description, files);
   Json json = {{"mechanism", description.title},       {"balance_version", description.version},
                {"trajectory", description.trajectory}, {"law", description.law},
                {"drive", description.drive},           {"formulation", description.formulation}};

@@ -7,8 +7,20 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
+#include <utility>
 
 namespace balance {
+
+namespace {
+
+std::string command_of(std::vector<std::string> words) {
+  for (std::string& word : words) word = shell_word(word);
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
+std::string file_name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+
+}  // namespace
 
 std::string shell_word(const std::string& text) {
   static constexpr const char* harmless = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
@@ -20,9 +32,8 @@ std::string shell_word(const std::string& text) {
 
 std::string simulate_command(const SimulateCall& call) {
   const bool controlled = !call.controller.empty();
-  std::vector<std::string> words = {"balance", controlled ? "control" : "simulate",
-                                    std::filesystem::path(call.spec_file).filename().string(), "--trajectory",
-                                    call.trajectory};
+  std::vector<std::string> words = {"balance", controlled ? "control" : "simulate", file_name_of(call.spec_file),
+                                    "--trajectory", call.trajectory};
   if (controlled) words.insert(words.end(), {"--controller", call.controller});
   if (call.steps > 0) words.insert(words.end(), {"--steps", fmt::format("{}", call.steps)});
   if (call.settle > 0) words.insert(words.end(), {"--settle", fmt::format("{}", call.settle)});
@@ -34,8 +45,7 @@ std::string simulate_command(const SimulateCall& call) {
   if (call.compress) words.push_back("--compress");
   if (call.poses) words.push_back("--poses");
   if (call.split) words.push_back("--split");
-  for (std::string& word : words) word = shell_word(word);
-  return fmt::format("{}", fmt::join(words, " "));
+  return command_of(std::move(words));
 }
 
 std::vector<std::pair<std::string, std::string>> overrides_in(const std::string& command) {
@@ -74,6 +84,29 @@ FileDescription describe_simulation(const Study& study, const Trajectory& trajec
   description.controller = call.controller;
   for (const Controller& controller : study.controllers)
     if (controller.name == call.controller) description.controller_type = name_of(controller.type);
+  return description;
+}
+
+FileDescription describe_state(const Study& study, const StateCall& call) {
+  std::vector<std::string> words = {"balance", "simulate", file_name_of(call.spec_file), "--at=" + call.at};
+  const auto add = [&](const char* option, const std::string& value) {
+    if (!value.empty()) words.push_back(std::string(option) + "=" + value);
+  };
+  add("--rates", call.rates);
+  add("--accelerations", call.accelerations);
+  add("--time", call.time == 0 ? "" : fmt::format("{}", call.time));
+  add("--independent", fmt::format("{}", fmt::join(call.independent, ",")));
+  add("--trajectory", call.trajectory);
+  add("--about", call.about);
+  for (const std::string& set : call.set) words.insert(words.end(), {"--set", set});
+  if (call.compress) words.emplace_back("--compress");
+  if (call.poses) words.emplace_back("--poses");
+  FileDescription description;
+  description.title = study.mechanism.name;
+  description.version = version();
+  description.spec_text = study.spec_text;
+  description.command_line = command_of(std::move(words));
+  description.at = call.at;
   return description;
 }
 

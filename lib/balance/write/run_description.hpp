@@ -31,6 +31,19 @@ struct SimulateCall {
   long steps = 0;                    ///< that the integration may take; 0: the default
 };
 
+/// A single state, as it would be asked of `balance simulate --at`.
+struct StateCall {
+  std::string spec_file;  ///< its folder does not matter
+  std::string at, rates, accelerations;
+  std::string trajectory;  ///< whose start, end and point of moments are meant; empty: the first
+  std::vector<std::string> independent;
+  double time = 0;               ///< [s]
+  std::string about;             ///< "x,y" or "x,y,z"; empty: the trajectory's
+  std::vector<std::string> set;  ///< `name=value`
+  bool compress = false;
+  bool poses = false;
+};
+
 /// What computes the same file again. Options that do not change its content are left out, and so is the spec's folder: the same
 /// spec gives the same bytes wherever it and the result lie.
 std::string simulate_command(const SimulateCall& call);
@@ -40,5 +53,7 @@ std::vector<std::pair<std::string, std::string>> overrides_in(const std::string&
 
 /// @param trajectory one of the study's, perhaps changed. The controller, if there is one, is one of the study's
 FileDescription describe_simulation(const Study& study, const Trajectory& trajectory, const SimulateCall& call);
+
+FileDescription describe_state(const Study& study, const StateCall& call);
 
 }  // namespace balance

@@ -2,6 +2,7 @@
 
 #include "balance/write/found_law.hpp"
 #include "balance/write/payload_changes.hpp"
+#include "balance/write/state_text.hpp"
 #include "balance/write/table.hpp"
 
 #include <fmt/format.h>
@@ -9,6 +10,7 @@
 namespace balance {
 
 std::string summary_text(const Result& result, const FileDescription& description) {
+  if (!description.at.empty()) return state_text(result, description);
   const double duration = result.time.size() == 0 ? 0 : result.time[result.time.size() - 1] - result.time[0];
   const std::string controller =
       description.controller.empty()

@@ -17,6 +17,7 @@ struct FileDescription {
   std::string trajectory;    ///< its name
   std::string law;           ///< as in the spec: "cycloidal"
   std::string drive;         ///< as in the spec: "tool"
+  std::string at;            ///< a single state, as it was asked for; empty: a run along the trajectory
   std::string formulation = "tree";
   std::string controller;       ///< its name; empty: a run without one
   std::string controller_type;  ///< as in the spec: "computed-torque"
@@ -34,7 +35,7 @@ struct WriteOptions {
 
 /// @throws Cancelled if the user wants to stop
 inline void stop_if_cancelled(const WriteOptions& options) {
-  if (options.cancelled && options.cancelled()) throw Cancelled("stopped on request; no file was written");
+  if (options.cancelled && options.cancelled()) throw Cancelled("interrupted, nothing written");
 }
 
 }  // namespace balance

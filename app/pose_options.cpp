@@ -1,0 +1,80 @@
+#include "pose_options.hpp"
+
+#include "failure.hpp"
+#include "value_check.hpp"
+
+#include "balance/base/nearest.hpp"
+#include "balance/inverse/configuration.hpp"
+#include "balance/motion/timing_bounds.hpp"
+#include "balance/simulation/end_poses.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace balance::app {
+
+namespace {
+
+/// Whose start or end is meant.
+const Trajectory& chosen_trajectory(const PoseOptions& options, const Study& study) {
+  if (study.trajectories.empty())
+    throw UsageError(fmt::format("{} has no motion: --at {} needs one", study.spec_file, options.at));
+  if (options.trajectory.empty()) return study.trajectories.front();
+  if (const Trajectory* found = find_trajectory(options.trajectory, study)) return *found;
+  std::vector<std::string> names;
+  for (const Trajectory& t : study.trajectories) names.push_back(t.name);
+  throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file, in_quotes(options.trajectory),
+                               fmt::join(names, ", "), nearest_hint(options.trajectory, names)));
+}
+
+std::vector<CoordinateValue> find_pose(const PoseOptions& options, const Study& study) {
+  const Mechanism& mechanism = study.mechanism;
+  Configured found = options.at == "end"     ? end_configuration(mechanism, chosen_trajectory(options, study))
+                     : options.at == "start" ? start_configuration(mechanism, chosen_trajectory(options, study))
+                                             : find_configuration(mechanism, read_pose(options.at, study));
+  if (found.outcome.status != MotionStatus::done) throw MotionFailure(found.outcome);
+  return std::move(found.coordinates);
+}
+
+}  // namespace
+
+const Trajectory* find_trajectory(const std::string& name, const Study& study) {
+  const auto at = std::find_if(study.trajectories.begin(), study.trajectories.end(),
+                               [&](const Trajectory& t) { return t.name == name; });
+  return at == study.trajectories.end() ? nullptr : &*at;
+}
+
+void add_pose_options(CLI::App& parser, PoseOptions& o, const std::string& at_help) {
+  CLI::Option* at = parser.add_option("--at", o.at, at_help)->type_name("POSE")->check([](const std::string& text) {
+    return text.find_first_not_of(" \t\r\n") == std::string::npos ? "expected a pose, found an empty text" : "";
+  });
+  parser.add_option("--rates", o.rates, "rates of the independent coordinates there; those not named are 0")
+      ->type_name("NAME=V,...")
+      ->needs(at);
+  parser.add_option("--accelerations", o.accelerations, "their accelerations")->type_name("NAME=V,...")->needs(at);
+  parser.add_option("--time", o.time, "seconds at which loads that change are taken, and payloads that come and go")
+      ->type_name("T")
+      ->check(number_between(-max_duration, max_duration))
+      ->needs(at);
+  parser.add_option("--independent", o.independent, "independent coordinates, between commas; else the actuated ones")
+      ->type_name("NAMES")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->needs(at);
+}
+
+SingleState read_state(const PoseOptions& options, const Study& study) {
+  if (!std::isfinite(options.time)) throw UsageError("--time needs a finite number of seconds");
+  SingleState state;
+  if (!options.rates.empty()) state.rates = read_rates(options.rates, "--rates", study);
+  if (!options.accelerations.empty()) state.accelerations = read_rates(options.accelerations, "--accelerations", study);
+  state.configuration = find_pose(options, study);
+  state.time = options.time;
+  return state;
+}
+
+}  // namespace balance::app

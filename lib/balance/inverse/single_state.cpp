@@ -1,0 +1,106 @@
+#include "balance/inverse/single_state.hpp"
+
+#include "balance/inverse/engine.hpp"
+#include "balance/model/payload_stretches.hpp"
+#include "balance/model/validate.hpp"
+#include "balance/motion/wording.hpp"
+#include "balance/result/quantities.hpp"
+#include "balance/result/recorder.hpp"
+#include "balance/result/round_off.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+template <class S>
+class SingleStateObservation {
+ public:
+  SingleStateObservation(const Mechanism& mechanism, const SingleState& state, const InverseOptions& options)
+      : state_(state), engine_(mechanism, options) {}
+
+  Result run() {
+    const Mechanism& mechanism = engine_.mechanism;
+    const std::vector<CoordinateId>& independent = engine_.branch().independent();
+    const VectorX dq = independent_rates(mechanism, independent, state_.rates),
+                  ddq = independent_rates(mechanism, independent, state_.accelerations);
+    VectorX q = VectorX::Zero(dq.size()), coordinates;
+    for (const CoordinateValue& one : state_.configuration)
+      for (std::size_t k = 0; k < independent.size(); ++k)
+        if (independent[k] == one.coordinate) q[static_cast<Eigen::Index>(k)] = one.value;
+    Result result;
+    result.outcome = engine_.assemble(q.data(), state_.configuration, coordinates);
+    if (result.outcome.status != MotionStatus::done) return result;
+    Sample sample;
+    MotionOutcome seen = engine_.observe({q.data(), dq.data(), ddq.data(), state_.time}, sample);
+    const bool no_efforts = seen.status == MotionStatus::mismatch || seen.status == MotionStatus::actuation_singularity;
+    if (seen.status != MotionStatus::done && !no_efforts) {
+      result.outcome = std::move(seen);
+      return result;
+    }
+    restore_turns(sample);
+    record(sample, result);
+    result.outcome.notes = engine_.notes;
+    if (no_efforts) result.outcome.notes.push_back("no torques: " + seen.reason);
+    for (const Quantity& quantity : list_quantities(result))
+      if (!quantity.samples->allFinite()) (result.*quantity.member).resize(0, 0);
+    return result;
+  }
+
+ private:
+  /// Angles of loop joints are read off poses, which have no whole turns.
+  void restore_turns(Sample& sample) const {
+    for (const CoordinateValue& one : state_.configuration) {
+      if (engine_.mechanism.coordinates[one.coordinate].kind != CoordinateKind::angle) continue;
+      double& position = sample.position[one.coordinate];
+      position += 2 * std::numbers::pi * std::round((one.value - position) / (2 * std::numbers::pi));
+    }
+  }
+
+  void record(const Sample& sample, Result& result) {
+    name_columns(engine_.mechanism, result);
+    size_arrays(engine_.mechanism, 1, {}, result);
+    result.about = engine_.options.about;
+    Recorder(result).write(sample, 0, result);
+    result.time[0] = state_.time;
+    TermSizes terms, grown;
+    engine_.measure_terms(sample, state_.time, terms, grown);
+    set_round_off(result, terms, grown);
+    clear_round_off(result);
+  }
+
+  const SingleState& state_;
+  InverseEngine<S> engine_;
+};
+
+}  // namespace
+
+VectorX independent_rates(const Mechanism& mechanism, const std::vector<CoordinateId>& independent,
+                          const std::vector<CoordinateValue>& values) {
+  VectorX rates = VectorX::Zero(static_cast<Eigen::Index>(independent.size()));
+  for (const CoordinateValue& value : values) {
+    const auto at = std::find(independent.begin(), independent.end(), value.coordinate);
+    if (at == independent.end())
+      throw std::invalid_argument("rates are those of the independent coordinates; " +
+                                  mechanism.coordinates[static_cast<std::size_t>(value.coordinate)].name +
+                                  " is none of them");
+    rates[at - independent.begin()] = value.value;
+  }
+  return rates;
+}
+
+Result observe_state(const Mechanism& mechanism, const SingleState& state, const InverseOptions& options) {
+  require_valid(mechanism);
+  if (!std::isfinite(state.time)) throw std::invalid_argument("time: expected a finite number");
+  const Mechanism there = at_time(mechanism, state.time);
+  Result result =
+      in_space(mechanism.space, [&]<class S>(S) { return SingleStateObservation<S>(there, state, options).run(); });
+  for (std::string& note : payload_notes(mechanism, state.time)) result.outcome.notes.push_back(std::move(note));
+  return result;
+}
+
+}  // namespace balance
