@@ -79,10 +79,35 @@ class Light(Case):
         self.assert_failure(done, 4, "mass matrix is singular", "body 'upper' has no mass")
         self.assertEqual(run("simulate", self.path("b.yaml"), "--trajectory", "cycloid", "-q").returncode, 0)
 
-    def test_an_end_without_mass_is_a_mistake(self):
+    def test_an_end_without_mass_is_warned_of(self):
         text = arm("mass: 1, com: [0, 0], inertia: 1").replace("mass: 1, com: [0.2, 0.02], inertia: 0.02", "mass: 0")
-        self.assert_failure(run("check", self.write("e.yaml", text)), 3, "e.yaml:6:", "bodies.lower.mass: must be positive", "carries nothing")
-        self.assertEqual(run("check", self.write("f.yaml", text + "payloads: {cargo: {body: lower, at: origin, mass: 2}}\n")).returncode, 0)
+        done = run("check", self.write("e.yaml", text))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("e.yaml:6:17: bodies.lower.mass: the body has no mass, and it carries nothing", done.stderr)
+        self.assert_quiet_success(run("check", self.write("f.yaml", text + "payloads: {cargo: {body: lower, at: origin, mass: 2}}\n")))
+
+    def test_inertia_without_mass_is_a_mistake(self):
+        self.assert_failure(run("check", self.write("i.yaml", arm("mass: 0, com: [0, 0], inertia: 0.1"))), 3, "bodies.upper.mass: must be positive")
+
+    def test_the_verdict_does_not_depend_on_the_tool(self):
+        bob = arm("mass: 1, com: [0, 0], inertia: 1").replace("inertia: 0.02", "inertia: 0")
+        for text in (bob, bob + "tool: lower.origin\n"):
+            self.assert_quiet_success(run("check", self.write("p.yaml", text)))
+
+    def test_every_command_takes_what_check_takes(self):
+        ends = {"no mass": "mass: 0", "point": "mass: 1, com: [0.2, 0.1], inertia: 0", "as given": "mass: 1, com: [0.2, 0.1], inertia: {as_given: -0.01}"}
+        for what, body in ends.items():
+            spec = self.write("all.yaml", arm(body) + "tolerances: {lower.mass: 1%}\n")
+            for words in (["check"], ["simulate"], ["simulate", "--split"], ["conditions", "-g", "static"], ["equations"], ["equations", "--at", "start"],
+                          ["equations", "--code", "c"], ["equations", "--latex"], ["tolerance"], ["tolerance", "--at-rest"]):
+                done = run(words[0], spec, *words[1:])
+                self.assertEqual(done.returncode, 0, (what, words, done.stderr))
+
+    def test_a_mechanism_without_mass_is_called_so(self):
+        text = arm("mass: 0").replace("mass: 1, com: [0.2, 0.02], inertia: 0.02", "mass: 0")
+        done = run("simulate", self.write("n.yaml", text))
+        self.assert_failure(done, 4, "no body has mass")
+        self.assertNotIn("overflow", done.stderr)
 
     def test_an_inertia_that_no_body_has(self):
         text = arm("mass: 1, com: [0.2, 0.1], inertia: {as_given: -0.3}")

@@ -69,7 +69,7 @@ const std::vector<Spoiling>& mistakes() {
       {"centre of mass", [](Mechanism& m) { m.bodies[2].com.y() = none; }, K::not_finite, E::body, 2},
       {"off the plane", [](Mechanism& m) { m.bodies[2].com.z() = 0.1; }, K::out_of_plane, E::body, 2},
       {"inertia xx", [](Mechanism& m) { m.bodies[2].inertia(0, 0) = 0.1; }, K::out_of_plane, E::body, 2},
-      {"no inertia", [](Mechanism& m) { m.bodies[2].inertia.setZero(); }, K::inertia_not_positive, E::body, 2},
+      {"negative inertia", [](Mechanism& m) { m.bodies[2].inertia(2, 2) = -1; }, K::inertia_not_positive, E::body, 2},
       {"indefinite", [](Mechanism& m) { m.bodies[2].inertia(0, 1) = m.bodies[2].inertia(1, 0) = 0.1; },
        K::inertia_not_positive, E::body, 2, spatial},
       {"lopsided", [](Mechanism& m) { m.bodies[2].inertia(0, 1) = 0.001; }, K::inertia_not_symmetric, E::body, 2,
@@ -248,4 +248,33 @@ TEST_CASE("a fault's sentence names the element and the number") {
                        "body 'upper': the mass must be positive, is -1\n"
                        "actuator 0: its coordinate must be one of 2 (from 0), is -3",
                        std::invalid_argument);
+}
+
+TEST_CASE(
+    "bodies without mass, point masses and inertias kept as given have no faults, whatever the space and the tool") {
+  for (const SpaceKind space : {SpaceKind::planar, SpaceKind::spatial})
+    for (const bool with_tool : {true, false})
+      for (std::size_t b = 1; b <= 2; ++b) {
+        Mechanism m = arm(space);
+        if (!with_tool) m.tool.reset();
+        m.bodies[b].inertia.setZero();
+        CHECK(validate(m).empty());
+        m.bodies[b].mass = 0;
+        CHECK(validate(m).empty());
+        CHECK(has_mass(m));
+        m.bodies[b].inertia(2, 2) = -1;
+        CHECK(validate(m).size() == 2);
+        m.bodies[b].inertia_as_given = true;
+        CHECK(validate(m).empty());
+      }
+}
+
+TEST_CASE("a mechanism has mass if a body, an attachment or a disc has") {
+  Mechanism m = arm(SpaceKind::planar);
+  for (Body& body : m.bodies) body.mass = 0;
+  m.attachments.clear();
+  m.discs.clear();
+  CHECK_FALSE(has_mass(m));
+  m.attachments.emplace_back().mass = 1;
+  CHECK(has_mass(m));
 }

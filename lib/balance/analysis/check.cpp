@@ -33,14 +33,14 @@ class Checker {
         progress_(progress),
         mechanism_(study.mechanism),
         tree_(compile<S>(mechanism_, needed(study))),
-        from_(start_equations()),
+        from_(pose_equations(mechanism_, tree_, start_pose())),
         system_(tree_, from_.drive) {}
 
   CheckReport run() {
     count();
     const Solution start = find_pose(mechanism_, tree_, system_, from_.target);
     if (!start.found) {
-      report_.outcome = explain_missing_start(mechanism_, tree_, start);
+      report_.outcome = explain_missing_start(mechanism_, tree_, start, start_pose());
       return report_;
     }
     ranks(start.y);
@@ -58,8 +58,8 @@ class Checker {
   }
 
   /// The first trajectory's start pose, else the actuators at their rough values.
-  PoseEquations<S> start_equations() const {
-    if (!study_.trajectories.empty()) return pose_equations(mechanism_, tree_, study_.trajectories.front().from);
+  PoseTarget start_pose() const {
+    if (!study_.trajectories.empty()) return study_.trajectories.front().from;
     PoseTarget pose;
     for (const int actuator : mechanism_.actuators) {
       double value = 0;
@@ -67,7 +67,7 @@ class Checker {
         if (rough.coordinate == actuator) value = rough.value;
       pose.joints.push_back({actuator, value});
     }
-    return pose_equations(mechanism_, tree_, pose);
+    return pose;
   }
 
   void count() {
@@ -245,7 +245,7 @@ class Checker {
 CheckReport check(const Study& study, const std::function<void(double)>& progress) {
   CheckReport report = in_space(study.mechanism.space, [&]<class S>(S) { return Checker<S>(study, progress).run(); });
   if (report.outcome.status == MotionStatus::done && !(report.com.allFinite() && std::isfinite(report.total_mass)))
-    report.outcome = numbers_overflow(0, "the centre of mass");
+    report.outcome = numbers_overflow(0, "the centre of mass", study.mechanism);
   for (const PassingPayload& payload : study.passing_payloads)
     report.notes.push_back("payload '" + payload.name +
                            "' is not always there; mass and centre of mass are those with it");

@@ -4,6 +4,7 @@
 #include "balance/analysis/start_pose.hpp"
 #include "balance/base/error.hpp"
 #include "balance/conditions/symbols.hpp"
+#include "balance/model/validate.hpp"
 #include "balance/present/names.hpp"
 #include "balance/spec/read_spec.hpp"
 #include "balance/study/passing_payloads.hpp"
@@ -40,7 +41,10 @@ ConditionsAnswer derive_view(const BalanceQuestion& question, const DesignSpace&
   view.occurring = list_occurring(space, view.conditions, derive);
   judge(view, assembled_at(study.mechanism, start), study.trajectories, options);
   if (!view.residuals.allFinite())
-    answer.refusal = {"overflow", "numbers overflow: what the conditions leave is larger than can be computed with"};
+    answer.refusal = {"overflow",
+                      has_mass(study.mechanism)
+                          ? "numbers overflow: what the conditions leave is larger than can be computed with"
+                          : no_mass};
   return answer;
 }
 

@@ -3,6 +3,7 @@
 #include "balance/base/factorizations.hpp"
 #include "balance/conditions/reduce.hpp"
 #include "balance/conditions/rows.hpp"
+#include "balance/model/validate.hpp"
 
 #include <fmt/format.h>
 
@@ -48,7 +49,9 @@ class Derivation {
                       "too few configurations were found in which the actuators hold the mechanism");
       if (!within_reach(all) || !units.parameter.allFinite())
         return refuse(ConditionsStatus::rank_unclear,
-                      "numbers overflow: terms of the conditions are larger than can be computed with");
+                      has_mass(mechanism_)
+                          ? "numbers overflow: terms of the conditions are larger than can be computed with"
+                          : no_mass);
       if (!reduce(without_extra(all, rows.parameters()), units.parameter, units.mass, order, out_)) continue;
       out_.status = ConditionsStatus::done;
       add_notes();

@@ -18,10 +18,10 @@ Mechanism with_only(Mechanism mechanism, EffortPart part) {
   return mechanism;
 }
 
-MotionOutcome finite_or(double time, bool finite, const char* what) {
+MotionOutcome finite_or(double time, bool finite, const char* what, const Mechanism& mechanism) {
   MotionOutcome outcome;
   outcome.status = MotionStatus::done;
-  return finite ? outcome : numbers_overflow(time, what);
+  return finite ? outcome : numbers_overflow(time, what, mechanism);
 }
 
 }  // namespace
@@ -189,7 +189,7 @@ MotionOutcome TermsEngine<S>::independent_terms(const double* q, double time, In
   out.input = C_.transpose() * input();
   bool finite = out.mass.allFinite() && out.rest.sum().allFinite() && out.viscous.allFinite();
   for (const MatrixX& form : out.velocity) finite = finite && form.allFinite();
-  return finite_or(time, finite, "the equation of motion");
+  return finite_or(time, finite, "the equation of motion", mechanism);
 }
 
 template <class S>
@@ -215,7 +215,7 @@ MotionOutcome TermsEngine<S>::redundant_terms(const double* q, double time, Redu
   if (freedoms_ == 0) out.acceleration.assign(static_cast<std::size_t>(columns_), MatrixX(0, 0));
   bool finite = out.mass.allFinite() && out.rest.sum().allFinite() && out.constraints.allFinite();
   for (const MatrixX& form : out.velocity) finite = finite && form.allFinite();
-  return finite_or(time, finite, "the equation of motion");
+  return finite_or(time, finite, "the equation of motion", mechanism);
 }
 
 /// Efforts per unit of the tree's generalised forces.
@@ -255,7 +255,7 @@ MotionOutcome TermsEngine<S>::split(const double* q, const double* dq, const dou
   actuation_.solve(branch_.equations(), all.data());
   out.effort =
       Eigen::Map<const VectorX>(actuation_.efforts().data(), static_cast<Eigen::Index>(actuation_.efforts().size()));
-  return finite_or(time, out.parts.allFinite() && out.effort.allFinite(), "torque");
+  return finite_or(time, out.parts.allFinite() && out.effort.allFinite(), "torque", mechanism);
 }
 
 template class TermsEngine<Planar>;

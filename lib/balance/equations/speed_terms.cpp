@@ -1,6 +1,7 @@
 // The equation of motion in speeds: with σ = (speeds, zeros) = W q̇ and q̇ = V σ the accelerations are q̈ = V (σ̇ − N(q̇, q̇)), N being what
 // rates alone make of σ̇, and the virtual speeds' work is Vᵀ (M q̈ + w + z) = Vᵀ S u.
 
+#include "balance/base/factorizations.hpp"
 #include "balance/equations/engine.hpp"
 #include "balance/motion/wording.hpp"
 
@@ -22,8 +23,8 @@ bool is_regular(MatrixX rows, const Mechanism& mechanism, const std::vector<Coor
       rows.col(static_cast<Eigen::Index>(k)) *= characteristic_length(mechanism);
   for (Eigen::Index r = 0; r < rows.rows(); ++r) rows.row(r).stableNormalize();
   if (!rows.allFinite()) return false;
-  const VectorX values = Eigen::JacobiSVD<MatrixX>(rows).singularValues();
-  return values[values.size() - 1] > least_part * values[0];
+  const VectorX values = singular_values(rows);
+  return values.size() == 0 || values[values.size() - 1] > least_part * values[0];
 }
 
 bool is_finite(const IndependentTerms& terms) {
@@ -91,7 +92,7 @@ Answer<SpeedTerms> EquationTerms::speed_terms(const VectorX& q, const SpeedChoic
   const MatrixX V = found.value.rows.partialPivLu().inverse();
   const IndependentTerms whole = projected(terms.value, V, forms, s);
   if (!is_finite(whole)) {
-    found.outcome = numbers_overflow(time, "the equation of motion");
+    found.outcome = numbers_overflow(time, "the equation of motion", engine_->mechanism);
     return found;
   }
   found.value.rates = V.leftCols(s);

@@ -1,6 +1,6 @@
 #include "balance/model/fault_list.hpp"
 
-#include "balance/base/factorizations.hpp"
+#include "balance/base/extrema.hpp"
 
 #include <array>
 #include <cstdio>
@@ -9,8 +9,8 @@ namespace balance {
 
 namespace {
 
-constexpr double unit_error = 1e-9;     // directions typed with ten digits pass
-constexpr double inertia_error = 1e-6;  // and principal moments typed with six
+constexpr double unit_error = 1e-9;      // directions typed with ten digits pass
+constexpr double symmetry_error = 1e-6;  // and inertias typed with six
 
 const char* name_of(ElementKind element) {
   switch (element) {
@@ -59,38 +59,27 @@ void ElementFaults::place(const Vector3& position, bool planar, const char* what
         std::string(what) + " of a planar mechanism must have z = 0, has " + text_of(position.z()));
 }
 
-namespace {
-
-void check_planar(const Matrix3& inertia, InertiaOf bearer, ElementFaults& faults) {
-  Matrix3 rest = inertia;
-  rest(2, 2) = 0;
-  if (!rest.isZero(0))
-    faults.add(FaultKind::out_of_plane, "the inertia of a planar mechanism must have its zz entry alone");
-  const double j = inertia(2, 2);
-  if (bearer == InertiaOf::body ? !(j > 0) : j < 0)
-    faults.add(FaultKind::inertia_not_positive, std::string("the inertia must ") +
-                                                    (bearer == InertiaOf::body ? "be positive" : "not be negative") +
-                                                    ", is " + text_of(j));
-}
-
-}  // namespace
-
 void check_inertia(const Matrix3& inertia, bool planar, InertiaOf bearer, ElementFaults& faults) {
   if (!faults.finite(inertia, "the inertia")) return;
-  if (planar) return check_planar(inertia, bearer, faults);
-  const double size = inertia.cwiseAbs().maxCoeff();
-  if (!(((inertia - inertia.transpose()) / 2).cwiseAbs().maxCoeff() <= inertia_error * size))
+  const double size = max_abs(inertia);
+  Matrix3 rest = inertia;
+  rest(2, 2) = 0;
+  if (planar && !rest.isZero(0))
+    faults.add(FaultKind::out_of_plane, "the inertia of a planar mechanism must have its zz entry alone");
+  else if (!(max_abs((inertia - inertia.transpose()) / 2) <= symmetry_error * size))
     return faults.add(FaultKind::inertia_not_symmetric, "the inertia must be a symmetric matrix");
-  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(inertia, Eigen::EigenvaluesOnly);
-  const Vector3& principal = solver.eigenvalues();  // increasing
-  const std::string found = "its principal moments are " + text_of(principal[0]) + ", " + text_of(principal[1]) + ", " +
-                            text_of(principal[2]);
-  const double slack = inertia_error * principal.cwiseAbs().maxCoeff();
-  if (bearer == InertiaOf::body ? !(principal[0] > 0) : principal[0] < -slack)
-    faults.add(FaultKind::inertia_not_positive, "the inertia must be positive definite; " + found);
-  if (principal[0] + principal[1] < principal[2] - slack)
+  const InertiaVerdict verdict = judge_inertia(inertia, planar, bearer);
+  const Vector3& principal = verdict.principal;
+  const std::string found = planar ? ", is " + text_of(principal[2])
+                                   : "; its principal moments are " + text_of(principal[0]) + ", " +
+                                         text_of(principal[1]) + ", " + text_of(principal[2]);
+  const char* positive = !planar                     ? "the inertia must be positive definite"
+                         : bearer == InertiaOf::body ? "the inertia must be positive"
+                                                     : "the inertia must not be negative";
+  if (verdict.flaw == InertiaFlaw::not_positive) faults.add(FaultKind::inertia_not_positive, positive + found);
+  if (verdict.flaw == InertiaFlaw::impossible)
     faults.add(FaultKind::inertia_impossible,
-               "no principal moment of inertia can be above the sum of the other two; " + found);
+               "no principal moment of inertia can be above the sum of the other two" + found);
 }
 
 }  // namespace balance

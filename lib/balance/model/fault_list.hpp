@@ -1,6 +1,7 @@
 #pragma once
 /// Collects the faults of a mechanism while it is looked through. Private to model.
 
+#include "balance/model/inertia_rule.hpp"
 #include "balance/model/validate.hpp"
 
 #include <cmath>
@@ -63,8 +64,6 @@ class ElementFaults {
   std::vector<Fault>& all_;
 };
 
-/// Who bears an inertia: what has zero mass may have zero inertia, too.
-enum class InertiaOf { body, attachment };
 void check_inertia(const Matrix3& inertia, bool planar, InertiaOf bearer, ElementFaults& faults);
 
 /// @param what "the coordinate that leads" @return whether all that is followed are coordinates

@@ -124,6 +124,13 @@ std::vector<Fault> validate(const Mechanism& mechanism) {
   return all;
 }
 
+bool has_mass(const Mechanism& mechanism) {
+  const auto heavy = [](const auto& part) { return part.mass > 0; };
+  return std::any_of(mechanism.bodies.begin(), mechanism.bodies.end(), heavy) ||
+         std::any_of(mechanism.attachments.begin(), mechanism.attachments.end(), heavy) ||
+         std::any_of(mechanism.discs.begin(), mechanism.discs.end(), heavy);
+}
+
 void require_valid(const Mechanism& mechanism) {
   std::string sentences;
   for (const Fault& fault : validate(mechanism)) sentences += (sentences.empty() ? "" : "\n") + fault.sentence;

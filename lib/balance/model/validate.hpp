@@ -16,10 +16,10 @@ enum class FaultKind {
   ground_with_mass,       ///< bodies[0] has mass or inertia
   not_finite,             ///< a number is infinite or none
   index_out_of_range,     ///< of a body, joint or coordinate
-  mass_not_positive,      ///< of a moving body; it may be zero where a fixed joint holds a body of nothing
+  mass_not_positive,      ///< of a moving body: negative, or zero with an inertia that is not
   mass_negative,          ///< of an attachment or a disc
   inertia_not_symmetric,  ///< in space
-  inertia_not_positive,  ///< body: not positive definite; attachment, disc: a negative principal moment; planar: its zz entry
+  inertia_not_positive,  ///< body: neither positive definite nor zero; else a negative principal moment; planar: its zz entry
   inertia_impossible,  ///< a principal moment above the sum of the other two
   axis_not_unit,
   axes_not_square,      ///< axis and axis2 of a universal or planar joint are not at a right angle
@@ -69,6 +69,12 @@ struct Fault {
 /// because of another fault (a circle of couplings whose coordinates do not exist) is left out.
 /// Unit vectors, right angles and rotations may be off by 1e-9, principal moments by 1e-6 of the largest.
 std::vector<Fault> validate(const Mechanism& mechanism);
+
+/// A body, an attachment or a disc has some.
+bool has_mass(const Mechanism& mechanism);
+
+/// Why nothing can be computed that is divided by a mass.
+inline constexpr const char* no_mass = "no body has mass: there is no centre of mass, and no force or effort to find";
 
 /// @throws std::invalid_argument if there are faults, with all their sentences, one a line
 void require_valid(const Mechanism& mechanism);

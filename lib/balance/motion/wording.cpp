@@ -1,5 +1,9 @@
 #include "balance/motion/wording.hpp"
 
+#include "balance/base/elementary.hpp"
+#include "balance/model/validate.hpp"
+
+#include <cmath>
 #include <cstddef>
 #include <cstdio>
 
@@ -65,6 +69,24 @@ MotionOutcome numbers_overflow(double time, const std::string& what) {
   char text[64];
   std::snprintf(text, sizeof text, "numbers overflow at t = %.9g s: ", time);
   return {MotionStatus::overflow, time, text + what + " is larger than can be computed with", {}};
+}
+
+MotionOutcome numbers_overflow(double time, const std::string& what, const Mechanism& mechanism) {
+  if (!has_mass(mechanism)) return {MotionStatus::overflow, time, no_mass, {}};
+  return numbers_overflow(time, what);
+}
+
+std::string flat_disc(const Mechanism& mechanism, const std::vector<double>& coordinates) {
+  constexpr int lean = 3;               // which of a disc's coordinates
+  constexpr double least_cosine = 0.1;  // of a disc that still stands
+  for (std::size_t c = 0; c < coordinates.size(); ++c) {
+    const Coordinate& coordinate = mechanism.coordinates[c];
+    const Joint& joint = mechanism.joints[coordinate.joint];
+    if (joint.type == JointType::rolling_disc && coordinate.index == lean &&
+        std::abs(elementary::cos(coordinates[c])) < least_cosine)
+      return "the disc of " + joint.name + " lies flat on its plane";
+  }
+  return "";
 }
 
 std::string under_actuated(int motors, int freedoms) {

@@ -29,6 +29,12 @@ std::string passes_without(const std::string& actuator, const std::vector<double
 
 /// The end of a run whose numbers grew too large to be computed with. @param time [s] @param what grew: "torque[A1]"
 MotionOutcome numbers_overflow(double time, const std::string& what);
+/// The same, or that the mechanism has no mass.
+MotionOutcome numbers_overflow(double time, const std::string& what, const Mechanism& mechanism);
+
+/// "the disc of L lies flat on its plane": where rates grow without bound; empty if none does.
+/// @param coordinates all of the mechanism's
+std::string flat_disc(const Mechanism& mechanism, const std::vector<double>& coordinates);
 
 std::string under_actuated(int motors, int freedoms);
 std::string over_actuated(int motors, int freedoms);

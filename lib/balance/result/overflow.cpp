@@ -27,7 +27,8 @@ void look(const Result& result, long rows, Overflow& first) {
 
 }  // namespace
 
-std::optional<MotionOutcome> find_overflow(const Result& result, const BetweenSamples& between) {
+std::optional<MotionOutcome> find_overflow(const Result& result, const BetweenSamples& between,
+                                           const Mechanism& mechanism) {
   Overflow first;
   look(result, result.time.size(), first);
   look(between.rows, static_cast<long>(between.next_sample.size()), first);
@@ -38,7 +39,7 @@ std::optional<MotionOutcome> find_overflow(const Result& result, const BetweenSa
   }
   if (!std::isfinite(result.energy) && first.what.empty()) first = {result.time[0], "the energy moved"};
   if (first.what.empty()) return std::nullopt;
-  return numbers_overflow(first.time, first.what);
+  return numbers_overflow(first.time, first.what, mechanism);
 }
 
 }  // namespace balance

@@ -48,7 +48,7 @@ void read_attachment(const Cursor& at, Draft& draft, AttachmentOf<Expression>& a
   if (!carried.inertia) return;
   draft.problems.guard([&] {
     attachment.inertia = read_inertia_value(*carried.inertia, draft);
-    check_inertia(*carried.inertia, attachment.inertia, draft, Bearer::attachment);
+    check_inertia(*carried.inertia, attachment.inertia, draft, InertiaOf::attachment);
   });
 }
 
@@ -138,7 +138,7 @@ void put_disc_together(const Cursor& at, const DiscText& text, Draft& draft, Dis
   if (carried.inertia)
     guard([&] {
       disc.inertia = read_disc_inertia(*carried.inertia, draft, disc.axis);
-      if (axis_read) check_inertia(*carried.inertia, disc.inertia, draft, Bearer::attachment);
+      if (axis_read) check_inertia(*carried.inertia, disc.inertia, draft, InertiaOf::attachment);
     });
 }
 

@@ -1,4 +1,6 @@
 #include "balance/base/nearest.hpp"
+#include "balance/model/conversion.hpp"
+#include "balance/model/validate.hpp"
 #include "balance/spec/directions.hpp"
 #include "balance/spec/inertia.hpp"
 #include "balance/spec/sections.hpp"
@@ -41,6 +43,12 @@ bool says_massless(const Cursor& body_at) {
   return false;
 }
 
+bool says_as_given(const BodyText& text) {
+  if (!text.inertia || !text.inertia->is_map()) return false;
+  const auto& keys = text.inertia->node().keys;
+  return std::any_of(keys.begin(), keys.end(), [](const Node& key) { return key.text == "as_given"; });
+}
+
 void read_body_fields(const Cursor& at, Draft& draft, BodyOf<Expression>& body) {
   BodyText text;
   const Need need = says_massless(at) ? Need::optional : Need::required;
@@ -58,6 +66,7 @@ void read_body_fields(const Cursor& at, Draft& draft, BodyOf<Expression>& body) 
   if (text.inertia)
     draft.problems.guard([&] {
       const bool moved = draft.problems.spoilt(at.path() + ".mass") || draft.problems.spoilt(at.path() + ".com");
+      body.inertia_as_given = says_as_given(text);
       body.inertia = read_inertia(*text.inertia, draft, moved ? std::nullopt : std::optional(body.mass), body.com);
     });
   if (read) draft.body_texts.emplace(draft.mechanism().bodies.size(), std::move(text));
@@ -76,23 +85,16 @@ bool carries_something(const MechanismOf<Expression>& mechanism, BodyId body) {
          (mechanism.tool && mechanism.tool->body == body);
 }
 
-bool says_as_given(const BodyText& text) {
-  if (!text.inertia || !text.inertia->is_map()) return false;
-  const auto& keys = text.inertia->node().keys;
-  return std::any_of(keys.begin(), keys.end(), [](const Node& key) { return key.text == "as_given"; });
+void check_mass(const BodyText& text, const BodyOf<Expression>& body) {
+  if (text.mass && !body.inertia_as_given && !can_weigh(body.mass.value(), values_of(body.inertia)))
+    text.mass->fail({.kind = "must be positive", .expected = "a number > 0", .found = "0"});
 }
 
-/// Neither a body of nothing nor a point is what anybody meant at the end of a chain.
-void check_lightness(const BodyText& text, const BodyOf<Expression>& body, bool carries, const Draft& draft) {
-  const double mass = body.mass.value();
-  const bool point = values_of(body.inertia).isZero(0);
-  if (text.mass && mass == 0 && !(carries && point) && !says_as_given(text))
-    text.mass->fail({.kind = "must be positive",
-                     .expected = "a number > 0",
-                     .found = "0",
-                     .hint = point ? "a body without mass must carry something, and this one carries nothing" : ""});
-  if (text.inertia && point && mass > 0 && !carries && !says_as_given(text))
-    check_inertia(*text.inertia, body.inertia, draft, Bearer::body);
+/// Not what anybody meant at the end of a chain, mostly.
+void warn_of_nothing(const Cursor& mass, Draft& draft) {
+  const Place place = mass.node().place;
+  const SpecPlace said{draft.problems.file_of(place), place.line, place.column, mass.path()};
+  draft.study.warnings.push_back(said.text() + ": the body has no mass, and it carries nothing");
 }
 
 /// `arm.hand` must be either a body or a point of one.
@@ -137,11 +139,16 @@ void read_bodies(const Cursor& section, Draft& draft) {
 
 void check_light_bodies(Draft& draft) {
   const auto& mechanism = draft.mechanism();
+  const bool weightless =
+      !has_mass(converted<double>(mechanism, [](const Expression& number) { return number.value(); }));
+  if (weightless && draft.problems.none())
+    draft.study.warnings.push_back("bodies: no body has mass, so nothing can be said of forces, efforts and balance");
   for (const auto& [index, text] : draft.body_texts) {
     const auto& body = mechanism.bodies[index];
     if (draft.problems.spoilt("bodies." + body.name) || draft.problems.lost("joints.another")) continue;
-    const bool carries = carries_something(mechanism, static_cast<int>(index));
-    draft.problems.guard([&, &where = text] { check_lightness(where, body, carries, draft); });
+    draft.problems.guard([&, &where = text] { check_mass(where, body); });
+    const bool nothing = body.mass.value() == 0 && !carries_something(mechanism, static_cast<int>(index));
+    if (text.mass && nothing && !weightless) warn_of_nothing(*text.mass, draft);
   }
 }
 

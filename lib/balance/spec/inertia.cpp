@@ -1,6 +1,5 @@
 #include "balance/spec/inertia.hpp"
 
-#include "balance/base/factorizations.hpp"
 #include "balance/spec/directions.hpp"
 
 #include <fmt/format.h>
@@ -10,9 +9,6 @@
 namespace balance::read {
 
 namespace {
-
-/// Principal moments printed with six digits still pass.
-constexpr double rounding = 1e-6;
 
 /// Steiner's theorem from the origin to the centre of mass.
 Matrix3E moved_to_com(const Matrix3E& about_origin, const Expression& mass, const Vector3E& com, bool planar) {
@@ -81,7 +77,7 @@ InertiaText read_inertia_text(const Cursor& at, Draft& draft) {
 /// A warning in place of the mistake that it would be without `as_given`.
 void warn_of_inertia(const Cursor& at, const Matrix3E& inertia, Draft& draft) {
   try {
-    check_inertia(at, inertia, draft, Bearer::body);
+    check_inertia(at, inertia, draft, InertiaOf::body);
   } catch (const Problem& problem) {
     const SpecPlace place{draft.problems.file_of(problem.place), problem.place.line, problem.place.column,
                           problem.path};
@@ -97,32 +93,25 @@ Matrix3E read_inertia(const Cursor& at, Draft& draft, const std::optional<Expres
   const Matrix3E inertia = text.about_origin ? moved_to_com(text.value, *mass, com, draft.planar()) : text.value;
   if (text.as_given)
     warn_of_inertia(at, inertia, draft);
-  else if (!values_of(inertia).isZero(0))  // a point; whether it may be one is check_light_bodies' to say
-    check_inertia(at, inertia, draft, Bearer::body);
+  else
+    check_inertia(at, inertia, draft, InertiaOf::body);
   return inertia;
 }
 
-void check_inertia(const Cursor& at, const Matrix3E& inertia, const Draft& draft, Bearer bearer) {
-  const bool body = bearer == Bearer::body;
-  if (draft.planar()) {
-    const double j = inertia(2, 2).value();
-    if (body ? !(j > 0) : j < 0)
-      at.fail({.kind = "no body can have this inertia",
-               .expected = fmt::format("{} about its CoM", body ? "a positive one" : "one that is not negative"),
-               .found = fmt::format("{:.6g} kg m^2", j)});
-    return;
-  }
-  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(values_of(inertia), Eigen::EigenvaluesOnly);
-  const Vector3& principal = solver.eigenvalues();  // increasing
-  const std::string found = fmt::format("the principal moments {:.6g}, {:.6g}, {:.6g} kg m^2 about its CoM",
-                                        principal[0], principal[1], principal[2]);
-  const double slack = rounding * principal.cwiseAbs().maxCoeff();
-  if (body ? !(principal[0] > 0) : principal[0] < -slack)
-    at.fail({.kind = "no body can have this inertia", .expected = "a positive definite matrix", .found = found});
-  if (principal[0] + principal[1] < principal[2] - slack)
-    at.fail({.kind = "no body can have this inertia",
-             .expected = "no principal moment above the sum of the other two",
-             .found = found});
+void check_inertia(const Cursor& at, const Matrix3E& inertia, const Draft& draft, InertiaOf bearer) {
+  const bool planar = draft.planar();
+  const InertiaVerdict verdict = judge_inertia(values_of(inertia), planar, bearer);
+  if (verdict.flaw == InertiaFlaw::none) return;
+  const Vector3& principal = verdict.principal;
+  const char* expected = verdict.flaw == InertiaFlaw::impossible ? "no principal moment above the sum of the other two"
+                         : !planar                               ? "a positive definite matrix"
+                         : bearer == InertiaOf::body             ? "a positive one about its CoM"
+                                                                 : "one that is not negative about its CoM";
+  at.fail({.kind = "no body can have this inertia",
+           .expected = expected,
+           .found = planar ? fmt::format("{:.6g} kg m^2", principal[2])
+                           : fmt::format("the principal moments {:.6g}, {:.6g}, {:.6g} kg m^2 about its CoM",
+                                         principal[0], principal[1], principal[2])});
 }
 
 }  // namespace balance::read
