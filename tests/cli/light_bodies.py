@@ -98,7 +98,7 @@ class Light(Case):
         ends = {"no mass": "mass: 0", "point": "mass: 1, com: [0.2, 0.1], inertia: 0", "as given": "mass: 1, com: [0.2, 0.1], inertia: {as_given: -0.01}"}
         for what, body in ends.items():
             spec = self.write("all.yaml", arm(body) + "tolerances: {lower.mass: 1%}\n")
-            for words in (["check"], ["simulate"], ["simulate", "--split"], ["conditions", "-g", "static"], ["equations"], ["equations", "--at", "start"],
+            for words in (["check"], ["simulate"], ["simulate", "--split", "--force", "-o", self.path("split.h5")], ["conditions", "-g", "static"], ["equations"], ["equations", "--at", "start"],
                           ["equations", "--code", "c"], ["equations", "--latex"], ["tolerance"], ["tolerance", "--at-rest"]):
                 done = run(words[0], spec, *words[1:])
                 self.assertEqual(done.returncode, 0, (what, words, done.stderr))
