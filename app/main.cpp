@@ -1,5 +1,6 @@
 /// Parses, runs one command, translates exceptions to exit codes.
 
+#include "call_mistake.hpp"
 #include "command.hpp"
 #include "console.hpp"
 #include "failure.hpp"
@@ -9,28 +10,26 @@
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/base/version.hpp"
+#include "balance/motion/missing_start.hpp"
 #include "balance/write/json.hpp"
 #include "balance/write/pending_file.hpp"
 
 #include <algorithm>
 #include <new>
-#include <sstream>
 
 namespace balance::app {
 namespace {
 
 constexpr const char* footer =
-    "balance COMMAND --help shows a command's options and examples. A spec named - is read from\n"
+    "balance COMMAND --help shows a command's options and examples. A spec named - is read from "
     "standard input, a file named - goes to standard output.\n\n"
     "Examples:\n"
     "  balance new 3rrr > 3rrr.yaml\n"
     "  balance design 5r.yaml -o balanced.yaml\n"
     "  balance simulate 3rrr.yaml --trajectory cycloid -o out.h5\n"
-    "  balance compare original.h5 balanced.h5 --require 'peak(shaking_force) <= 0.9 * base'\n\n"
+    "  balance compare a.h5 b.h5 --require 'peak(shaking_force) <= 0.9 * base'\n\n"
     "Exit codes: 0 done; 1 a requirement is not met or a design is only a compromise; 2 wrong usage;\n"
     "3 invalid spec; 4 the mechanism cannot do it; 5 file or system error.";
-
-constexpr const char* usage_hint = "balance --help and balance <command> --help show the usage";
 
 /// Says on stderr what went wrong, and on stdout too if the user reads JSON there.
 ExitCode fail(ExitCode code, const std::string& message, const std::string& json) {
@@ -44,33 +43,27 @@ ExitCode fail(ExitCode code, const std::string& message, const std::string& json
 }
 
 /// --help and --version end the parsing too; everything else is a mistake.
-ExitCode finish_parsing(const CLI::App& program, const CLI::ParseError& error) {
-  std::ostringstream out, err;
-  if (program.exit(error, out, err) != 0) throw CallError(error.what());
-  print(wrapped(out.str(), help_width()));
+ExitCode finish_parsing(CLI::App& program, const CLI::ParseError& error) {
+  const std::vector<CLI::App*> called = program.get_subcommands();
+  CLI::App& command = called.empty() ? program : *called.front();
+  if (error.get_exit_code() != 0) throw CallError(describe_mistake(command, error), call_of(command) + " --help");
+  if (dynamic_cast<const CLI::CallForVersion*>(&error) != nullptr) {
+    print(error.what() + std::string("\n"));
+  } else {
+    print(called.empty() ? help_text(describe_program(program), help_width())
+                         : help_text(describe_command(command), help_width()));
+  }
   return ExitCode::done;
 }
 
-/// `balance help` and `balance help design` are other words for --help.
+/// `balance`, `balance help` and `balance help design` are other words for --help.
 std::vector<std::string> words_of(int argc, char** argv) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
-  if (words.empty() || words.front() != "help") return words;
+  if (words.empty()) return {"--help"};
+  if (words.front() != "help") return words;
   words.erase(words.begin());
   words.push_back("--help");
   return words;
-}
-
-/// What people try that have another program's options in mind.
-std::string cure_for(const std::string& word) {
-  if (word == "--verbose" || word == "-v")
-    return ": there is none; what matters is always said, --quiet (-q) says less and --json more";
-  return "";
-}
-
-[[noreturn]] void fail_with(const CLI::ExtrasError& error, const std::vector<std::string>& words) {
-  for (const std::string& word : words)
-    if (const std::string cure = cure_for(word); !cure.empty()) throw CallError(word + cure);
-  throw CallError(error.what());
 }
 
 /// @throws CallError: no command was called; `words` are those that the parser could not place
@@ -79,12 +72,12 @@ std::string cure_for(const std::string& word) {
   for (const Command& command : commands) {
     if (!command.parser->get_group().empty()) names.push_back(command.parser->get_name());  // not the hidden ones
   }
-  if (words.empty()) throw CallError("a command is needed: " + one_of(names));
-  if (const std::string cure = cure_for(words.front()); !cure.empty()) throw CallError(words.front() + cure);
-  if (words.front().starts_with('-')) {
-    throw CallError(in_quotes(words.front()) + " must stand behind a command: " + one_of(names));
-  }
-  throw CallError(in_quotes(words.front()) + " is no command: " + one_of(names) + nearest_hint(words.front(), names));
+  const std::string& word = words.front();
+  if (const std::string cure = cure_for(word); !cure.empty()) throw CallError(word + ": " + cure);
+  if (word.starts_with('-'))
+    throw CallError("options stand behind a command, such as balance check; balance has no option " + in_quotes(word) +
+                    nearest_hint(word, {"--help", "--version"}));
+  throw CallError(in_quotes(word) + " is no command: " + one_of(names) + nearest_hint(word, names));
 }
 
 /// Where the list of commands shows one, by its purpose.
@@ -124,8 +117,6 @@ ExitCode parse_and_run(int argc, char** argv) {
   std::vector<std::string> given = words_of(argc, argv);
   try {
     program.parse(std::vector<std::string>(given.rbegin(), given.rend()));  // CLI11 takes them from the end
-  } catch (const CLI::ExtrasError& error) {
-    fail_with(error, given);
   } catch (const CLI::ParseError& error) {
     return finish_parsing(program, error);
   }
@@ -152,7 +143,8 @@ ExitCode translate(int argc, char** argv) {
   try {
     return parse_and_run(argc, argv);
   } catch (const CallError& error) {
-    return failed(ExitCode::usage, "usage", std::string("error: ") + error.what() + "\n" + usage_hint, error.what());
+    return failed(ExitCode::usage, "usage",
+                  std::string("error: ") + error.what() + "\n" + error.help + " shows the usage", error.what());
   } catch (const UsageError& error) {
     return failed(ExitCode::usage, "usage", std::string("error: ") + error.what(), error.what());
   } catch (const SpecError& error) {
@@ -163,6 +155,9 @@ ExitCode translate(int argc, char** argv) {
   } catch (const MechanismFailure& error) {
     const std::string message = std::string("error: ") + error.what();
     return fail(ExitCode::mechanism, message, json ? error_json("mechanism", error.what(), error.status) : "");
+  } catch (const MechanismRefused& error) {
+    return fail(ExitCode::mechanism, std::string("error: ") + error.what(),
+                json ? error_json("mechanism", error.outcome) : "");
   } catch (const SystemError& error) {
     return failed(ExitCode::system, "system", std::string("error: ") + error.what(), error.what());
   } catch (const Cancelled& error) {

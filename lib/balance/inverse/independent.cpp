@@ -59,7 +59,7 @@ Loops<S> analyse(const Mechanism& mechanism, const std::vector<CoordinateId>& ne
   Loops<S> loops{compile<S>(mechanism, needed), needed, 0, {}};
   System<S> closures(loops.tree, Drive<S>{});
   const Solution start = find_pose(mechanism, loops.tree, closures, {});
-  if (!start.found) throw std::invalid_argument(explain_missing_start(mechanism, loops.tree, start).reason);
+  if (!start.found) throw MechanismRefused(explain_missing_start(mechanism, loops.tree, start, {}));
   loops.freedoms = loops.tree.columns - generic_closure_rank(loops.tree, start.y);
   look_around(start.y, loops);
   return loops;
@@ -179,7 +179,7 @@ IndependentChoice<S> choose_independent(const Mechanism& mechanism, const std::v
       return finish(std::move(loops), coordinates, note);
     }
   }
-  throw std::invalid_argument("no joint coordinates determine the motion");
+  throw MechanismRefused({MotionStatus::mismatch, 0, "no joint coordinates determine the motion", {}});
 }
 
 template IndependentChoice<Planar> choose_independent<Planar>(const Mechanism&, const std::vector<std::string>&);

@@ -4,15 +4,28 @@
 #include "balance/motion/motion.hpp"
 #include "balance/motion/plan.hpp"
 
+#include <stdexcept>
+
 namespace balance {
 
-/// Of a find_pose that found nothing: do the loops close at all, and if not, which joint stays open?
-/// @param attempt what it returned
-template <class S>
-MotionOutcome explain_missing_start(const Mechanism& mechanism, const Tree<S>& tree, const Solution& attempt);
+/// No question about states of the mechanism has an answer: its loops cannot be closed, or no coordinates determine its motion.
+class MechanismRefused : public std::invalid_argument {
+ public:
+  explicit MechanismRefused(const MotionOutcome& found) : std::invalid_argument(found.reason), outcome(found) {}
+  MotionOutcome outcome;
+};
 
-#define BALANCE_DECLARE(S) \
-  extern template MotionOutcome explain_missing_start<S>(const Mechanism&, const Tree<S>&, const Solution&);
+/// Of a find_pose that found nothing: do the loops close at all, and if not, which joint stays open? What of the pose is missed, and what
+/// is the nearest that can be reached?
+/// @param attempt what it returned
+/// @param pose what it looked for
+template <class S>
+MotionOutcome explain_missing_start(const Mechanism& mechanism, const Tree<S>& tree, const Solution& attempt,
+                                    const PoseTarget& pose);
+
+#define BALANCE_DECLARE(S)                                                                                  \
+  extern template MotionOutcome explain_missing_start<S>(const Mechanism&, const Tree<S>&, const Solution&, \
+                                                         const PoseTarget&);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)
 #undef BALANCE_DECLARE
