@@ -43,7 +43,7 @@ void print_view(const FormulaOptions& options, const Study& study, const SpecTex
   print_options.numbers = options.numbers;
   if (options.all) print_options.most_terms = std::numeric_limits<std::size_t>::max();
   FormulasView view{title_of(study), &sheet, print_sheet(sheet, print_options), {}, study.warnings};
-  view.check = check_against_engine(sheet, texts_of(view.sections), study.mechanism);
+  view.check = check_against_engine(sheet, texts_of(view.sections), study.mechanism, {.elsewhere = !options.numbers});
   if (!view.check.agrees)
     throw MechanismFailure("no-formulas", fmt::format("no formulas: {} (checked at {} states: {:.0e})",
                                                       view.check.reason, view.check.states, view.check.error));
@@ -62,9 +62,12 @@ void print_view(const FormulaOptions& options, const Study& study, const SpecTex
 ExitCode print_formulas(const FormulaOptions& options) {
   sections_of(options);
   const std::string text = read_text_file(options.spec.spec, "spec");
-  const Study study = read_spec(text, shown_name(options.spec.spec), read_options(options.spec));
+  const DesignSpace space = read_design_space(text, shown_name(options.spec.spec), read_options(options.spec));
+  const Study& study = space.start;
   refuse_passing_payloads(study, "equations of motion");
-  const SpecTexts texts = read_spec_texts(study.spec_text, read_options(options.spec));
+  if (study.mechanism.coordinates.empty())
+    throw MechanismFailure("mismatch", "the mechanism has no degrees of freedom: there is no equation of motion");
+  const SpecTexts texts = read_spec_texts(space, read_options(options.spec));
   for (const std::string& warning : study.warnings) tell("warning: " + warning);
   try {
     if (options.code.empty()) {

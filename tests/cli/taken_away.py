@@ -12,7 +12,7 @@ import _taken_away
 from _four_bar import four_bar
 from _program import Case, run
 
-SECONDS = 20
+SECONDS = 15
 
 
 class TakenAway(unittest.TestCase):
@@ -24,6 +24,10 @@ class TakenAway(unittest.TestCase):
         findings, tried = _taken_away.find(cases, lambda: time.monotonic() > end)
         self.assertGreater(tried, 20)
         self.assertEqual(findings, [])
+
+    def test_all_commands_on_what_cannot_move(self):
+        findings, tried = _taken_away.find([("bricard.yaml", "mobility", form) for form in _taken_away.FORMS])
+        self.assertEqual((tried, findings), (len(_taken_away.FORMS), []))
 
 
 PENDULUM = """\
