@@ -4,6 +4,7 @@
 #include "balance/analysis/load_case_study.hpp"
 #include "balance/base/elementary.hpp"
 #include "balance/base/error.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/motion/spline.hpp"
 #include "balance/simulation/simulate.hpp"
 
@@ -29,8 +30,8 @@ AdaptiveStudy::AdaptiveStudy(const DesignSpace& space, const DesignStudyOptions&
       judge_(judge),
       x_(x),
       found_(found),
-      lower_(loads().values.colwise().minCoeff()),
-      upper_(loads().values.colwise().maxCoeff()) {
+      lower_(-row_maxima(-loads().values.transpose())),
+      upper_(row_maxima(loads().values.transpose())) {
   find_law();
   x_ = all_at(VectorX(own_load(space)));
 }
@@ -90,13 +91,12 @@ VectorX AdaptiveStudy::at(const VectorX& loads_there, const VectorX& near) const
 }
 
 VectorX AdaptiveStudy::all_at(const VectorX& loads_there) const {
-  Eigen::Index nearest = 0;
   const VectorX width = (upper_ - lower_).cwiseMax(std::numeric_limits<double>::min());
-  ((loads().values.rowwise() - loads_there.transpose()).array().rowwise() / width.transpose().array())
-      .matrix()
-      .rowwise()
-      .norm()
-      .minCoeff(&nearest);
+  const Eigen::Index nearest =
+      min_index(((loads().values.rowwise() - loads_there.transpose()).array().rowwise() / width.transpose().array())
+                    .matrix()
+                    .rowwise()
+                    .norm());
   const VectorX near = found_.row(nearest);
   if (!law_ && loads().values.row(nearest).transpose() == loads_there) return with(near);
   return with(at(loads_there, near));
@@ -114,9 +114,7 @@ AdaptedTable AdaptiveStudy::table() const {
     for (Eigen::Index k = 0; k < loads().size(); ++k) add(loads().values.row(k), found_.row(k));
     return table;
   }
-  Eigen::Index first = 0;
-  loads().values.col(0).minCoeff(&first);
-  VectorX near = found_.row(first);
+  VectorX near = found_.row(min_index(loads().values.col(0)));
   std::vector<double> knots;
   for (int k = 0; k < table_size; ++k) {
     knots.push_back(lower_[0] + (upper_[0] - lower_[0]) * k / (table_size - 1));
