@@ -27,7 +27,72 @@ class Formulas(Case):
         return done.stdout
 
     def test_it_says_at_how_many_states_it_was_checked(self):
-        self.assertRegex(self.text(ARM), r"checked at 5 states: \d+e-\d+\n$")
+        self.assertRegex(self.text(ARM), r"checked at 5 states, 2 of them with other numbers: \d+e-\d+\n$")
+
+    def spec(self, text):
+        file = tempfile.NamedTemporaryFile("w", suffix=".yaml", delete=False)
+        self.addCleanup(os.unlink, file.name)
+        with file:
+            file.write(text)
+        return file.name
+
+    def arm(self, disc="", point="[a, 0]", extra=""):
+        return self.spec(f"""
+space: planar
+gravity: [0, -9.81]
+parameters: {{a: 0.5, b: 0.5, z: 0}}
+ground: {{points: {{O: [0, 0], S: [0, 0.3]}}}}
+bodies:
+  b1: {{mass: 2, com: [0.2, 0], inertia: 0.04, points: {{A: [0, 0], Other: [b, 0], B: {point}}}}}
+  b2: {{mass: 1, com: [0.1, 0], inertia: 0.02, points: {{A: [0, 0], E: [0.4, 0]}}}}
+joints:
+  J1: {{type: revolute, connects: [ground.O, b1.A]}}
+  J2: {{type: revolute, connects: [b1.B, b2.A]}}
+actuators: [J1, J2]
+{disc}
+{extra}
+""")
+
+    def test_free_numbers_that_start_at_zero_are_symbols(self):
+        disc = "discs: {d: {body: b1, at: A, follows: J2, ratio: -4, inertia: {free: [0, 1]}}}"
+        self.assertIn("Jz_d n_d", self.text(self.arm(disc), "--only", "conditions"))
+        weight = "counterweights: {c: {body: b1, at: [-0.1, 0], mass: {free: [0, 9]}}}"
+        self.assertIn("m_c", self.text(self.arm(extra=weight), "--only", "conditions"))
+        spring = "springs: {s: {between: [ground.S, b1.B], stiffness: {free: [0, 900]}, free_length: {free: [0, 1], start: 0}}}"
+        text = self.text(self.arm(extra=spring), "--only", "gravity")
+        self.assertIn("k_s", text)
+        self.assertIn("l0_s", text)
+
+    def test_a_joint_has_the_symbol_of_the_point_that_it_names(self):
+        for point, set_ in (("[a, 0]", []), ("[a, 0]", ["--set", "a=0"]), ("[a, z]", ["--set", "b=0"])):
+            text = self.text(self.arm(point=point), *set_, "--only", "inertia")
+            self.assertIn("a", re.search(r"where (.*) in SI", text)[1].replace("and", ""))
+            self.assertNotRegex(text, r"\bb\b")
+            self.assertEqual("z" in re.search(r"where (.*) in SI", text)[1].split(), "z" in point)
+
+    def test_a_disc_with_an_oblique_axis_has_two_moments_of_inertia(self):
+        spec = self.spec("""
+space: spatial
+gravity: [0, 0, -9.81]
+parameters: {u: 1, v: 2}
+ground: {points: {O: [0, 0, 0]}}
+bodies:
+  arm:  {mass: 1, com: [0.1, 0, 0], inertia: [0.01, 0.02, 0.02], points: {O: [0, 0, 0], E: [0.3, 0, 0]}}
+  hand: {mass: 1, com: [0.1, 0, 0], inertia: [0.01, 0.02, 0.02], points: {E: [0, 0, 0]}}
+joints:
+  J1: {type: revolute, connects: [ground.O, arm.O], axis: [0, 0, 1]}
+  J2: {type: revolute, connects: [arm.E, hand.E], axis: [0, 1, 0]}
+actuators: [J1, J2]
+discs:
+  d: {body: hand, at: [0.1, 0, 0], follows: J2, ratio: 2, axis: [u, v, 3], mass: 0.3, inertia: {axial: 0.02, transverse: 0.011}}
+""")
+        text = self.text(spec, "--only", "inertia")
+        self.assertIn("Ja_d", text)
+        self.assertIn("Jt_d", text)
+        self.assertIn("2 of them with other numbers", text)
+        # the direction is the parameters': its angles are symbols even where it is along an axis
+        self.assertIn("alpha", self.text(spec, "--set", "v=0", "--set", "u=0", "--only", "inertia"))
+        self.assertIn('"Ja_d": 0.02', self.text(spec, "--code", "python"))
 
     def test_sections_are_picked(self):
         text = self.text(ARM, "--only", "conditions")

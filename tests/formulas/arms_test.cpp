@@ -92,7 +92,7 @@ TEST_CASE("a spatial arm that is balanced as the paper says has constant, decoup
     for (const auto& q : poses) {
       const auto n = names_at(s.sheet, q);
       const double k1 = p["Jz1"] + p["Jz2"] + p["Jz3"] + (p["m2"] + p["m3"] + p["m_d4"] + p["m_d5"]) * square(p["l1"]) +
-                        shift + n.at("Jy_d4") + n.at("Jy_d5");
+                        shift + n.at("Jt_d4") + n.at("Jt_d5");
       CHECK(s.at("D11", q, p.value) == near(k1));
       CHECK(s.at("D22", q, p.value) == near(p["Jx2"] + p["Jx3"] + p["Jx4"] + p["Jx5"] + shift));
       CHECK(s.at("D33", q, p.value) == near(p["Jx3"] + p["Jx4"] + square(p["Jx3"] + p["Jx4"]) / p["Jx5"]));
@@ -142,7 +142,7 @@ TEST_CASE(
 TEST_CASE("P1 eq. 31: the printed inertias and velocity terms of the spatial arm that is balanced statically only") {
   const Sheets s = sheets("spatial-rrr.yaml", {{"Jy2", "0.26"}}, {.expressions = Expressions::put_in});
   Drawn p = draw({"l1", "l2", "m2", "m3", "Jx2", "Jy2", "Jz1", "Jz2", "Jx3", "Jy3", "Jz3"}, 7);
-  for (const char* disc : {"Jx4", "Jx5", "m_d4", "m_d5", "Jy_d4", "Jy_d5"}) p.value[disc] = 0;
+  for (const char* disc : {"Jx4", "Jx5", "m_d4", "m_d5", "Jt_d4", "Jt_d5"}) p.value[disc] = 0;
   const double m3l2 = p["m3"] * p["l2"], shift = m3l2 * p["l2"] * (1 + p["m3"] / p["m2"]);
   for (const auto& q : poses) {
     const double s2 = std::sin(q[1]), c2 = std::cos(q[1]), s23 = std::sin(q[1] + q[2]), c23 = std::cos(q[1] + q[2]);

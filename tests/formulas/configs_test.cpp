@@ -1,10 +1,14 @@
 #include "reading.hpp"
 
 #include "balance/formulas/code.hpp"
+#include "balance/formulas/printed_program.hpp"
+#include "balance/model/payload_stretches.hpp"
 
 #include <doctest/doctest.h>
 
 #include <filesystem>
+#include <set>
+#include <string>
 
 using namespace reading;
 
@@ -32,30 +36,61 @@ const Vector3 x = Vector3::UnitX(), y = Vector3::UnitY(), z = Vector3::UnitZ(), 
 
 }  // namespace
 
-TEST_CASE("the formulas of every planar config say what the engine says, with symbols and with numbers") {
-  int count = 0;
+TEST_CASE(
+    "the formulas of every config say what the engine says, at other numbers, too, and with numbers for symbols") {
+  // Loops that are redundant close at their own numbers only.
+  const std::set<std::string> rigid_elsewhere{"bricard.yaml"};
+  int count = 0, elsewhere = 0;
   for (const auto& entry : std::filesystem::directory_iterator(BALANCE_CONFIGS)) {
     if (entry.path().extension() != ".yaml") continue;
     const std::string config = entry.path().filename().string();
-    if (read_spec_file(entry.path().string()).mechanism.space != SpaceKind::planar) continue;
-    for (const bool numbers : {false, true}) {
-      const Sheets s = sheets(config, {}, {}, {.numbers = numbers});
-      const Check check = check_against_engine(s.sheet, s.texts, s.study.mechanism);
-      CHECK_MESSAGE(check.agrees, config << ": " << check.reason << " " << check.error);
-      CHECK(check.states == 5);
-    }
-    ++count;
+    if (has_passing_payloads(read_spec_file(entry.path().string()).mechanism)) continue;
+    for (const bool numbers : {false, true}) try {
+        const Sheets s = sheets(config, {}, {}, {.numbers = numbers});
+        const Check check = check_against_engine(s.sheet, s.texts, s.study.mechanism, {.elsewhere = !numbers});
+        CHECK_MESSAGE(check.agrees, config << ": " << check.reason << " " << check.error);
+        CHECK(check.states == 5);
+        CHECK_MESSAGE((check.note.empty() || rigid_elsewhere.contains(config)), config << ": " << check.note);
+        elsewhere += check.elsewhere;
+        ++count;
+      } catch (const FormulaError& error) {
+        CHECK_MESSAGE(config == "rccc.yaml", config << ": " << std::string(error.what()));  // too long
+      }
   }
-  CHECK(count > 20);
+  CHECK(count > 80);
+  CHECK(elsewhere > 60);
 }
 
-TEST_CASE("the formulas of arms and loops in space say what the engine says") {
-  for (const char* config : {"spatial-rrr.yaml", "scara.yaml", "bricard.yaml", "spatial-slider-crank.yaml",
-                             "four-bar-in-space.yaml", "starters/spatial-arm.yaml"}) {
-    const Sheets s = sheets(config);
-    const Check check = check_against_engine(s.sheet, s.texts, s.study.mechanism);
-    CHECK_MESSAGE(check.agrees, config << ": " << check.reason << " " << check.error);
+// program_text runs what it is about to print against the engine, at the spec's numbers and at others, and throws where they differ.
+TEST_CASE("every config has programs, in C and in Python, that say what the engine says, at other numbers, too") {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(BALANCE_CONFIGS)) {
+    if (entry.path().extension() != ".yaml") continue;
+    const DesignSpace space = read_design_space_file(entry.path().string());
+    if (has_passing_payloads(space.start.mechanism)) continue;
+    for (const Language language : {Language::c, Language::python})
+      CHECK_NOTHROW_MESSAGE(program_text(space.start.mechanism, read_spec_texts(space), language),
+                            entry.path().filename().string());
+    ++count;
   }
+  CHECK(count > 45);
+}
+
+TEST_CASE("a program is run as it is printed: one with a wrong sign is noticed") {
+  const DesignSpace space = read_design_space_file(BALANCE_CONFIGS "/rr.yaml");
+  const std::string text = program_text(space.start.mechanism, read_spec_texts(space), Language::c);
+  PrintedProgram right(text, Language::c, 2);
+  std::string changed = text;
+  const std::size_t sum = changed.find(" + ", changed.find("static void torques("));
+  REQUIRE(sum != std::string::npos);
+  changed[sum + 1] = '-';
+  PrintedProgram wrong(changed, Language::c, 2);
+  const Sheets s = sheets("rr.yaml");
+  for (PrintedProgram* program : {&right, &wrong}) {
+    for (const Symbol& symbol : s.sheet.ring->symbols()) program->set(symbol.name, symbol.value);
+    program->prepare();
+  }
+  CHECK(right.torques({0.3, 0.7}, {1, -2}, {2, 1}) != wrong.torques({0.3, 0.7}, {1, -2}, {2, 1}));
 }
 
 TEST_CASE("a wrong letter in a formula is noticed") {

@@ -43,8 +43,9 @@ struct Sheets {
 
 inline Sheets sheets(const std::string& config, const std::vector<std::pair<std::string, std::string>>& set = {},
                      const SheetOptions& options = {}, const PrintOptions& print = {}) {
-  Sheets found{read_spec_file(std::string(BALANCE_CONFIGS "/") + config, {set}), {}, {}, {}};
-  found.sheet = make_sheet(found.study.mechanism, read_spec_texts(found.study.spec_text, {set}), options);
+  const DesignSpace space = read_design_space_file(std::string(BALANCE_CONFIGS "/") + config, {set});
+  Sheets found{space.start, {}, {}, {}};
+  found.sheet = make_sheet(found.study.mechanism, read_spec_texts(space, {set}), options);
   found.sections = print_sheet(found.sheet, print);
   found.texts = texts_of(found.sections);
   return found;

@@ -26,7 +26,7 @@ struct Random {
     }
     for (int k = 0; k < 3; ++k) {
       angles.push_back(any(random));
-      ring.add_angle(std::string(1, static_cast<char>('u' + k)), k == 2 ? 1 : 0, angles.back());
+      ring.add_fixed_angle(std::string(1, static_cast<char>('u' + k)), k == 2 ? 1 : 0, angles.back());
     }
   }
   Polynomial draw(int terms) {

@@ -13,27 +13,35 @@ constexpr double one_place = 1e-12;  // in characteristic lengths: as the second
 
 class BasicBuilder {
  public:
-  BasicBuilder(Ring& ring, const Mechanism& mechanism, MechanismNumbers& numbers)
-      : ring_(ring), mechanism_(mechanism), numbers_(numbers), chosen_(natural::choose_points(mechanism)) {}
+  BasicBuilder(Ring& ring, const Mechanism& mechanism, const NumberModel& model, MechanismNumbers& numbers)
+      : ring_(ring),
+        mechanism_(mechanism),
+        model_(model),
+        numbers_(numbers),
+        chosen_(natural::choose_points(mechanism)) {}
 
   BasicTree build() {
     tree_.moving = chosen_.moving;
     tree_.names = chosen_.names;
     for (const natural::Complex place : chosen_.fixed) tree_.fixed.push_back(*joint_place(ground, place));
     for (std::size_t b = 0; b < chosen_.bodies.size(); ++b) tree_.bodies.push_back(body(static_cast<int>(b)));
-    for (const Joint& joint : mechanism_.joints)
-      if (joint.type != JointType::revolute) add_joint(joint);
+    for (std::size_t j = 0; j < mechanism_.joints.size(); ++j)
+      if (mechanism_.joints[j].type != JointType::revolute) add_joint(static_cast<int>(j));
     return std::move(tree_);
   }
 
  private:
   /// Where a joint holds a body at this place; null if none does.
   std::optional<Vector> joint_place(int body, natural::Complex place) {
-    for (const Joint& joint : mechanism_.joints) {
+    for (std::size_t j = 0; j < mechanism_.joints.size(); ++j) {
+      const Joint& joint = mechanism_.joints[j];
       if (joint.type != JointType::revolute && joint.type != JointType::fixed) continue;
-      for (const auto& [owner, at] : {std::pair{joint.first, joint.point_first}, {joint.second, joint.point_second}})
+      for (const bool first : {true, false}) {
+        const Vector3& at = first ? joint.point_first : joint.point_second;
+        const int owner = first ? joint.first : joint.second;
         if (owner == body && std::abs(natural::planar(at, chosen_.length) - place) <= one_place)
-          return numbers_.point(body, at);
+          return numbers_.joint_point(static_cast<int>(j), first);
+      }
     }
     return std::nullopt;
   }
@@ -42,8 +50,8 @@ class BasicBuilder {
   Vector auxiliary_place(int body, natural::Complex place) {
     if (std::abs(place) <= one_place) return {};
     Vector at = joint_place(body, place - 1.0).value_or(Vector{});
-    if (unit_ < 0) unit_ = ring_.add_symbol("e", SymbolKind::length, chosen_.length);
-    at[0] += Polynomial::of_symbol(ring_, unit_);
+    if (tree_.unit < 0) tree_.unit = ring_.add_symbol("e", SymbolKind::length, chosen_.length);
+    at[0] += Polynomial::of_symbol(ring_, tree_.unit);
     return at;
   }
 
@@ -69,21 +77,22 @@ class BasicBuilder {
     return found;
   }
 
-  Vector direction(const std::string& joint, const char* letter, double x, double y) {
-    const auto number = [&](const char* axis, double value) -> Polynomial {
-      if (value == std::round(value)) return {static_cast<int>(value)};
+  Vector direction(const std::string& joint, const char* letter, const Expression& x, const Expression& y) {
+    const auto number = [&](const char* axis, const Expression& value) -> Polynomial {
+      const double whole = std::round(value.value());
+      if (value.is_constant() && value.value() == whole) return {static_cast<int>(whole)};
       return Polynomial::of_symbol(
           ring_, ring_.add_symbol(plain_name(letter + std::string(axis) + "_" + joint), SymbolKind::number, value));
     };
     return {number("x", x), number("y", y), {}};
   }
 
-  void add_joint(const Joint& joint) {
+  void add_joint(int index) {
+    const JointOf<Expression>& joint = model_.mechanism().joints[static_cast<std::size_t>(index)];
     if (joint.type != JointType::fixed && joint.type != JointType::prismatic && joint.type != JointType::pin_slot)
       throw FormulaError("joint " + joint.name + " says nothing about points alone");
     BasicJoint found{joint.type, joint.first, joint.second, {}, {}, {}, {}};
-    found.p = numbers_.point(joint.first, joint.point_first),
-    found.q = numbers_.point(joint.second, joint.point_second);
+    found.p = numbers_.joint_point(index, true), found.q = numbers_.joint_point(index, false);
     if (joint.type != JointType::fixed) found.axis = direction(joint.name, "u", joint.axis.x(), joint.axis.y());
     if (joint.type != JointType::pin_slot)
       found.turn = direction(joint.name, "r", joint.rotation(0, 0), joint.rotation(1, 0));
@@ -92,17 +101,17 @@ class BasicBuilder {
 
   Ring& ring_;
   const Mechanism& mechanism_;
+  const NumberModel& model_;
   MechanismNumbers& numbers_;
   natural::BasicPoints chosen_;
   BasicTree tree_;
-  int unit_ = -1;
 };
 
 }  // namespace
 
-BasicTree basic_tree(Ring& ring, const Mechanism& mechanism, MechanismNumbers& numbers) {
+BasicTree basic_tree(Ring& ring, const Mechanism& mechanism, const NumberModel& model, MechanismNumbers& numbers) {
   if (mechanism.space != SpaceKind::planar) throw FormulaError("natural coordinates are for planar mechanisms");
-  return BasicBuilder(ring, mechanism, numbers).build();
+  return BasicBuilder(ring, mechanism, model, numbers).build();
 }
 
 }  // namespace balance::formulas

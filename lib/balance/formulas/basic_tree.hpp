@@ -33,12 +33,14 @@ struct BasicTree {
   std::vector<Triple<Polynomial>> fixed;  ///< places of the ground's points
   std::vector<BasicBody> bodies;          ///< the ground's is empty
   std::vector<BasicJoint> joints;
+  int unit = -1;  ///< symbol of the characteristic length, where an auxiliary point needs one
 };
 
 class MechanismNumbers;
+class NumberModel;
 
 /// The points are those of the second formulation. @param mechanism planar
 /// @throws FormulaError if it is not
-BasicTree basic_tree(Ring& ring, const Mechanism& mechanism, MechanismNumbers& numbers);
+BasicTree basic_tree(Ring& ring, const Mechanism& mechanism, const NumberModel& model, MechanismNumbers& numbers);
 
 }  // namespace balance::formulas

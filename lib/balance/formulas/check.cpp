@@ -1,8 +1,13 @@
 #include "balance/formulas/check.hpp"
 
+#include "balance/base/extrema.hpp"
+#include "balance/base/factorizations.hpp"
 #include "balance/formulas/natural_check.hpp"
+#include "balance/formulas/other_numbers.hpp"
 #include "balance/formulas/regressor_check.hpp"
 #include "balance/formulas/text_value.hpp"
+#include "balance/model/validate.hpp"
+#include "balance/natural/basic_points.hpp"
 
 #include <Eigen/QR>
 
@@ -17,9 +22,11 @@ namespace {
 /// Round-off of thousands of terms is far below, a wrong term far above.
 constexpr double agreement = 1e-9;
 constexpr int most_tries = 60;
+/// Of the states, and of poses that are tried with each draw of other numbers.
+constexpr int states_elsewhere = 2, tries_elsewhere = 6;
 /// Closures that others imply are so at poses that are exact but for round-off.
 constexpr double redundant = 1e-7;
-constexpr double regular = 1e-2;
+constexpr double regular = 1e-2, consistent = 1e-10;
 
 class Comparison {
  public:
@@ -40,12 +47,12 @@ class Comparison {
     const MatrixX A = jacobian(y), S = selection();
     MatrixX both(A.rows() + S.rows(), n_);
     both << A, S;
-    Eigen::ColPivHouseholderQR<MatrixX> solver;
+    ColumnPivotingQr solver;
     solver.setThreshold(redundant);
     solver.compute(both);
     if (solver.rank() < n_) return false;
     // near a singular pose round-off is no measure of formulas
-    if (std::abs(solver.matrixQR()(n_ - 1, n_ - 1)) < regular * solver.maxPivot()) return false;
+    if (n_ > 0 && std::abs(solver.matrixQR()(n_ - 1, n_ - 1)) < regular * solver.maxPivot()) return false;
     MatrixX right = MatrixX::Zero(both.rows(), S.rows());
     right.bottomRows(S.rows()).setIdentity();
     const MatrixX B = solver.solve(right);
@@ -53,13 +60,16 @@ class Comparison {
     VectorX bias_right = VectorX::Zero(both.rows());
     bias_right.head(A.rows()) = -quadratic(y, dy);
     const VectorX gamma = solver.solve(bias_right);
+    // where the pose is not exact, closures that others imply contradict them
+    if (max_abs(both * B - right) > consistent || max_abs(both * gamma - bias_right) > consistent) return false;
     const auto M = engine_.mass_matrix(q);
     const auto h = engine_.bias(q, v);
     if (!M || !h) return false;
     const auto parts = tree_terms(y, B * a + gamma, dy);
     const VectorX found = B.transpose() * parts.sum, expected = M.value * a + h.value;
-    const double scale = (B.cwiseAbs().transpose() * parts.size).maxCoeff();
-    error = std::max(error, (found - expected).cwiseAbs().maxCoeff() / std::max(scale, 1e-300));
+    const double scale = max_coefficient(B.cwiseAbs().transpose() * parts.size);
+    if (!found.allFinite() || !expected.allFinite()) return false;
+    error = std::max(error, max_abs(found - expected) / std::max(scale, 1e-300));
     double others = 0;
     if (sheet_.regressor) others = regressor_error(sheet_, texts_, engine_, {list(y), dy, B * a + gamma, B, q, v, a});
     if (sheet_.natural && std::isfinite(others))
@@ -168,12 +178,12 @@ class Comparison {
       VectorX h(static_cast<Eigen::Index>(e.closure.size()));
       for (std::size_t i = 0; i < e.closure.size(); ++i)
         h[static_cast<Eigen::Index>(i)] = polynomial_at(e.closure[i], y);
-      Eigen::CompleteOrthogonalDecomposition<MatrixX> step_to;
+      CompleteOrthogonalDecomposition step_to;
       step_to.setThreshold(redundant);
       step_to.compute(jacobian(y));
       const VectorX change = step_to.solve(h);
       y -= change;
-      if (change.cwiseAbs().maxCoeff() < 1e-14) break;
+      if (max_abs(change) < 1e-14) break;
     }
     for (const Polynomial& h : e.closure)
       if (!(std::abs(polynomial_at(h, y)) < 1e-12)) return false;
@@ -211,7 +221,7 @@ class Comparison {
       if (tree.coordinate_variable[c] < 0) continue;
       const Variable& variable = tree.variables[static_cast<std::size_t>(tree.coordinate_variable[c])];
       double& x = all[static_cast<Eigen::Index>(c)];
-      x = variable.offset;
+      x = value_of(variable.offset);
       for (const auto& [column, ratio] : variable.follows) x += value_of(ratio) * y[column];
     }
     return all;
@@ -265,7 +275,7 @@ std::map<std::string, double> names_at(const Sheet& sheet, const std::vector<dou
   for (const Angle& angle : sheet.ring->angles()) values[angle.name] = angle.value;
   std::vector<double> angles;
   for (const Variable& variable : e.tree.variables) {
-    double x = variable.offset;
+    double x = value_of(variable.offset);
     for (const auto& [column, ratio] : variable.follows) x += value_of(ratio) * y[static_cast<std::size_t>(column)];
     if (variable.index < 0) continue;
     values[variable.is_angle ? sheet.ring->angle(variable.index).name : sheet.ring->symbol(variable.index).name] = x;
@@ -283,14 +293,50 @@ std::map<std::string, double> names_at(const Sheet& sheet, const std::vector<dou
   return values;
 }
 
+namespace {
+
+/// What is made of other symbols than the spec's.
+void update_named(const Sheet& sheet, const Mechanism& mechanism) {
+  if (!sheet.natural) return;
+  if (const int unit = sheet.equations.tree.basic->unit; unit >= 0)
+    sheet.ring->set_value(unit, natural::choose_points(mechanism).length);
+  for (const auto& [symbol, sum] : sheet.natural->named) sheet.ring->set_value(symbol, value_of(sum));
+}
+
+/// States at other numbers. Counts what it found in `check`.
+void compare_elsewhere(const Sheet& sheet, const std::map<std::string, std::string>& texts, const OtherNumbers& numbers,
+                       const CheckOptions& options, Check& check) {
+  const NumberModel& model = *sheet.equations.tree.model;
+  std::mt19937_64 random(options.seed);
+  for (int draws = 0; check.elsewhere < states_elsewhere && draws < OtherNumbers::max_draws; ++draws) {
+    const std::vector<double> nodes = model.nodes_at(numbers.draw(random, draws));
+    const Mechanism mechanism = model.mechanism_at(nodes);
+    if (!validate(mechanism).empty()) continue;
+    const ValuesElsewhere values(*sheet.ring, nodes);
+    update_named(sheet, mechanism);
+    Comparison comparison(sheet, texts, mechanism, random());
+    bool found = false;
+    for (int tries = 0; !found && tries < tries_elsewhere; ++tries) found = comparison.compare(check.error);
+    if (found) ++check.elsewhere;
+  }
+  check.states += check.elsewhere;
+}
+
+}  // namespace
+
 Check check_against_engine(const Sheet& sheet, const std::map<std::string, std::string>& texts,
-                           const Mechanism& mechanism, int states, std::uint64_t seed) {
+                           const Mechanism& mechanism, const CheckOptions& options) {
   Check check;
-  Comparison comparison(sheet, texts, mechanism, seed);
-  for (int tries = 0; check.states < states && tries < most_tries; ++tries)
+  const OtherNumbers numbers(*sheet.ring, *sheet.equations.tree.model);
+  if (options.elsewhere && numbers.exist()) compare_elsewhere(sheet, texts, numbers, options, check);
+  if (options.elsewhere && numbers.exist() && check.elsewhere == 0)
+    check.note = "not checked at other numbers: in " + std::to_string(OtherNumbers::max_draws) +
+                 " draws of them none was a mechanism that can be assembled";
+  Comparison comparison(sheet, texts, mechanism, options.seed);
+  for (int tries = 0; check.states < options.states && tries < most_tries; ++tries)
     if (comparison.compare(check.error)) ++check.states;
-  check.agrees = check.states == states && check.error < agreement;
-  if (check.states < states)
+  check.agrees = check.states == options.states && check.error < agreement;
+  if (check.states < options.states)
     check.reason = "not enough poses were found at which the loops close";
   else if (!check.agrees)
     check.reason = "the formulas differ from the engine";

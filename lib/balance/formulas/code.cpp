@@ -2,6 +2,7 @@
 
 #include "balance/formulas/code_states.hpp"
 #include "balance/formulas/dag_maker.hpp"
+#include "balance/formulas/printed_program.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -21,8 +22,9 @@ std::string digits(double value) {
   return number;
 }
 
-/// C's and Python's words, and what the programs call their own things.
-std::string member_name(const std::string& name) {
+}  // namespace
+
+std::string c_member(const std::string& name) {
   static const std::set<std::string> words{
       "auto",     "break",  "case",     "char",   "const",  "continue", "default", "do",     "double",  "else",
       "enum",     "extern", "float",    "for",    "goto",   "if",       "inline",  "int",    "long",    "register",
@@ -32,6 +34,8 @@ std::string member_name(const std::string& name) {
       "pass",     "raise",  "try",      "with",   "yield"};
   return words.contains(name) ? name + "_" : name;
 }
+
+namespace {
 
 /// Writes the nodes of a program in their order.
 class Writer {
@@ -116,7 +120,7 @@ class Writer {
     const DagNode& self = arena_[node];
     if (self.operation == Operation::constant) return;
     if (self.operation == Operation::leaf) {
-      names_[at(node)] = c_ ? "p->" + member_name(self.name) : "p[\"" + self.name + "\"]";
+      names_[at(node)] = c_ ? "p->" + c_member(self.name) : "p[\"" + self.name + "\"]";
     } else {
       names_[at(node)] = "n" + std::to_string(node);
       prepare_ += line(names_[at(node)], expression(node, false));
@@ -195,8 +199,8 @@ std::string rows_text(const std::vector<std::vector<double>>& rows, const char* 
 std::string c_program(const Program& p) {
   std::string members, values;
   for (const auto& [name, value] : p.numbers) {
-    members += "  double " + member_name(name) + ";\n";
-    values += "  ." + member_name(name) + " = " + digits(value) + ",\n";
+    members += "  double " + c_member(name) + ";\n";
+    values += "  ." + c_member(name) + " = " + digits(value) + ",\n";
   }
   const std::string n = std::to_string(p.columns.size()), k = std::to_string(std::max<std::size_t>(p.constants, 1));
   std::string text =
@@ -273,12 +277,14 @@ std::string program_text(const Mechanism& mechanism, const SpecTexts& texts, Lan
                   writer.prepare(),
                   writer.body(),
                   writer.constants(),
-                  code_states(mechanism, ring, tree)};
+                  code_states(mechanism, tree)};
   for (std::size_t i = 0; i < outputs.size(); ++i)
     program.body += (c ? "  tau[" : "    tau[") + std::to_string(i) + "] = " + writer.kept_reference(outputs[i]) +
                     (c ? ";\n" : "\n");
   if (size != nullptr) *size = writer.size();
-  return c ? c_program(program) : python_program(program);
+  std::string text = c ? c_program(program) : python_program(program);
+  check_program(PrintedProgram(text, language, outputs.size()), ring, tree, program.states);
+  return text;
 }
 
 }  // namespace balance::formulas

@@ -14,6 +14,9 @@ struct CodeSize {
   int once = 0;       ///< of the mechanism's numbers alone
 };
 
+/// What a program in C calls a number: its symbol's name unless that is one of the language's words.
+std::string c_member(const std::string& name);
+
 /// A program in C99 or Python 3 with
 ///   parameters: the mechanism's numbers, SI; the spec's to begin with,
 ///   prepare: what depends on these alone,

@@ -1,14 +1,14 @@
 #include "balance/formulas/code_states.hpp"
 
-#include "balance/base/elementary.hpp"
-#include "balance/formulas/newton_euler.hpp"
+#include "balance/formulas/other_numbers.hpp"
 #include "balance/inverse/inverse_dynamics.hpp"
 #include "balance/model/spanning_tree.hpp"
+#include "balance/model/validate.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
-#include <optional>
 #include <random>
 
 namespace balance::formulas {
@@ -16,12 +16,25 @@ namespace balance::formulas {
 namespace {
 
 constexpr int state_count = 5;
+constexpr std::size_t program_states_elsewhere = 2;
 
-/// The mechanism without its loops, friction and loads: what the program calculates, with a motor at every column. Nothing where a joint that
-/// closes a loop is one of the tree's, too, which carries a copy of its body.
-std::optional<Mechanism> tree_alone(Mechanism mechanism, const SymbolicTree& tree) {
+/// Round-off of a program is far below, a wrong term far above.
+constexpr double agreement_of_programs = 1e-9;
+
+/// A tree's joint that closes a loop carries a massless copy of its body.
+void split_body(Mechanism& mechanism, const TreeEdge& edge) {
+  Joint& joint = mechanism.joints[static_cast<std::size_t>(edge.joint)];
+  BodyId& end = edge.forward ? joint.second : joint.first;
+  Body copy{.name = "copy " + std::to_string(mechanism.bodies.size())};
+  end = static_cast<int>(mechanism.bodies.size());
+  mechanism.bodies.push_back(std::move(copy));
+}
+
+/// The mechanism without its loops, friction and loads: what the program calculates, with a motor at every column.
+Mechanism tree_alone(Mechanism mechanism, const SymbolicTree& tree) {
   const SpanningTree edges = span(mechanism, {});
-  if (std::any_of(edges.edges.begin(), edges.edges.end(), [](const TreeEdge& edge) { return edge.split; })) return {};
+  for (const TreeEdge& edge : edges.edges)
+    if (edge.split) split_body(mechanism, edge);
   mechanism.friction.clear();
   mechanism.loads.clear();
   mechanism.constraints.clear();
@@ -50,80 +63,99 @@ std::optional<Mechanism> tree_alone(Mechanism mechanism, const SymbolicTree& tre
   return mechanism;
 }
 
-/// With plain numbers, for mechanisms whose loops the engine would close.
-struct NumberMaker {
-  const Ring& ring;
-  std::map<int, double> angles, slides;
+/// The engine's torques of a mechanism's spanning tree.
+class TreeEngine {
+ public:
+  TreeEngine(const Mechanism& mechanism, const SymbolicTree& tree)
+      : engine_(tree_alone(mechanism, tree), options_of(mechanism, tree)) {}
 
-  double of(const Polynomial& p) const { return value_of(p); }
-  double circular(int angle, bool sine) const {
-    const auto moving = angles.find(angle);
-    const double x = moving != angles.end() ? moving->second : ring.angle(angle).value;
-    return sine ? elementary::sin(x) : elementary::cos(x);
+  std::vector<double> torques(const std::vector<double>& q, const std::vector<double>& dq,
+                              const std::vector<double>& ddq) {
+    const auto vector = [](const std::vector<double>& v) {
+      return VectorX(Eigen::Map<const VectorX>(v.data(), static_cast<Eigen::Index>(v.size())));
+    };
+    VectorX effort;
+    const MotionOutcome outcome = engine_.efforts(vector(q), vector(dq), vector(ddq), effort);
+    if (outcome.status != MotionStatus::done) throw FormulaError("the engine has no torques to test the program with");
+    return {effort.data(), effort.data() + effort.size()};
   }
-  double symbol(int index) const { return slides.at(index); }
+
+ private:
+  static InverseOptions options_of(const Mechanism& mechanism, const SymbolicTree& tree) {
+    InverseOptions options;
+    for (const int c : tree.coordinates)
+      options.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(c)].name);
+    return options;
+  }
+  InverseDynamics engine_;
 };
 
-std::vector<double> by_recursion(const Ring& ring, const SymbolicTree& tree, const std::vector<double>& q,
-                                 const std::vector<double>& dq, const std::vector<double>& ddq) {
-  NumberMaker make{ring, {}, {}};
-  VariableRates<double> rates;
-  for (const Variable& variable : tree.variables) {
-    double x = variable.offset, v = 0, a = 0;
-    for (const auto& [column, ratio] : variable.follows) {
-      const double n = value_of(ratio);
-      const auto c = static_cast<std::size_t>(column);
-      x += n * q[c], v += n * dq[c], a += n * ddq[c];
+/// The largest difference at one state, and the largest torque.
+struct Difference {
+  double off = 0, scale = 0;
+
+  void add(const std::vector<double>& found, const std::vector<double>& expected) {
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const double d = std::abs(found[i] - expected[i]);
+      off = std::isfinite(d) ? std::max(off, d) : std::numeric_limits<double>::infinity();
+      scale = std::max(scale, std::abs(expected[i]));
     }
-    (variable.is_angle ? make.angles : make.slides)[variable.index] = x;
-    rates.rate.push_back(v), rates.acceleration.push_back(a);
   }
-  return inverse_dynamics<double>(tree, make, rates);
+  bool agrees() const { return off <= agreement_of_programs * scale; }
+};
+
+/// @param numbers whose values the ring has at present
+void set_numbers(PrintedProgram& program, const Ring& numbers) {
+  for (const Symbol& symbol : numbers.symbols()) program.set(symbol.name, symbol.value);
+  for (const Angle& angle : numbers.angles()) program.set(angle.name, angle.value);
+  program.prepare();
 }
 
 }  // namespace
 
-CodeStates code_states(const Mechanism& mechanism, Ring& ring, const SymbolicTree& tree) {
+CodeStates code_states(const Mechanism& mechanism, const SymbolicTree& tree) {
   CodeStates states;
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> any(-1, 1);
-  const std::optional<Mechanism> alone = tree_alone(mechanism, tree);
   if (!tree.closures.empty()) states.meaning = "Loops are not closed: these are the torques of the spanning tree. ";
-  states.meaning +=
-      alone ? "The test's torques are those of the program balance." : "The test's are those of its recursion.";
-  if (!alone && tree.has_springs())
-    throw FormulaError("springs beside a loop that an actuated joint closes have no program: it could not be tested");
-  const std::size_t n = tree.columns.size();
-  std::unique_ptr<InverseDynamics> engine;
-  if (alone) {
-    InverseOptions options;
-    for (const int c : tree.coordinates)
-      options.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(c)].name);
-    engine = std::make_unique<InverseDynamics>(*alone, options);
-  }
+  states.meaning += "The test's torques are those of the program balance.";
+  TreeEngine engine(mechanism, tree);
   for (int s = 0; s < state_count; ++s) {
     const auto row = [&] {
       std::vector<double> values;
-      for (std::size_t i = 0; i < n; ++i) values.push_back(any(random));
+      for (std::size_t i = 0; i < tree.columns.size(); ++i) values.push_back(any(random));
       return values;
     };
     const std::vector<double> q = row(), dq = row(), ddq = row();
-    std::vector<double> torque;
-    if (alone) {
-      const auto vector = [](const std::vector<double>& v) {
-        return VectorX(Eigen::Map<const VectorX>(v.data(), static_cast<Eigen::Index>(v.size())));
-      };
-      VectorX effort;
-      const MotionOutcome outcome = engine->efforts(vector(q), vector(dq), vector(ddq), effort);
-      if (outcome.status != MotionStatus::done)
-        throw FormulaError("the engine has no torques to test the program with");
-      torque.assign(effort.data(), effort.data() + effort.size());
-    } else {
-      torque = by_recursion(ring, tree, q, dq, ddq);
-    }
-    states.q.push_back(q), states.dq.push_back(dq), states.ddq.push_back(ddq), states.torque.push_back(torque);
+    states.q.push_back(q), states.dq.push_back(dq), states.ddq.push_back(ddq);
+    states.torque.push_back(engine.torques(q, dq, ddq));
   }
   return states;
+}
+
+void check_program(PrintedProgram program, Ring& ring, const SymbolicTree& tree, const CodeStates& states) {
+  set_numbers(program, ring);
+  Difference here;
+  for (std::size_t s = 0; s < states.q.size(); ++s)
+    here.add(program.torques(states.q[s], states.dq[s], states.ddq[s]), states.torque[s]);
+  if (!here.agrees()) throw FormulaError("the program differs from the engine");
+  const OtherNumbers numbers(ring, *tree.model);
+  if (!numbers.exist()) return;
+  std::mt19937_64 random(1);
+  std::size_t s = 0;
+  for (int draws = 0; s < program_states_elsewhere && draws < OtherNumbers::max_draws; ++draws) {
+    const std::vector<double> nodes = tree.model->nodes_at(numbers.draw(random, draws));
+    const Mechanism mechanism = tree.model->mechanism_at(nodes);
+    if (!validate(mechanism).empty()) continue;
+    const ValuesElsewhere values(ring, nodes);
+    set_numbers(program, ring);
+    TreeEngine engine(mechanism, tree);
+    Difference elsewhere;
+    elsewhere.add(program.torques(states.q[s], states.dq[s], states.ddq[s]),
+                  engine.torques(states.q[s], states.dq[s], states.ddq[s]));
+    ++s;
+    if (!elsewhere.agrees()) throw FormulaError("the program differs from the engine at other numbers");
+  }
 }
 
 std::string plain_title(const std::string& name) {

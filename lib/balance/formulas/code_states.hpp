@@ -1,6 +1,7 @@
 #pragma once
-/// States at which a program tests itself. Private to formulas.
+/// States at which a program tests itself, and is tested before it is printed. Private to formulas.
 
+#include "balance/formulas/printed_program.hpp"
 #include "balance/formulas/symbolic_tree.hpp"
 
 #include <string>
@@ -15,7 +16,11 @@ struct CodeStates {
 };
 
 /// @throws FormulaError
-CodeStates code_states(const Mechanism& mechanism, Ring& ring, const SymbolicTree& tree);
+CodeStates code_states(const Mechanism& mechanism, const SymbolicTree& tree);
+
+/// Compares the program with the engine, at these states and, with other parameters and free numbers, at one of them.
+/// @throws FormulaError if they do not agree
+void check_program(PrintedProgram program, Ring& ring, const SymbolicTree& tree, const CodeStates& states);
 
 /// A name that ends no comment.
 std::string plain_title(const std::string& name);

@@ -1,7 +1,5 @@
 #include "balance/formulas/dag_maker.hpp"
 
-#include "balance/formulas/equations.hpp"
-
 #include <cstdlib>
 
 namespace balance::formulas {
@@ -40,7 +38,7 @@ std::vector<Dag> torque_program(Arena& arena, Ring& ring, const SymbolicTree& tr
   VariableRates<Dag> rates;
   std::vector<Dag> value;
   for (const Variable& variable : tree.variables) {
-    Dag x(variable.offset), v(0), a(0);
+    Dag x = make.of(variable.offset), v(0), a(0);
     for (const auto& [column, ratio] : variable.follows) {
       const Dag n = make.of(ratio);
       x = x + n * make.leaf(item("q", column), true);
@@ -55,16 +53,9 @@ std::vector<Dag> torque_program(Arena& arena, Ring& ring, const SymbolicTree& tr
     rates.rate.push_back(v);
     rates.acceleration.push_back(a);
   }
-  std::vector<Dag> torques = inverse_dynamics<Dag>(tree, make, rates);
-  if (!tree.has_springs()) return torques;
-  for (const JointSpring& spring : tree.joint_springs) make.move_symbol(spring.symbol, value[spring.variable]);
-  SymbolicTree weightless = tree;
-  weightless.gravity = {};
-  const Equations springs = derive(ring, weightless, {.inertia = false, .velocity = false, .closures = false});
-  for (const auto& [symbol, square] : springs.lengths)
-    make.move_symbol(symbol, make.unary(Operation::root, make.of(square)));
-  for (std::size_t i = 0; i < torques.size(); ++i) torques[i] = torques[i] + make.of(springs.z[i]);
-  return torques;
+  for (const JointSpring& spring : tree.joint_springs)
+    make.move_symbol(spring.symbol, value[static_cast<std::size_t>(spring.variable)]);
+  return inverse_dynamics<Dag>(tree, make, rates);
 }
 
 }  // namespace balance::formulas

@@ -27,6 +27,8 @@ class DagMaker {
     const int node = of.node(arena_);
     return {arena_, arena_.make(operation, node, node)};
   }
+  Dag root(const Dag& of) { return unary(Operation::root, of); }
+  Dag inverse(const Dag& of) { return unary(Operation::inverse, of); }
   Dag leaf(const std::string& name, bool moves) { return {arena_, arena_.leaf(name, moves)}; }
 
  private:

@@ -1,6 +1,7 @@
 #pragma once
 /// Reads arithmetic in text: numbers, names, + − * / ^, parentheses, functions of one argument. Factors side by side are
-/// multiplied; products and quotients are taken from left to right. Private to formulas.
+/// multiplied; products and quotients are taken from left to right. An element or a member is a name: `k[3]`, `p->l1`, `p["l1"]`.
+/// Private to formulas.
 
 #include "balance/formulas/rational.hpp"
 
@@ -43,6 +44,17 @@ class ExpressionReader {
   /// The point in `leg1.l`.
   bool joins_names() const {
     return text_[at_] == '.' && at_ + 1 < text_.size() && in_name(text_[at_ + 1]) && !is_digit(text_[at_ + 1]);
+  }
+  /// Takes an index or a member behind a name.
+  bool take_element() {
+    if (text_.compare(at_, 2, "->") == 0 && at_ + 2 < text_.size() && in_name(text_[at_ + 2])) {
+      at_ += 2;
+      return true;
+    }
+    const std::size_t end = at_ < text_.size() && text_[at_] == '[' ? text_.find(']', at_) : std::string::npos;
+    if (end == std::string::npos) return false;
+    at_ = end + 1;
+    return true;
   }
   static bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0 || c == '.'; }
   /// Something that a factor begins with.
@@ -116,7 +128,10 @@ class ExpressionReader {
     }
     if (is_digit(c)) return make_.number(number_text());
     if (!in_name(c)) fail();
-    while (at_ < text_.size() && (in_name(text_[at_]) || joins_names())) ++at_;
+    for (bool in = true; in;) {
+      in = take_element();
+      for (; at_ < text_.size() && (in_name(text_[at_]) || joins_names()); ++at_) in = true;
+    }
     const std::string name = text_.substr(begin, at_ - begin);
     if (!make_.is_function(name) || peek() != '(') return make_.name(name);
     ++at_;

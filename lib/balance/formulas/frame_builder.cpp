@@ -21,7 +21,9 @@ bool quarter_turns(double angle, int& count) {
 
 }  // namespace
 
-Alignment align(const Vector3& u) {
+namespace {
+
+Alignment align_fixed(const Vector3& u) {
   for (int k = 0; k < 3; ++k)
     if (std::abs(std::abs(u[k]) - 1) < tiny) return {{}, k, u[k] > 0 ? 1 : -1};
   if (std::abs(u.z()) < tiny) return {{{2, elementary::atan2(u.y(), u.x())}}, 0, 1};
@@ -30,20 +32,42 @@ Alignment align(const Vector3& u) {
   return {{{2, elementary::atan2(u.y(), u.x())}, {1, -elementary::asin(std::clamp(u.z(), -1.0, 1.0))}}, 0, 1};
 }
 
-std::vector<FixedTurn> turns_of(const Matrix3& R) {
+std::vector<FixedTurn> fixed_turns_of(const Matrix3& R) {
   std::vector<FixedTurn> turns;
   const double pitch = elementary::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
   const bool locked = std::hypot(R(0, 0), R(1, 0)) < tiny;
   const double yaw = locked ? elementary::atan2(-R(0, 1), R(1, 1)) : elementary::atan2(R(1, 0), R(0, 0));
   const double roll = locked ? 0 : elementary::atan2(R(2, 1), R(2, 2));
-  for (const FixedTurn& turn : {FixedTurn{2, yaw}, FixedTurn{1, pitch}, FixedTurn{0, roll}})
-    if (std::abs(turn.angle) > tiny) turns.push_back(turn);
+  for (const auto& [axis, angle] : {std::pair{2, yaw}, {1, pitch}, {0, roll}})
+    if (std::abs(angle) > tiny) turns.push_back({axis, angle});
   return turns;
+}
+
+Expression hypotenuse(const Expression& a, const Expression& b) { return sqrt(a * a + b * b); }
+
+/// Turns that are none whatever the numbers are, left out.
+std::vector<FixedTurn> without_none(std::vector<FixedTurn> turns) {
+  std::erase_if(turns, [](const FixedTurn& turn) { return turn.angle.is_constant() && turn.angle.value() == 0; });
+  return turns;
+}
+
+}  // namespace
+
+Alignment align(const Vector3E& u) {
+  if (is_constant(u)) return align_fixed(values_of(u));
+  return {without_none({{2, atan2(u.y(), u.x())}, {1, atan2(u.z(), hypotenuse(u.x(), u.y())), -1}}), 0, 1};
+}
+
+std::vector<FixedTurn> turns_of(const Matrix3E& R) {
+  if (is_constant(R)) return fixed_turns_of(values_of(R));
+  return without_none({{2, atan2(R(1, 0), R(0, 0))},
+                       {1, atan2(R(2, 0), hypotenuse(R(0, 0), R(1, 0))), -1},
+                       {0, atan2(R(2, 1), R(2, 2))}});
 }
 
 std::vector<FixedTurn> reversed(std::vector<FixedTurn> turns) {
   std::reverse(turns.begin(), turns.end());
-  for (FixedTurn& turn : turns) turn.angle = -turn.angle;
+  for (FixedTurn& turn : turns) turn.sign = -turn.sign;
   return turns;
 }
 
@@ -64,12 +88,15 @@ int FrameBuilder::add_frame(Frame frame) {
   return static_cast<int>(tree_.frames.size()) - 1;
 }
 
-int FrameBuilder::fixed_angle(int run, double value) {
-  for (const auto& [angle, known] : fixed_)
-    if (ring_.angle(angle).run == run && std::abs(known - value) < tiny) return angle;
-  const int angle = ring_.add_angle("alpha" + std::to_string(fixed_.size() + 1), run, value);
-  fixed_.emplace_back(angle, value);
-  return angle;
+int FrameBuilder::fixed_angle(int run, const Expression& value) {
+  for (const int angle : fixed_) {
+    const Angle& known = ring_.angle(angle);
+    const bool same = value.is_constant() && known.source.is_constant() ? std::abs(known.value - value.value()) < tiny
+                                                                        : known.source.node() == value.node();
+    if (known.run == run && same) return angle;
+  }
+  fixed_.push_back(ring_.add_fixed_angle("alpha" + std::to_string(fixed_.size() + 1), run, value));
+  return fixed_.back();
 }
 
 Place FrameBuilder::turned(const Place& from, const std::vector<FixedTurn>& turns) {
@@ -83,10 +110,12 @@ Place FrameBuilder::turned_once(const Place& from, const FixedTurn& turn) {
   frame.parent = from.frame, frame.offset = from.at, frame.axis = turn.axis;
   const auto k = static_cast<std::size_t>(turn.axis), i = (k + 1) % 3, j = (k + 2) % 3;
   int quarters = 0;
-  if (!quarter_turns(turn.angle, quarters)) {
+  const double value = turn.angle.value();
+  if (!turn.angle.is_constant() || !quarter_turns(turn.sign * value, quarters)) {
     const int run = run_of(from, turn.axis);
-    frame.sign = turn.angle < 0 ? -1 : 1;
-    frame.angle = fixed_angle(run, std::abs(turn.angle));
+    const bool negative = turn.angle.is_constant() && value < 0;
+    frame.sign = negative ? -turn.sign : turn.sign;
+    frame.angle = fixed_angle(run, negative ? Expression(-value) : turn.angle);
     const int turned = add_frame(frame);
     runs_.back()[k] = run;
     return {turned, {}};
@@ -103,8 +132,12 @@ Place FrameBuilder::turned_once(const Place& from, const FixedTurn& turn) {
   return {turned, {}};
 }
 
-Place FrameBuilder::moved_by(const Place& from, const Vector3& direction, int variable, int sign) {
+Place FrameBuilder::moved_by(const Place& from, const Vector3E& direction, int variable, int sign) {
   const Alignment along = align(direction);
+  return turned(moved_along(from, along, variable, sign), reversed(along.turns));
+}
+
+Place FrameBuilder::moved_along(const Place& from, const Alignment& along, int variable, int sign) {
   const Place base = turned(from, along.turns);
   Frame frame;
   frame.parent = base.frame, frame.offset = base.at, frame.variable = variable;
@@ -116,12 +149,12 @@ Place FrameBuilder::moved_by(const Place& from, const Vector3& direction, int va
     frame.angle = moving.index;
     const int turned_to = add_frame(frame);
     runs_.back()[static_cast<std::size_t>(along.axis)] = run;
-    return turned({turned_to, {}}, reversed(along.turns));
+    return {turned_to, {}};
   }
   frame.slide = moving.index;
   const int slid = add_frame(frame);
   for (int axis = 0; axis < 3; ++axis) runs_.back()[static_cast<std::size_t>(axis)] = run_of(base, axis);
-  return turned({slid, {}}, reversed(along.turns));
+  return {slid, {}};
 }
 
 int FrameBuilder::add_variable(const std::string& name, bool is_angle) {

@@ -1,16 +1,18 @@
 #pragma once
 /// Puts frames behind each other. Private to formulas.
 
+#include "balance/formulas/number_model.hpp"
 #include "balance/formulas/symbolic_tree.hpp"
 
 #include <vector>
 
 namespace balance::formulas {
 
-/// A constant turn about a coordinate axis [rad].
+/// A turn about a coordinate axis that does not depend on the pose [rad].
 struct FixedTurn {
   int axis = 0;
-  double angle = 0;
+  Expression angle;
+  int sign = 1;  ///< −1: backwards
 };
 
 /// A coordinate axis k of a frame that the turns lead to, so that it points along a unit vector.
@@ -19,9 +21,10 @@ struct Alignment {
   int axis = 0;
   int sign = 1;
 };
-Alignment align(const Vector3& direction);
+/// Where the spec lets the direction change, the turns are those of any direction.
+Alignment align(const Vector3E& direction);
 /// Turns one after another that make a rotation.
-std::vector<FixedTurn> turns_of(const Matrix3& rotation);
+std::vector<FixedTurn> turns_of(const Matrix3E& rotation);
 std::vector<FixedTurn> reversed(std::vector<FixedTurn> turns);
 
 class FrameBuilder {
@@ -32,20 +35,22 @@ class FrameBuilder {
   int run_of(const Place& from, int axis);
   Place turned(const Place& from, const std::vector<FixedTurn>& turns);
   /// @param sign −1: backwards
-  Place moved_by(const Place& from, const Vector3& direction, int variable, int sign);
+  Place moved_by(const Place& from, const Vector3E& direction, int variable, int sign);
+  /// The same, left in axes of which `along` has one.
+  Place moved_along(const Place& from, const Alignment& along, int variable, int sign);
   /// The number of a new variable; its angle gets its run when it is first turned by.
   int add_variable(const std::string& name, bool is_angle);
 
  private:
   Place turned_once(const Place& from, const FixedTurn& turn);
-  int fixed_angle(int run, double value);
+  int fixed_angle(int run, const Expression& value);
   int add_frame(Frame frame);
 
   Ring& ring_;
   SymbolicTree& tree_;
-  std::vector<std::string> names_;             ///< of variables
-  std::vector<std::array<int, 3>> runs_;       ///< per frame and axis; −1: none yet
-  std::vector<std::pair<int, double>> fixed_;  ///< angles of the ring that do not change
+  std::vector<std::string> names_;        ///< of variables
+  std::vector<std::array<int, 3>> runs_;  ///< per frame and axis; −1: none yet
+  std::vector<int> fixed_;                ///< angles of the ring that do not change
   int run_count_ = 0;
 };
 

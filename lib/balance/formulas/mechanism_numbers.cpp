@@ -1,6 +1,7 @@
 #include "balance/formulas/mechanism_numbers.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace balance::formulas {
 
@@ -16,56 +17,74 @@ constexpr Entry entries[] = {{0, 0, "x"}, {1, 1, "y"}, {2, 2, "z"}, {0, 1, "xy"}
 
 std::string item(const std::string& path, int k) { return path.empty() ? "" : path + "[" + std::to_string(k) + "]"; }
 std::string behind(const std::string& name) { return "_" + name; }
-int nonzero(const Vector3& v) { return static_cast<int>((v.array() != 0).count()); }
 
 }  // namespace
 
-MechanismNumbers::MechanismNumbers(Ring& ring, const Mechanism& mechanism, const SpecTexts& texts,
+MechanismNumbers::MechanismNumbers(Ring& ring, const NumberModel& model, const SpecTexts& texts,
                                    const TreeOptions& options)
-    : numbers_(ring, texts, options.expressions == Expressions::put_in),
-      mechanism_(mechanism),
+    : numbers_(ring, model, texts, options.expressions == Expressions::put_in),
+      mechanism_(model.mechanism()),
+      model_(model),
       texts_(texts),
+      ring_(ring),
       origin_(options.inertial == Inertial::about_origin) {}
 
-const NamedPoint* MechanismNumbers::named_point(int body, const Vector3& position) const {
-  const NamedPoint* found = nullptr;
-  const Body& owner = mechanism_.bodies[static_cast<std::size_t>(body)];
-  for (const NamedPoint& point : owner.points) {
-    if (point.position != position) continue;
-    if (found == nullptr) found = &point;
-    const std::string prefix = body == ground ? "ground.points." : "bodies." + owner.name + ".points.";
-    for (int k = 0; k < 3; ++k) {
-      const auto text = texts_.numbers.find(item(prefix + point.name, k));
-      if (text != texts_.numbers.end() && text->second.find_first_of("abcdfghijklmnopqrstuvwxyz_") != std::string::npos)
-        return &point;
-    }
-  }
-  return found;
+int MechanismNumbers::count_nonzero(const Vector3E& v) const {
+  return static_cast<int>(std::count_if(v.begin(), v.end(), [&](const Expression& x) { return !model_.is_zero(x); }));
+}
+
+/// The point that is named there, unless the place has been moved from it since (what rolls is held at its centre).
+const NamedPointOf<Expression>* MechanismNumbers::named_point(const std::string& path, int body,
+                                                              const Vector3E& position) const {
+  const auto text = texts_.numbers.find(path);
+  if (text == texts_.numbers.end()) return nullptr;
+  const auto& owner = mechanism_.bodies[static_cast<std::size_t>(body)];
+  for (const NamedPointE& point : owner.points)
+    if ((text->second == point.name || text->second == owner.name + "." + point.name) &&
+        model_.are_equal(point.position, position))
+      return &point;
+  return nullptr;
 }
 
 /// @param along name of the only coordinate that is not zero @param behind what follows x, y, z in the names of several
-Vector MechanismNumbers::place(const std::string& path, const Vector3& position, const std::string& along,
+Vector MechanismNumbers::place(const std::string& path, const Vector3E& position, const std::string& along,
                                const std::string& behind, SymbolKind kind) {
   Vector at;
-  const bool alone = nonzero(position) == 1 && !along.empty();
+  const bool alone = count_nonzero(position) == 1 && !along.empty();
   for (int k = 0; k < 3; ++k)
     at[static_cast<std::size_t>(k)] =
         numbers_.at(item(path, k), position[k], alone ? along : letters[k] + behind, kind);
   return at;
 }
 
-Vector MechanismNumbers::point(int body, const Vector3& position) {
-  const auto [at, fresh] = points_.try_emplace({body, {position.x(), position.y(), position.z()}});
+Vector MechanismNumbers::own_point(const std::string& path, int body, const Vector3E& position,
+                                   const std::string& name) {
+  const auto [at, fresh] = points_.try_emplace(path);
   if (!fresh) return at->second;
-  const NamedPoint* named = named_point(body, position);
-  const Body& owner = mechanism_.bodies[static_cast<std::size_t>(body)];
   const std::string number = body == ground ? "" : std::to_string(body);
-  const std::string section = body == ground ? "ground" : "bodies." + owner.name;
-  const std::string path = named != nullptr ? section + ".points." + named->name : "";
   std::string along;
-  if (body != ground && nonzero(position) == 1 && has_length_.insert(body).second) along = "l" + number;
-  at->second = place(path, position, along, (named != nullptr ? named->name : "P") + number, SymbolKind::length);
-  return at->second;
+  if (body != ground && count_nonzero(position) == 1 && has_length_.insert(body).second) along = "l" + number;
+  return at->second = place(path, position, along, name + number, SymbolKind::length);
+}
+
+Vector MechanismNumbers::referred(const std::string& path, int body, const Vector3E& position) {
+  const auto& owner = mechanism_.bodies[static_cast<std::size_t>(body)];
+  const NamedPointE* named = named_point(path, body, position);
+  if (named == nullptr) return own_point(path, body, position, "P");
+  const std::string section = body == ground ? "ground" : "bodies." + owner.name;
+  return own_point(section + ".points." + named->name, body, position, named->name);
+}
+
+Vector MechanismNumbers::joint_point(int index, bool first) {
+  const auto& joint = mechanism_.joints[static_cast<std::size_t>(index)];
+  return referred("joints." + joint.name + (first ? ".connects[0]" : ".connects[1]"),
+                  first ? joint.first : joint.second, first ? joint.point_first : joint.point_second);
+}
+
+Vector MechanismNumbers::spring_point(std::size_t index, bool first) {
+  const auto& spring = mechanism_.springs[index];
+  return referred("springs." + spring.name + (first ? ".between[0]" : ".between[1]"),
+                  first ? spring.first : spring.second, first ? spring.point_first : spring.point_second);
 }
 
 Symmetric<Polynomial> MechanismNumbers::inertia(const MassText& text) {
@@ -73,13 +92,7 @@ Symmetric<Polynomial> MechanismNumbers::inertia(const MassText& text) {
   for (int k = 0; k < 6; ++k) {
     if (planar() && k != 2) continue;
     const auto [row, column, name] = entries[k];
-    std::string path = planar() ? text.path + ".inertia" : item(text.path + ".inertia", k);
-    if (texts_.numbers.contains(text.path + ".inertia.axial")) {
-      const Matrix3& I = text.inertia;  // two of its moments are the transverse one
-      const bool axial = k < 3 && I(row, row) != I((row + 1) % 3, (row + 1) % 3) &&
-                         I((row + 1) % 3, (row + 1) % 3) == I((row + 2) % 3, (row + 2) % 3);
-      path = k < 3 ? text.path + (axial ? ".inertia.axial" : ".inertia.transverse") : "";
-    }
+    const std::string path = planar() ? text.path + ".inertia" : item(text.path + ".inertia", k);
     J[static_cast<std::size_t>(k)] =
         numbers_.at(path, text.inertia(row, column), std::string("J") + name + text.name, SymbolKind::inertia);
   }
@@ -93,14 +106,17 @@ Mass MechanismNumbers::about_com(const Polynomial& mass, const Vector& com, cons
   return shifted(part, com);
 }
 
-Mass MechanismNumbers::about_origin(const std::string& name, double mass, const Vector3& com, const Matrix3& inertia) {
+Mass MechanismNumbers::about_origin(const std::string& name, const Expression& mass, const Vector3E& com,
+                                    const Matrix3E& inertia) {
   Mass part;
-  const auto symbol = [&](const std::string& letter, double value, SymbolKind kind) {
-    inertial_.push_back(numbers_.ring().add_symbol(plain_name(letter + name), kind, value));
-    return Polynomial::of_symbol(numbers_.ring(), inertial_.back());
+  const auto symbol = [&](const std::string& letter, const Expression& value, SymbolKind kind) {
+    inertial_.push_back(ring_.add_symbol(plain_name(letter + name), kind, value));
+    return Polynomial::of_symbol(ring_, inertial_.back());
   };
-  const Vector3 h = mass * com;
-  const Matrix3 I = inertia + mass * (com.squaredNorm() * Matrix3::Identity() - com * com.transpose());
+  const Vector3E h = mass * com;
+  Matrix3E I = inertia;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) I(i, j) += mass * ((i == j ? com.squaredNorm() : Expression(0)) - com[i] * com[j]);
   part.mass = symbol("m", mass, SymbolKind::mass);
   for (int k = 0; k < (planar() ? 2 : 3); ++k)
     part.moment[static_cast<std::size_t>(k)] = symbol(std::string("m") + letters[k], h[k], SymbolKind::first_moment);
@@ -117,7 +133,7 @@ Mass MechanismNumbers::about_origin(const std::string& name, double mass, const 
 }
 
 Mass MechanismNumbers::body(int index) {
-  const Body& body = mechanism_.bodies[static_cast<std::size_t>(index)];
+  const auto& body = mechanism_.bodies[static_cast<std::size_t>(index)];
   const std::string number = std::to_string(index), path = "bodies." + body.name;
   if (origin_) return about_origin(number, body.mass, body.com, body.inertia);
   const Polynomial mass = numbers_.at(path + ".mass", body.mass, "m" + number, SymbolKind::mass);
@@ -126,19 +142,19 @@ Mass MechanismNumbers::body(int index) {
 }
 
 /// Its own numbers, or a point of the body that carries it.
-Vector MechanismNumbers::carried_at(const std::string& path, int body, const Vector3& position,
+Vector MechanismNumbers::carried_at(const std::string& path, int body, const Vector3E& position,
                                     const std::string& name) {
-  const bool own = texts_.numbers.contains(path + ".at[0]") || named_point(body, position) == nullptr;
-  return own ? place(path + ".at", position, "", name, SymbolKind::place) : point(body, position);
+  if (named_point(path + ".at", body, position) != nullptr) return referred(path + ".at", body, position);
+  return place(path + ".at", position, "", name, SymbolKind::place);
 }
 
 Vector MechanismNumbers::disc_place(int index) {
-  const Disc& disc = mechanism_.discs[static_cast<std::size_t>(index)];
+  const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
   return carried_at("discs." + disc.name, disc.body, disc.position, behind(disc.name));
 }
 
 Mass MechanismNumbers::attachment(int index) {
-  const Attachment& extra = mechanism_.attachments[static_cast<std::size_t>(index)];
+  const auto& extra = mechanism_.attachments[static_cast<std::size_t>(index)];
   const bool payload = extra.kind == AttachmentKind::payload;
   const std::string path = (payload ? "payloads." : "counterweights.") + extra.name, name = behind(extra.name);
   if (origin_) return about_origin(name, extra.mass, extra.position, extra.inertia);
@@ -147,31 +163,48 @@ Mass MechanismNumbers::attachment(int index) {
 }
 
 Mass MechanismNumbers::disc(int index) {
-  const Disc& disc = mechanism_.discs[static_cast<std::size_t>(index)];
+  const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
   const std::string path = "discs." + disc.name, name = behind(disc.name);
-  if (origin_) return about_origin(name, disc.mass, Vector3::Zero(), disc.inertia);
+  if (origin_) return about_origin(name, disc.mass, Vector3E::Zero(), disc.inertia);
   return about_com(numbers_.at(path + ".mass", disc.mass, "m" + name, SymbolKind::mass), {},
                    {path, name, disc.inertia});
 }
 
+bool MechanismNumbers::is_rotor(int index) const {
+  const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
+  return !planar() && !origin_ && texts_.numbers.contains("discs." + disc.name + ".inertia.axial");
+}
+
+Mass MechanismNumbers::rotor(int index, int axis) {
+  const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
+  const std::string path = "discs." + disc.name, name = behind(disc.name);
+  const Vector3E& u = disc.axis;
+  const Expression axial = u.dot(disc.inertia * u);
+  const Expression transverse = (disc.inertia(0, 0) + disc.inertia(1, 1) + disc.inertia(2, 2) - axial) / 2;
+  Mass part;
+  part.mass = numbers_.at(path + ".mass", disc.mass, "m" + name, SymbolKind::mass);
+  for (int k = 0; k < 3; ++k)
+    part.inertia[static_cast<std::size_t>(k)] =
+        k == axis ? numbers_.at(path + ".inertia.axial", axial, "Ja" + name, SymbolKind::inertia)
+                  : numbers_.at(path + ".inertia.transverse", transverse, "Jt" + name, SymbolKind::inertia);
+  return part;
+}
+
 Vector MechanismNumbers::gravity() {
-  const Vector3& g = mechanism_.gravity;
+  const Vector3E& g = mechanism_.gravity;
   Vector at;
   for (int k = 0; k < 3; ++k) {
-    const std::string name = nonzero(g) == 1 ? "g" : std::string("g") + letters[k];
-    const auto text = texts_.numbers.find(item("gravity", k));
-    const bool letter =
-        text != texts_.numbers.end() && text->second.find_first_of("abcdfghijklmnopqrstuvwxyz_") < text->second.size();
-    const bool down = g[k] < 0 && !letter;  // g is what weighs
+    const std::string name = count_nonzero(g) == 1 ? "g" : std::string("g") + letters[k];
+    const bool down = g[k].is_constant() && g[k].value() < 0;  // g is what weighs
     const Polynomial value =
-        numbers_.at(letter ? item("gravity", k) : "", down ? -g[k] : g[k], name, SymbolKind::gravity);
+        numbers_.at(down ? "" : item("gravity", k), down ? -g[k] : g[k], name, SymbolKind::gravity);
     at[static_cast<std::size_t>(k)] = down ? -value : value;
   }
   return at;
 }
 
 Polynomial MechanismNumbers::ratio(int index) {
-  const Disc& disc = mechanism_.discs[static_cast<std::size_t>(index)];
+  const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
   return numbers_.at("discs." + disc.name + ".ratio", disc.ratio, "n_" + disc.name, SymbolKind::ratio);
 }
 
@@ -180,50 +213,63 @@ Polynomial MechanismNumbers::coupling_ratio(std::size_t c) {
                      "n" + std::to_string(c + 1), SymbolKind::ratio);
 }
 
-Polynomial MechanismNumbers::disc_term(int index, const CoordinateTerm& term) {
-  const std::string& disc = mechanism_.discs[static_cast<std::size_t>(index)].name;
-  const std::string& leader = mechanism_.coordinates[static_cast<std::size_t>(term.coordinate)].name;
-  return numbers_.at("discs." + disc + ".follows." + leader, term.ratio, "n_" + disc + "_" + leader, SymbolKind::ratio);
+Polynomial MechanismNumbers::coupling_offset(std::size_t c) {
+  return numbers_.at("couplings[" + std::to_string(c) + "].offset", mechanism_.couplings[c].offset,
+                     "o" + std::to_string(c + 1), SymbolKind::number);
 }
 
-Polynomial MechanismNumbers::coupling_term(std::size_t c, const CoordinateTerm& term) {
+Polynomial MechanismNumbers::disc_term(int index, std::size_t k) {
+  const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
+  const auto& term = disc.follows.terms[k];
+  const std::string& leader = mechanism_.coordinates[static_cast<std::size_t>(term.coordinate)].name;
+  return numbers_.at("discs." + disc.name + ".follows." + leader, term.ratio, "n_" + disc.name + "_" + leader,
+                     SymbolKind::ratio);
+}
+
+Polynomial MechanismNumbers::coupling_term(std::size_t c, std::size_t k) {
+  const auto& term = mechanism_.couplings[c].leader.terms[k];
   const std::string& leader = mechanism_.coordinates[static_cast<std::size_t>(term.coordinate)].name;
   return numbers_.at("couplings[" + std::to_string(c) + "].follows." + leader, term.ratio,
                      "n" + std::to_string(c + 1) + "_" + leader, SymbolKind::ratio);
 }
 
 Polynomial MechanismNumbers::stiffness(std::size_t s) {
-  const Spring& spring = mechanism_.springs[s];
+  const auto& spring = mechanism_.springs[s];
   return numbers_.at("springs." + spring.name + ".stiffness", spring.stiffness, "k_" + spring.name,
                      SymbolKind::stiffness);
 }
 
 Polynomial MechanismNumbers::free_length(std::size_t s) {
-  const Spring& spring = mechanism_.springs[s];
+  const auto& spring = mechanism_.springs[s];
   return numbers_.at("springs." + spring.name + ".free_length", spring.free_length, "l0_" + spring.name,
                      SymbolKind::length);
 }
 
 /// As its spec has it: by itself, or by where the spring rests.
 Polynomial MechanismNumbers::preload(std::size_t s) {
-  const Spring& spring = mechanism_.springs[s];
+  const auto& spring = mechanism_.springs[s];
   const std::string path = "springs." + spring.name;
   if (!texts_.numbers.contains(path + ".rest"))
     return numbers_.at(path + ".preload", spring.preload, "p_" + spring.name, SymbolKind::stiffness);
-  const double rest = spring.stiffness == 0 ? 0 : spring.preload / spring.stiffness;
+  if (model_.is_zero(spring.preload)) return {};
+  // without a stiffness it rests where it would with another
+  const Expression rest =
+      choose(equal(spring.stiffness, 0), model_.elsewhere(spring.preload) / model_.elsewhere(spring.stiffness),
+             spring.preload / spring.stiffness);
   return stiffness(s) * numbers_.at(path + ".rest", rest, "q0_" + spring.name, SymbolKind::place);
 }
 
 Vector MechanismNumbers::rise(int index) {
-  const Joint& joint = mechanism_.joints[static_cast<std::size_t>(index)];
+  const auto& joint = mechanism_.joints[static_cast<std::size_t>(index)];
   const Polynomial r =
       numbers_.at("joints." + joint.name + ".radius", joint.radius, "r_" + joint.name, SymbolKind::length);
   Vector up;
   for (int k = 0; k < 3; ++k) {
-    if (joint.axis[k] == 0) continue;
-    if (std::abs(joint.axis[k]) != 1)
+    if (model_.is_zero(joint.axis[k])) continue;
+    const double along = joint.axis[k].value();
+    if (!joint.axis[k].is_constant() || std::abs(along) != 1)
       throw FormulaError("joint " + joint.name + " rolls on a plane that is not across an axis of its body");
-    up[static_cast<std::size_t>(k)] = joint.axis[k] > 0 ? r : -r;
+    up[static_cast<std::size_t>(k)] = along > 0 ? r : -r;
   }
   return up;
 }

@@ -4,30 +4,36 @@
 #include "balance/formulas/numbers.hpp"
 #include "balance/formulas/symbolic_tree.hpp"
 
-#include <array>
 #include <map>
 #include <set>
-#include <utility>
+#include <string>
+#include <vector>
 
 namespace balance::formulas {
 
 class MechanismNumbers {
  public:
-  MechanismNumbers(Ring& ring, const Mechanism& mechanism, const SpecTexts& texts, const TreeOptions& options);
+  MechanismNumbers(Ring& ring, const NumberModel& model, const SpecTexts& texts, const TreeOptions& options);
 
-  /// A place on a body from its origin: one of its named points, or its own numbers.
-  Vector point(int body, const Vector3& position);
+  /// Where a joint holds one of its bodies, from that body's origin: the point that it names, or its own numbers.
+  Vector joint_point(int joint, bool first);
+  Vector spring_point(std::size_t spring, bool first);
   Mass body(int index);
   Mass attachment(int index);
   Mass disc(int index);
+  /// Whether a disc's inertia is stated as an axial and a transverse moment.
+  bool is_rotor(int disc) const;
+  /// Of a rotor, in axes of which one is the disc's.
+  Mass rotor(int disc, int axis);
   /// Of its centre, on its carrier.
   Vector disc_place(int index);
   Vector gravity();
   Polynomial ratio(int disc);
   Polynomial coupling_ratio(std::size_t coupling);
+  Polynomial coupling_offset(std::size_t coupling);
   /// Of one coordinate in what a disc or a coupling follows.
-  Polynomial disc_term(int disc, const CoordinateTerm& term);
-  Polynomial coupling_term(std::size_t coupling, const CoordinateTerm& term);
+  Polynomial disc_term(int disc, std::size_t term);
+  Polynomial coupling_term(std::size_t coupling, std::size_t term);
   Polynomial stiffness(std::size_t spring);
   Polynomial free_length(std::size_t spring);
   Polynomial preload(std::size_t spring);
@@ -41,24 +47,31 @@ class MechanismNumbers {
  private:
   struct MassText {
     std::string path, name;  ///< "discs.d4", "d4" behind letters
-    Matrix3 inertia;
+    Matrix3E inertia;
   };
-  Vector place(const std::string& path, const Vector3& position, const std::string& along, const std::string& behind,
+  using NamedPointE = NamedPointOf<Expression>;
+  Vector place(const std::string& path, const Vector3E& position, const std::string& along, const std::string& behind,
                SymbolKind kind);
-  Vector carried_at(const std::string& path, int body, const Vector3& position, const std::string& name);
+  /// @param path of what refers to the place: `joints.J1.connects[0]`
+  Vector referred(const std::string& path, int body, const Vector3E& position);
+  Vector own_point(const std::string& path, int body, const Vector3E& position, const std::string& name);
+  Vector carried_at(const std::string& path, int body, const Vector3E& position, const std::string& name);
   Mass about_com(const Polynomial& mass, const Vector& com, const MassText& text);
-  Mass about_origin(const std::string& name, double mass, const Vector3& com, const Matrix3& inertia);
+  Mass about_origin(const std::string& name, const Expression& mass, const Vector3E& com, const Matrix3E& inertia);
   Symmetric<Polynomial> inertia(const MassText& text);
-  const NamedPoint* named_point(int body, const Vector3& position) const;
+  const NamedPointE* named_point(const std::string& path, int body, const Vector3E& position) const;
   bool planar() const { return mechanism_.space == SpaceKind::planar; }
+  int count_nonzero(const Vector3E& v) const;
 
   Numbers numbers_;
-  const Mechanism& mechanism_;
+  const MechanismOf<Expression>& mechanism_;
+  const NumberModel& model_;
   const SpecTexts& texts_;
+  Ring& ring_;
   bool origin_;
   std::set<int> has_length_;  ///< bodies whose first length has its name
   std::vector<int> inertial_;
-  std::map<std::pair<int, std::array<double, 3>>, Vector> points_;  ///< by body and position
+  std::map<std::string, Vector> points_;  ///< by the path that states them
 };
 
 }  // namespace balance::formulas

@@ -1,6 +1,7 @@
 #pragma once
 /// Inverse dynamics over any ring. Source: R. Featherstone, Rigid Body
-/// Dynamics Algorithms, section 5.3. Private to formulas.
+/// Dynamics Algorithms, section 5.3. Of the ring's maker it asks for R root(const R&) and R inverse(const R&), too: springs have
+/// lengths. Private to formulas.
 
 #include "balance/formulas/frames_over.hpp"
 
@@ -14,12 +15,49 @@ struct VariableRates {
   std::vector<R> rate, acceleration;
 };
 
-/// Torques of the columns; weight included, springs not.
+/// Of one frame, in its axes; what its joint transmits about its origin.
+template <class R>
+struct FrameMotion {
+  Triple<R> w, dw, a, force, couple;
+};
+
+/// Springs between points pull at the frames. Each is written once: positions in the world from the frames below, forces in their axes.
+template <class R, class Maker>
+void pull(const SymbolicTree& tree, Maker& make, const std::vector<FrameOf<R>>& frames,
+          std::vector<FrameMotion<R>>& motions) {
+  const auto parent = [&](int frame) { return tree.frames[static_cast<std::size_t>(frame)].parent; };
+  const auto at = [&](int frame) -> const FrameOf<R>& { return frames[static_cast<std::size_t>(frame)]; };
+  const auto in_world = [&](const Place& place) {
+    Triple<R> p = made<R>(place.at, make);
+    for (int frame = place.frame; frame > 0; frame = parent(frame)) p = at(frame).offset + up(at(frame), p);
+    return p;
+  };
+  const auto in_frame = [&](int frame, Triple<R> v) {
+    std::vector<int> chain;
+    for (int k = frame; k > 0; k = parent(k)) chain.push_back(k);
+    for (auto k = chain.rbegin(); k != chain.rend(); ++k) v = down(at(*k), v);
+    return v;
+  };
+  const auto transmit = [&](const Place& place, const Triple<R>& force) {
+    FrameMotion<R>& m = motions[static_cast<std::size_t>(place.frame)];
+    m.force = m.force + force;
+    m.couple = m.couple + cross(made<R>(place.at, make), force);
+  };
+  for (const LinearSpring& spring : tree.springs) {
+    const Triple<R> d = in_world(spring.b) - in_world(spring.a);
+    R tension = make.of(spring.stiffness);  // per length
+    if (spring.length >= 0)
+      tension = tension - tension * make.of(spring.free_length) * make.inverse(make.root(dot(d, d)));
+    const Triple<R> force = scaled(tension, d);
+    transmit(spring.b, in_frame(spring.b.frame, force));
+    transmit(spring.a, in_frame(spring.a.frame, Triple<R>{-force[0], -force[1], -force[2]}));
+  }
+}
+
+/// Torques of the columns; weight and springs included.
 template <class R, class Maker>
 std::vector<R> inverse_dynamics(const SymbolicTree& tree, Maker& make, const VariableRates<R>& rates) {
-  struct Motion {
-    Triple<R> w, dw, a, force, couple;
-  };
+  using Motion = FrameMotion<R>;
   const Triple<R> zero{R(0), R(0), R(0)};
   const std::vector<FrameOf<R>> frames = frames_over<R>(tree, make);
   std::vector<Motion> all(frames.size(), Motion{zero, zero, zero, zero, zero});
@@ -49,7 +87,13 @@ std::vector<R> inverse_dynamics(const SymbolicTree& tree, Maker& make, const Var
     m.force = scaled(mass, m.a) + (cross(m.dw, h) + cross(m.w, cross(m.w, h)));
     m.couple = I * m.dw + (cross(m.w, I * m.w) + cross(h, m.a));
   }
+  pull(tree, make, frames, all);
   std::vector<R> torque(tree.columns.size(), R(0));
+  for (const JointSpring& spring : tree.joint_springs) {
+    const R force = make.of(spring.stiffness) * make.symbol(spring.symbol) - make.of(spring.preload);
+    for (const auto& [column, ratio] : tree.variables[static_cast<std::size_t>(spring.variable)].follows)
+      torque[static_cast<std::size_t>(column)] = torque[static_cast<std::size_t>(column)] + make.of(ratio) * force;
+  }
   for (std::size_t i = frames.size(); i-- > 1;) {
     const Frame& frame = *frames[i].frame;
     const Motion& m = all[i];

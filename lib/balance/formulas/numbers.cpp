@@ -1,12 +1,10 @@
 #include "balance/formulas/numbers.hpp"
 
 #include "balance/formulas/expression.hpp"
-#include "balance/formulas/text_value.hpp"
 
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <numbers>
 #include <utility>
 
 namespace balance::formulas {
@@ -41,21 +39,12 @@ bool unit_of(double ratio, Rational& unit) {
 
 }  // namespace
 
-Numbers::Numbers(Ring& ring, const SpecTexts& texts, bool put_in) : ring_(&ring), texts_(&texts), put_in_(put_in) {
-  std::map<std::string, double> values{{"pi", std::numbers::pi}};
-  for (std::size_t before = 0; before < values.size();) {  // until no more of them can be told
-    before = values.size();
-    for (const auto& [name, text] : texts.parameters) try {
-        if (!values.contains(name)) values[name] = text_value(text, std::map(values));
-      } catch (const FormulaError&) {
-        continue;  // it needs others first, or is none that can be read: its numbers get symbols of their own
-      }
-  }
-  for (const auto& [name, text] : texts.parameters) {
-    if (!values.contains(name)) continue;
-    symbols_[name] = ring.add_symbol(plain_name(name), SymbolKind::number, values[name]);
-    cause_[name] = text;
-  }
+Numbers::Numbers(Ring& ring, const NumberModel& model, const SpecTexts& texts, bool put_in)
+    : ring_(&ring), model_(&model), texts_(&texts), put_in_(put_in) {
+  for (const ParameterText& parameter : texts.parameters) cause_[parameter.name] = parameter.text;
+  for (const NamedExpression& parameter : model.parameters())
+    symbols_[parameter.name] = ring.add_symbol(plain_name(parameter.name), SymbolKind::number, parameter.value);
+  for (const Symbol& symbol : ring.symbols()) elsewhere_.push_back(model.elsewhere(symbol.source));
 }
 
 Polynomial Numbers::parameter(const std::string& name) {
@@ -67,24 +56,25 @@ Polynomial Numbers::parameter(const std::string& name) {
       text.find_first_of("abcdfghijklmnopqrstuvwxyzABCDFGHIJKLMNOPQRSTUVWXYZ_") != std::string::npos;
   Polynomial found;
   if (put_in_ && expression && open_.insert(name).second) {
-    const bool is_read = read(text, ring_->symbol(known->second).value, SymbolKind::number, found);
+    const bool is_read = read(text, Expression(ring_->symbol(known->second).source), SymbolKind::number, found);
     open_.erase(name);
     if (is_read) return found;
   }
   return Polynomial::of_symbol(*ring_, known->second);
 }
 
-bool Numbers::read(const std::string& text, double value, SymbolKind kind, Polynomial& found) try {
+/// Two numbers that agree here and elsewhere are the same one.
+bool Numbers::read(const std::string& text, const Expression& source, SymbolKind kind, Polynomial& found) try {
   ParameterMaker make{*this};
   found = ExpressionReader<Polynomial, ParameterMaker>(text, make).read();
   if (found.ring() == nullptr) return false;
-  const double written = value_of(found);
-  Rational unit = 1;
-  if (!agree(written, value)) {
-    if (!unit_of(value / written, unit)) return false;
+  const double elsewhere = model_->elsewhere(source), written = value_of(found, elsewhere_, {});
+  if (!agree(written, elsewhere)) {
+    Rational unit = 1;
+    if (!unit_of(elsewhere / written, unit)) return false;
     found = found * Polynomial(unit);
-    if (!agree(value_of(found), value)) return false;
   }
+  if (!agree(value_of(found), source.value()) || !agree(value_of(found, elsewhere_, {}), elsewhere)) return false;
   if (found.size() == 1 && found.terms()[0].monomial.size() == 1) {
     const int symbol = found.terms()[0].monomial.symbol(0);
     if (ring_->symbol(symbol).kind == SymbolKind::number) ring_->set_kind(symbol, kind);
@@ -94,32 +84,29 @@ bool Numbers::read(const std::string& text, double value, SymbolKind kind, Polyn
   return false;  // it is no polynomial: the number gets a symbol
 }
 
-Polynomial Numbers::at(const std::string& path, double value, const std::string& name, SymbolKind kind) {
-  if (path.empty()) return find(path, value, name, kind);
+Polynomial Numbers::at(const std::string& path, const Expression& source, const std::string& name, SymbolKind kind) {
+  if (path.empty()) return find(path, source, name, kind);
   const auto known = known_.find(path);
   if (known != known_.end()) return known->second;
-  return known_[path] = find(path, value, name, kind);
+  return known_[path] = find(path, source, name, kind);
 }
 
-Polynomial Numbers::find(const std::string& path, double value, const std::string& name, SymbolKind kind) {
+Polynomial Numbers::find(const std::string& path, const Expression& source, const std::string& name, SymbolKind kind) {
+  if (model_->is_zero(source)) return {};
   const auto text = texts_->numbers.find(path);
   if (text != texts_->numbers.end()) {
-    const bool ratio = kind == SymbolKind::ratio;
     const auto known = symbols_.find(text->second);
-    if (ratio && known != symbols_.end() && agree(ring_->symbol(known->second).value, value)) {
+    if (kind == SymbolKind::ratio && known != symbols_.end() &&
+        agree(elsewhere_[static_cast<std::size_t>(known->second)], model_->elsewhere(source))) {
       ring_->set_kind(known->second, kind);
       return Polynomial::of_symbol(*ring_, known->second);
     }
     Polynomial found;
-    if (read(text->second, value, kind, found)) return found;
+    if (read(text->second, source, kind, found)) return found;
   }
-  if (kind == SymbolKind::ratio && std::abs(value) == 1) return {value < 0 ? -1 : 1};
-  return named(value, name, kind);
-}
-
-Polynomial Numbers::named(double value, const std::string& name, SymbolKind kind) {
-  if (value == 0) return {};
-  return Polynomial::of_symbol(*ring_, ring_->add_symbol(plain_name(name), kind, value));
+  const double value = source.value();
+  if (kind == SymbolKind::ratio && source.is_constant() && std::abs(value) == 1) return {value < 0 ? -1 : 1};
+  return Polynomial::of_symbol(*ring_, ring_->add_symbol(plain_name(name), kind, source));
 }
 
 namespace {

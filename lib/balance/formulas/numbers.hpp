@@ -1,8 +1,8 @@
 #pragma once
 /// The numbers of a mechanism as polynomials of symbols. Private to formulas.
 
+#include "balance/formulas/number_model.hpp"
 #include "balance/formulas/polynomial.hpp"
-#include "balance/study/spec_texts.hpp"
 
 #include <map>
 #include <set>
@@ -14,27 +14,28 @@ class Numbers {
  public:
   /// @param texts what the spec says where; parameters become symbols under their names
   /// @param put_in parameters that are expressions become what these say; but for ratios
-  Numbers(Ring& ring, const SpecTexts& texts, bool put_in);
+  Numbers(Ring& ring, const NumberModel& model, const SpecTexts& texts, bool put_in);
 
-  /// A number of the mechanism. Zero is zero; what the spec makes of parameters is that; else it gets a symbol of its own.
+  /// A number of the mechanism. What is zero whatever the parameters are is zero; what the spec makes of parameters is that; else it
+  /// gets a symbol of its own.
   /// @param path in the spec: "bodies.link1.com[0]"; empty: none
-  /// @param value SI
+  /// @param source SI
   /// @param name of the symbol if it needs one, as the field calls it: "lg1"
-  Polynomial at(const std::string& path, double value, const std::string& name, SymbolKind kind);
-  /// A symbol for a value. @return 0 for 0
-  Polynomial named(double value, const std::string& name, SymbolKind kind);
+  Polynomial at(const std::string& path, const Expression& source, const std::string& name, SymbolKind kind);
   Ring& ring() { return *ring_; }
 
  private:
-  Polynomial find(const std::string& path, double value, const std::string& name, SymbolKind kind);
+  Polynomial find(const std::string& path, const Expression& source, const std::string& name, SymbolKind kind);
   Polynomial parameter(const std::string& name);
-  bool read(const std::string& text, double value, SymbolKind kind, Polynomial& found);
+  bool read(const std::string& text, const Expression& source, SymbolKind kind, Polynomial& found);
 
   Ring* ring_;
+  const NumberModel* model_;
   const SpecTexts* texts_;
   bool put_in_;
   std::map<std::string, int> symbols_;        ///< of parameters
   std::map<std::string, std::string> cause_;  ///< of parameters that are put in: their expressions
+  std::vector<double> elsewhere_;             ///< values of parameters, by symbol, where all inputs are other numbers
   std::set<std::string> open_;                ///< being read
   std::map<std::string, Polynomial> known_;   ///< by path
   friend struct ParameterMaker;

@@ -45,20 +45,27 @@ bool Ring::is_taken(const std::string& name) const {
   return std::any_of(symbols_.begin(), symbols_.end(), same) || std::any_of(angles_.begin(), angles_.end(), same);
 }
 
-int Ring::add_symbol(const std::string& name, SymbolKind kind, double value) {
+int Ring::add_symbol(const std::string& name, SymbolKind kind, const Expression& source) {
   if (static_cast<int>(symbols_.size()) >= most_symbols)
     throw FormulaError("there are more than " + std::to_string(most_symbols) + " symbols");
   std::string free = name;
   while (is_taken(free)) free += '_';
-  symbols_.push_back({free, kind, value});
+  symbols_.push_back({free, kind, source.value(), source});
   return static_cast<int>(symbols_.size()) - 1;
 }
 
-int Ring::add_angle(const std::string& name, int run, double value) {
+int Ring::add_angle(const std::string& name, int run) {
   std::string free = name;
   while (is_taken(free)) free += '_';
-  angles_.push_back({free, run, value});
+  angles_.push_back({free, run, false, 0, {}});
   return static_cast<int>(angles_.size()) - 1;
+}
+
+int Ring::add_fixed_angle(const std::string& name, int run, const Expression& source) {
+  const int angle = add_angle(name, run);
+  Angle& fixed = angles_.back();
+  fixed.is_fixed = true, fixed.value = source.value(), fixed.source = source;
+  return angle;
 }
 
 int Ring::symbol_of_angle(int angle) {
@@ -66,7 +73,7 @@ int Ring::symbol_of_angle(int angle) {
   const auto known =
       std::find_if(symbols_.begin(), symbols_.end(), [&](const Symbol& symbol) { return symbol.name == name; });
   if (known != symbols_.end()) return static_cast<int>(known - symbols_.begin());
-  symbols_.push_back({name, SymbolKind::slide, 0});
+  symbols_.push_back({name, SymbolKind::slide, 0, {}});
   return static_cast<int>(symbols_.size()) - 1;
 }
 

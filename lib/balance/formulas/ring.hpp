@@ -8,6 +8,7 @@
 ///
 /// So every polynomial has one form, sin² + cos² = 1 and cos(a + b) need no rule of their own, and what is zero is seen to be.
 
+#include "balance/expression/expression.hpp"
 #include "balance/formulas/rational.hpp"
 
 #include <cstddef>
@@ -42,13 +43,16 @@ constexpr bool is_inertial(SymbolKind kind) { return kind <= SymbolKind::stiffne
 struct Symbol {
   std::string name;
   SymbolKind kind = SymbolKind::number;
-  double value = 0;  ///< SI
+  double value = 0;   ///< SI
+  Expression source;  ///< of its value, over the spec's inputs
 };
 
 struct Angle {
   std::string name;
   int run = 0;
-  double value = 0;  ///< [rad], of angles that do not change
+  bool is_fixed = false;
+  double value = 0;   ///< [rad], of fixed angles
+  Expression source;  ///< of a fixed angle's value
 };
 
 /// A cosine or sine of Σ multiple · angle; the first multiple is positive, the angles ascend.
@@ -83,8 +87,9 @@ class Ring {
   static constexpr int most_symbols = 2000, most_waves = 20'000;
 
   /// @return the symbol's number; a name that is there already gets one that is not, by a `_` behind it
-  int add_symbol(const std::string& name, SymbolKind kind, double value);
-  int add_angle(const std::string& name, int run, double value = 0);
+  int add_symbol(const std::string& name, SymbolKind kind, const Expression& source);
+  int add_angle(const std::string& name, int run);
+  int add_fixed_angle(const std::string& name, int run, const Expression& source);
   /// An angle where it stands by itself, as a coordinate of a torsion spring: a symbol with the angle's own name.
   int symbol_of_angle(int angle);
   /// Forgets the symbols from there on, in which no polynomial must be left.
@@ -96,6 +101,7 @@ class Ring {
   const Symbol& symbol(int index) const { return symbols_[static_cast<std::size_t>(index)]; }
   const Angle& angle(int index) const { return angles_[static_cast<std::size_t>(index)]; }
   void set_value(int symbol, double value) { symbols_[static_cast<std::size_t>(symbol)].value = value; }
+  void set_angle(int angle, double value) { angles_[static_cast<std::size_t>(angle)].value = value; }
   void set_kind(int symbol, SymbolKind kind) { symbols_[static_cast<std::size_t>(symbol)].kind = kind; }
   const Wave& wave(WaveId id) const { return waves_[id]; }
 

@@ -13,14 +13,14 @@ namespace {
 
 struct JointStep {
   bool turns;
-  Vector3 direction;
+  Vector3E direction;
   int coordinate;      ///< within the joint
   bool rises = false;  ///< then up by the radius of what rolls
 };
 
-std::vector<JointStep> steps_of(const Joint& joint) {
-  const Vector3 &u = joint.axis, &v = joint.axis2;
-  const Vector3 x = Vector3::UnitX(), y = Vector3::UnitY(), z = Vector3::UnitZ();
+std::vector<JointStep> steps_of(const JointOf<Expression>& joint) {
+  const Vector3E &u = joint.axis, &v = joint.axis2;
+  const Vector3E x = Vector3E::UnitX(), y = Vector3E::UnitY(), z = Vector3E::UnitZ();
   switch (joint.type) {
     case JointType::fixed: return {};
     case JointType::revolute: return {{true, u, 0}};
@@ -43,10 +43,12 @@ class TreeBuilder {
   TreeBuilder(Ring& ring, const Mechanism& mechanism, const SpecTexts& texts, const TreeOptions& options)
       : ring_(ring),
         mechanism_(mechanism),
-        numbers_(ring, mechanism, texts, options),
+        model_(std::make_shared<NumberModel>(mechanism, texts)),
+        numbers_(ring, *model_, texts, options),
         frames_(ring, tree_),
         edges_(span(mechanism, {})),
         natural_(options.natural) {
+    tree_.model = model_;
     tree_.planar = mechanism.space == SpaceKind::planar;
     bodies_.resize(mechanism.bodies.size());
     bodies_[0] = {0, {}};
@@ -62,7 +64,7 @@ class TreeBuilder {
       mechanism_.springs[s].in_joint() ? add_joint_spring(s) : add_spring(s);
     tree_.gravity = numbers_.gravity();
     tree_.inertial = numbers_.inertial();
-    if (natural_) tree_.basic = basic_tree(ring_, mechanism_, numbers_);
+    if (natural_) tree_.basic = basic_tree(ring_, mechanism_, *model_, numbers_);
     if (!mechanism_.friction.empty()) tree_.left_out.emplace_back("friction");
     if (!mechanism_.loads.empty()) tree_.left_out.emplace_back("loads");
     return std::move(tree_);
@@ -74,7 +76,9 @@ class TreeBuilder {
     const auto at = std::find_if(all.begin(), all.end(), [&](const Coordinate& c) { return c.joint == joint; });
     return static_cast<std::size_t>(at - all.begin());
   }
-  const Joint& joint(int index) const { return mechanism_.joints[static_cast<std::size_t>(index)]; }
+  const JointOf<Expression>& joint(int index) const {
+    return model_->mechanism().joints[static_cast<std::size_t>(index)];
+  }
   Place& body(int index) { return bodies_[static_cast<std::size_t>(index)]; }
   static Place beside(Place place, const Vector& d, int sign) {
     place.at = sign > 0 ? place.at + d : place.at - d;
@@ -105,7 +109,7 @@ class TreeBuilder {
 
   struct Root {
     std::vector<std::pair<int, Polynomial>> columns;
-    double offset = 0;
+    Polynomial offset;
   };
   /// What a coordinate is made of; each is made out once, since sums of sums meet again and again.
   const Root& roots(int coordinate, std::size_t depth) {
@@ -119,18 +123,18 @@ class TreeBuilder {
       const Coupling& coupling = mechanism_.couplings[k];
       if (coupling.follower != coordinate) continue;
       Root sum;
-      for (const CoordinateTerm& term : coupling.leader.terms)
-        add(sum, roots(term.coordinate, depth + 1), numbers_.coupling_ratio(k) * numbers_.coupling_term(k, term),
-            coupling.ratio * term.ratio);
-      sum.offset += coupling.offset;
+      for (std::size_t t = 0; t < coupling.leader.terms.size(); ++t)
+        add(sum, roots(coupling.leader.terms[t].coordinate, depth + 1),
+            numbers_.coupling_ratio(k) * numbers_.coupling_term(k, t));
+      sum.offset += numbers_.coupling_offset(k);
       return sum;
     }
     const auto column = std::find(tree_.coordinates.begin(), tree_.coordinates.end(), coordinate);
-    return {{{static_cast<int>(column - tree_.coordinates.begin()), Polynomial(1)}}, 0};
+    return {{{static_cast<int>(column - tree_.coordinates.begin()), Polynomial(1)}}, {}};
   }
   /// Adds a multiple of what one of several leaders is made of.
-  static void add(Root& sum, const Root& leader, const Polynomial& ratio, double value) {
-    sum.offset += leader.offset * value;
+  static void add(Root& sum, const Root& leader, const Polynomial& ratio) {
+    sum.offset += leader.offset * ratio;
     for (const auto& [column, factor] : leader.columns) {
       const auto same = std::find_if(sum.columns.begin(), sum.columns.end(),
                                      [&, wanted = column](const auto& entry) { return entry.first == wanted; });
@@ -142,11 +146,11 @@ class TreeBuilder {
   }
   static void follow(Variable& variable, Root root) {
     variable.follows = std::move(root.columns);
-    variable.offset = root.offset;
+    variable.offset = std::move(root.offset);
   }
 
   /// From one end of a joint to the other.
-  Place through(const Joint& joint, int index, const Place& from, bool forward) {
+  Place through(const JointOf<Expression>& joint, int index, const Place& from, bool forward) {
     std::vector<JointStep> steps = steps_of(joint);
     Place at = forward ? from : frames_.turned(from, reversed(turns_of(joint.rotation)));
     if (!forward) std::reverse(steps.begin(), steps.end());
@@ -160,8 +164,8 @@ class TreeBuilder {
   }
 
   void walk(const TreeEdge& edge) {
-    const Joint& at = joint(edge.joint);
-    const Vector p = numbers_.point(at.first, at.point_first), q = numbers_.point(at.second, at.point_second);
+    const JointOf<Expression>& at = joint(edge.joint);
+    const Vector p = numbers_.joint_point(edge.joint, true), q = numbers_.joint_point(edge.joint, false);
     const Place start = beside(body(edge.parent), edge.forward ? p : q, 1);
     const Place end = beside(through(at, edge.joint, start, edge.forward), edge.forward ? q : p, -1);
     if (edge.split)
@@ -171,24 +175,37 @@ class TreeBuilder {
   }
 
   /// Axes of both frames as the closure's equations want them: planar slides along x, in space the axis is z.
-  void cut(int index) {
-    const Joint& at = joint(index);
-    Place a = beside(body(at.first), numbers_.point(at.first, at.point_first), 1);
-    Place b = beside(body(at.second), numbers_.point(at.second, at.point_second), 1);
-    b = frames_.turned(b, reversed(turns_of(at.rotation)));
-    Matrix3 axes = Matrix3::Identity();
+  std::vector<FixedTurn> closure_turns(const JointOf<Expression>& at) const {
     const bool slides = at.type == JointType::prismatic || at.type == JointType::pin_slot;
+    if (tree_.planar && !slides) return {};
+    Matrix3E axes = Matrix3E::Identity();
     if (tree_.planar) {
-      if (slides) axes << at.axis.x(), -at.axis.y(), 0, at.axis.y(), at.axis.x(), 0, 0, 0, 1;
-    } else if (at.type == JointType::universal || at.type == JointType::planar) {
-      axes << at.axis2, at.axis.cross(at.axis2), at.axis;
-    } else if (at.type != JointType::spherical && at.type != JointType::fixed) {
-      axes = Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), at.axis).toRotationMatrix();
+      axes(0, 0) = axes(1, 1) = at.axis.x();
+      axes(1, 0) = at.axis.y(), axes(0, 1) = -at.axis.y();
+      return turns_of(axes);
     }
-    const std::vector<FixedTurn> turns = turns_of(axes);
+    if (at.type == JointType::spherical || at.type == JointType::fixed) return {};
+    if (at.type == JointType::universal || at.type == JointType::planar) {
+      axes << at.axis2, at.axis.cross(at.axis2), at.axis;
+      return turns_of(axes);
+    }
+    if (!is_constant(at.axis))
+      return {{2, atan2(at.axis.y(), at.axis.x())},
+              {1, atan2(sqrt(at.axis.x() * at.axis.x() + at.axis.y() * at.axis.y()), at.axis.z())}};
+    const Matrix3 R = Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), values_of(at.axis)).toRotationMatrix();
+    return turns_of(Matrix3E(R.cast<Expression>()));
+  }
+
+  void cut(int index) {
+    const JointOf<Expression>& at = joint(index);
+    Place a = beside(body(at.first), numbers_.joint_point(index, true), 1);
+    Place b = beside(body(at.second), numbers_.joint_point(index, false), 1);
+    b = frames_.turned(b, reversed(turns_of(at.rotation)));
+    const std::vector<FixedTurn> turns = closure_turns(at);
     a = frames_.turned(a, turns), b = frames_.turned(b, turns);
     tree_.closures.push_back({at.name, at.type, a, b});
-    if (tree_.planar && at.type == JointType::revolute && at.rotation.isIdentity(0)) relate(index, a.frame, b.frame);
+    const bool straight = is_constant(at.rotation) && values_of(at.rotation).isIdentity(0);
+    if (tree_.planar && at.type == JointType::revolute && straight) relate(index, a.frame, b.frame);
   }
 
   /// The angle of a loop's joint is the sum of the angles around the loop.
@@ -223,17 +240,21 @@ class TreeBuilder {
     const int variable = frames_.add_variable("phi_" + plain_name(disc.name), true);
     const Polynomial ratio = numbers_.ratio(index);
     Root sum;
-    for (const CoordinateTerm& term : disc.follows.terms)
-      add(sum, roots(term.coordinate, 0), ratio * numbers_.disc_term(index, term), disc.ratio * term.ratio);
+    for (std::size_t t = 0; t < disc.follows.terms.size(); ++t)
+      add(sum, roots(disc.follows.terms[t].coordinate, 0), ratio * numbers_.disc_term(index, t));
     follow(tree_.variables.back(), std::move(sum));
-    add_mass(frames_.moved_by(centre, disc.axis, variable, 1), numbers_.disc(index));
+    const Vector3E& axis = model_->mechanism().discs[static_cast<std::size_t>(index)].axis;
+    if (!numbers_.is_rotor(index)) return add_mass(frames_.moved_by(centre, axis, variable, 1), numbers_.disc(index));
+    // its moments of inertia are those along and across its axis, which may be oblique to its carrier
+    const Alignment along = align(axis);
+    add_mass(frames_.moved_along(centre, along, variable, 1), numbers_.rotor(index, along.axis));
   }
 
   void add_spring(std::size_t s) {
     const Spring& spring = mechanism_.springs[s];
     LinearSpring found;
-    found.a = beside(body(spring.first), numbers_.point(spring.first, spring.point_first), 1);
-    found.b = beside(body(spring.second), numbers_.point(spring.second, spring.point_second), 1);
+    found.a = beside(body(spring.first), numbers_.spring_point(s, true), 1);
+    found.b = beside(body(spring.second), numbers_.spring_point(s, false), 1);
     found.stiffness = numbers_.stiffness(s), found.free_length = numbers_.free_length(s);
     if (!found.free_length.is_zero())
       found.length = ring_.add_symbol("L_" + plain_name(spring.name), SymbolKind::named, 1);
@@ -251,6 +272,7 @@ class TreeBuilder {
 
   Ring& ring_;
   const Mechanism& mechanism_;
+  std::shared_ptr<const NumberModel> model_;
   SymbolicTree tree_;
   MechanismNumbers numbers_;
   FrameBuilder frames_;

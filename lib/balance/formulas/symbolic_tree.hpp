@@ -3,6 +3,7 @@
 /// numbers polynomials of symbols, and the closures of its loops.
 
 #include "balance/formulas/basic_tree.hpp"
+#include "balance/formulas/number_model.hpp"
 #include "balance/formulas/polynomial.hpp"
 #include "balance/formulas/triple.hpp"
 #include "balance/model/mechanism.hpp"
@@ -10,6 +11,7 @@
 
 #include <array>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -25,7 +27,7 @@ struct Variable {
   bool is_angle = true;
   int index = 0;  ///< of the ring's angle or symbol
   std::vector<std::pair<int, Polynomial>> follows;
-  double offset = 0;  ///< the constant [rad or m]
+  Polynomial offset;  ///< the constant [rad or m]
 };
 
 /// A frame on its parent. At `offset` in the parent's axes; from there it slides along or turns about one axis.
@@ -75,6 +77,7 @@ struct Relation {
 };
 
 struct SymbolicTree {
+  std::shared_ptr<const NumberModel> model;  ///< what its symbols are made of
   bool planar = true;
   std::vector<Frame> frames;  ///< frame 0 is the world; parents first
   std::vector<Variable> variables;

@@ -41,7 +41,7 @@ std::string symbols_line(const FormulasView& view) {
     if (symbol.kind < formulas::SymbolKind::slide && names.contains(symbol.name))
       values.push_back(fmt::format("{} = {:.6g}", symbol.name, symbol.value));
   for (const auto& angle : ring.angles())
-    if (angle.value != 0 && names.contains(angle.name))
+    if (angle.is_fixed && names.contains(angle.name))
       values.push_back(fmt::format("{} = {:.6g}", angle.name, angle.value));
   return values.empty() ? "" : fmt::format("\nwhere {} in SI units\n", fmt::join(values, ", "));
 }
@@ -60,7 +60,10 @@ std::string formulas_text(const FormulasView& view) {
   }
   text += symbols_line(view);
   for (const std::string& note : view.sheet->notes) text += "note: " + note + "\n";
-  return text + fmt::format("checked at {} states: {:.0e}\n", view.check.states, view.check.error);
+  if (!view.check.note.empty()) text += "note: " + view.check.note + "\n";
+  const std::string elsewhere =
+      view.check.elsewhere > 0 ? fmt::format(", {} of them with other numbers", view.check.elsewhere) : "";
+  return text + fmt::format("checked at {} states{}: {:.0e}\n", view.check.states, elsewhere, view.check.error);
 }
 
 std::string formulas_latex(const FormulasView& view) {
@@ -95,9 +98,11 @@ std::string formulas_json(const FormulasView& view) {
   for (const auto& symbol : view.sheet->ring->symbols())
     if (symbol.kind < formulas::SymbolKind::slide) json["symbols"][symbol.name] = symbol.value;
   for (const auto& angle : view.sheet->ring->angles())
-    if (angle.value != 0) json["symbols"][angle.name] = angle.value;
+    if (angle.is_fixed) json["symbols"][angle.name] = angle.value;
   json["notes"] = view.sheet->notes;
-  json["checked"] = {{"states", view.check.states}, {"error", view.check.error}};
+  if (!view.check.note.empty()) json["notes"].push_back(view.check.note);
+  json["checked"] = {
+      {"states", view.check.states}, {"other_numbers", view.check.elsewhere}, {"error", view.check.error}};
   json["warnings"] = view.warnings;
   return dump(json);
 }

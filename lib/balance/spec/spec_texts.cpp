@@ -34,10 +34,11 @@ std::string value_text(const Node& value) {
 
 }  // namespace
 
-SpecTexts read_spec_texts(const std::string& text, const ReadOptions& options) {
+SpecTexts read_spec_texts(const DesignSpace& space, const ReadOptions& options) {
   SpecTexts texts;
+  texts.recording = space.recording;
   read::Problems problems("");
-  const Node root = read::parse_yaml(text, problems);
+  const Node root = read::parse_yaml(space.start.spec_text, problems);
   collect(root, "", texts);
   if (const Node* section = member(root, "parameters"); section != nullptr && section->kind == Node::Kind::map)
     for (std::size_t i = 0; i < section->items.size(); ++i)

@@ -1,12 +1,12 @@
 #pragma once
-/// The texts of a spec's numbers, for whoever wants to know the parameters that they are made of.
+/// What a spec says about its numbers.
 
 #include "balance/spec/read_spec.hpp"
 #include "balance/study/spec_texts.hpp"
 
 namespace balance {
 
-/// @param text a spec that read_spec takes, with the same options
-SpecTexts read_spec_texts(const std::string& text, const ReadOptions& options = {});
+/// @param options those that the space was read with
+SpecTexts read_spec_texts(const DesignSpace& space, const ReadOptions& options = {});
 
 }  // namespace balance

@@ -1,7 +1,10 @@
 #pragma once
-/// What a spec says about its numbers, as text: from it formulas know which parameter stands where.
+/// What a spec says about its numbers: from it formulas know which parameter stands where, and what the numbers are made of.
+
+#include "balance/study/recording.hpp"
 
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,6 +19,7 @@ struct ParameterText {
 struct SpecTexts {
   std::vector<ParameterText> parameters;       ///< in the document's order
   std::map<std::string, std::string> numbers;  ///< scalars by key path, `bodies.link1.com[0]`
+  std::shared_ptr<const Recording> recording;  ///< null: every number is what it is
 };
 
 }  // namespace balance
