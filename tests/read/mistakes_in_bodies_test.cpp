@@ -12,9 +12,9 @@ TEST_CASE("a body must be one that can exist and is connected") {
        "s.yaml:10:10: bodies.lower: missing key: expected 'com', found only mass, inertia and points"},
       {"inertia: 0.01, points", "points",
        "s.yaml:10:10: bodies.lower: missing key: expected 'inertia', found only mass, com and points"},
-      {"inertia: 0.001}\njoints", "inertia: 0}\njoints",
+      {"inertia: 0.001}\njoints", "inertia: -1}\njoints",
        "s.yaml:11:44: bodies.wheel.inertia: no body can have this inertia: expected a positive one about its CoM, "
-       "found 0 kg m^2"},
+       "found -1 kg m^2"},
       {"inertia: 0.01,", "inertia: {about: origin, value: 0.01},",
        "s.yaml:10:42: bodies.lower.inertia: no body can have this inertia: expected a positive one about its CoM, "
        "found -0.0525 kg m^2"},
