@@ -67,6 +67,26 @@ def turn(axis, angle):
     return R
 
 
+# A wheel whose drive becomes singular half way through its motion.
+STUCK = """
+space: spatial
+gravity: [1.1, -3.6, -3.9]
+ground: {points: {O: [0, 0, 0]}}
+bodies:
+  w:
+    mass: 1.4
+    com: [0.106, 0.015, 0.1]
+    inertia: [0.034, 0.038, 0.037, 0.0078, -0.0059, 0.0058]
+    points: {C: [0.145, 0.011, 0.175], K: [0.162, 0.207, -0.222]}
+joints: {W: {type: rolling, connects: [ground.O, w.C], radius: 0.274}}
+constraints: {k: {w.K.w: 1, w.rx: 0.194}}
+assembly: {W.x: 0.103, W.y: 0.1, W.heading: -0.7, W.lean: 0.4026, W.angle: -0.596}
+actuators: [W.lean, W.y]
+motion: {duration: 0.92, samples: 301, from: {joints: {W.lean: 0.4026, W.y: 0.1}}, to: {joints: {W.lean: 0.48, W.y: -0.0616}}}
+trajectories: {go: {law: cubic, drive: joints}}
+"""
+
+
 class RollingInSpace(Case):
     def moved(self, command, spec, *call):
         file = self.path("run.h5")
@@ -283,6 +303,21 @@ constraints: {{together: {{T: 1, S1.H: -0.5, S2.sleigh.angle: -0.5}}}}
         at = "P.x=0.2,P.y=0,P.angle=0.3,A=1,B=2"
         mass = json.loads(run("equations", apart, "--at", at, "--only", "inertia", "--json").stdout)
         self.assertLess(abs(np.array(mass["M"])[0, 1]), 1e-14)
+
+    def test_equations_at_the_start_leave_out_what_bound_rates_do_not_have(self):
+        for spec in (CART, SLEIGH, BICYCLE, DISC):
+            done = run("equations", spec, "--at", "start", "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            found = json.loads(done.stdout)
+            self.assertEqual({"regressor", "natural"} & found.keys(), set())
+            self.assertEqual(np.linalg.matrix_rank(found["M"]), len(found["independent"]))
+            self.assertTrue(any(note.startswith("no regressor") for note in found["notes"]))
+
+    def test_the_start_is_answered_whatever_comes_later(self):
+        spec = self.write("stuck.yaml", STUCK)
+        self.assert_failure(run("simulate", spec, "-t", "go"), 4, "drive singularity")
+        found = json.loads(run("equations", spec, "--at", "start", "--json").stdout)
+        self.assertEqual(found["configuration"]["W.lean"], 0.4026)
 
     def test_equations_in_the_speeds_of_the_spec(self):
         mass = json.loads(run("equations", CART, "--at", "end", "-t", "turn", "--only", "inertia", "--json").stdout)

@@ -108,3 +108,15 @@ TEST_CASE("Greek letters of names are written out, and names that mean something
   CHECK(plain_name("π") == "pi_");
   CHECK(plain_name("2nd.leg") == "x2nd_leg");
 }
+
+TEST_CASE("in LaTeX a word is upright as a whole, and a quantity's letter has the rest as its index") {
+  CHECK(latex_name("prototype") == "\\mathrm{prototype}");
+  CHECK(latex_name("tare2") == "\\mathrm{tare}_{2}");
+  CHECK(latex_name("l2") == "l_{2}");
+  CHECK(latex_name("lg2") == "l_{g2}");
+  CHECK(latex_name("Jxy2") == "J_{\\mathrm{xy2}}");
+  CHECK(latex_name("Ja_d") == "J_{ad}");
+  CHECK(latex_name("xB2") == "x_{B2}");
+  CHECK(latex_name("theta1") == "\\theta_{1}");
+  CHECK(latex_name("m_cargo") == "m_{\\mathrm{cargo}}");
+}

@@ -134,6 +134,10 @@ class Report {
   }
 
   void add_regressor() {
+    if (binds_rates(mechanism_)) {
+      at_.notes.push_back("no regressor: rates are bound, and it is one of the independent coordinates alone");
+      return;
+    }
     InverseDynamics door(mechanism_, options_);
     std::vector<NamedValue> near;
     for (const CoordinateValue& value : query_.configuration)

@@ -17,7 +17,7 @@ namespace balance::formulas {
 
 enum class Style { text, latex };
 
-/// `theta1` as \theta_{1}, `lg2` as l_{g2}.
+/// `theta1` as \theta_{1}, `lg2` as l_{g2}, `tare2` as \mathrm{tare}_{2}.
 std::string latex_name(const std::string& name);
 
 class Printer {

@@ -20,6 +20,18 @@ bool is_greek(const std::string& word) {
   return false;
 }
 
+/// A letter of the field's with letters that say of what, as formulas name numbers: `lg`, `Jxy`, the `xB` of a point B.
+bool is_quantity(const std::string& head) {
+  if (head.size() < 2) return false;
+  if (std::string("xyz").find(head[0]) != std::string::npos && std::isupper(static_cast<unsigned char>(head[1])) != 0)
+    return true;
+  const std::string behind = head[0] == 'J'                                           ? "xyzat"
+                             : std::string("Img").find(head[0]) != std::string::npos  ? "xyzt"
+                             : std::string("lxyz").find(head[0]) != std::string::npos ? "g"
+                                                                                      : "";
+  return head.size() <= 3 && head.find_first_not_of(behind, 1) == std::string::npos;
+}
+
 /// Place in a product: g, inertias, lengths, the rest.
 int order_of(SymbolKind kind) {
   switch (kind) {
@@ -58,8 +70,11 @@ std::string latex_name(const std::string& name) {
   const std::size_t digit = name.find_first_of("0123456789_");
   head = name.substr(0, digit);
   tail = digit == std::string::npos ? "" : name.substr(digit);
-  if (!is_greek(head) && head.size() > 1) tail = head.substr(1) + tail, head.resize(1);
-  if (is_greek(head)) head = "\\" + head;
+  if (is_quantity(head)) tail = head.substr(1) + tail, head.resize(1);
+  if (is_greek(head))
+    head = "\\" + head;
+  else if (head.size() > 1)
+    head = "\\mathrm{" + head + "}";
   std::string below;
   for (const char c : tail)
     if (c != '_') below += c;
