@@ -2,8 +2,12 @@
 
 #include "failure.hpp"
 #include "suggestion.hpp"
+#include "value_check.hpp"
 
 #include "balance/base/nearest.hpp"
+#include "balance/motion/timing_bounds.hpp"
+
+#include <fmt/format.h>
 
 #include <charconv>
 #include <cmath>
@@ -27,9 +31,11 @@ double parse_seconds(const std::string& text) {
   const std::string complaint = "--case-timeout needs seconds, such as 60, or 0 for none, not " + in_quotes(text);
   const auto [number, unit] = split_number(text, complaint);
   for (const auto& [name, seconds] : {std::pair("", 1.0), {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}})
-    if (unit == name) return number * seconds;
+    if (unit == name && number * seconds <= max_duration) return number * seconds;
   throw UsageError(complaint);
 }
+
+constexpr double least_case_memory = 16;  // MiB: what a process has before it reads its spec
 
 std::uintmax_t parse_bytes(const std::string& text) {
   const std::string complaint =
@@ -50,7 +56,10 @@ std::uintmax_t parse_bytes(const std::string& text) {
                                     {"GB", 1e9},
                                     {"TB", 1e12}}) {
     if (unit != name) continue;
-    if (number * bytes > 1e18 || (number > 0 && number * bytes < 1)) throw UsageError(complaint);
+    if (number * bytes > 1e18) throw UsageError(complaint);
+    if (number > 0 && number * bytes < least_case_memory * mebi)
+      throw UsageError(fmt::format("--case-memory {}: expected at least {:g} MiB, without which no case can begin",
+                                   in_quotes(text), least_case_memory));
     return static_cast<std::uintmax_t>(number * bytes);
   }
   throw UsageError(complaint);
@@ -65,7 +74,7 @@ void add_batch_options(CLI::App& parser, BatchCommandOptions& o) {
       ->type_name("FOLDER");
   parser.add_option("-j,--jobs", o.jobs, "cases computed at once; all cores if not given")
       ->type_name("N")
-      ->check(CLI::Range(1U, 4096U));
+      ->check(whole_number(1, 4096));
   parser.add_option("--shard", o.shard, "compute only the i-th of n parts of the cases")->type_name("I/N");
   parser.add_option("--case-timeout", o.case_timeout, "longest time of a case in seconds; 3600 if not given, 0: none")
       ->type_name("SECONDS");

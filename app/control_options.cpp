@@ -1,14 +1,17 @@
 #include "control_options.hpp"
 
 #include "failure.hpp"
+#include "value_check.hpp"
 
 #include "balance/base/nearest.hpp"
+#include "balance/motion/timing_bounds.hpp"
 #include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <limits>
 
 namespace balance::app {
 
@@ -19,15 +22,13 @@ void add_control_options(CLI::App& parser, ControlCommandOptions& o) {
   controller->type_name("NAME");
   parser.add_option("--settle", o.settle, "hold the last pose so much longer, in seconds")
       ->type_name("T")
-      ->check(CLI::NonNegativeNumber);
+      ->check(number_between(0, max_duration));
   parser.add_option("--steps", o.steps, "how many steps the integration may take before the run is given up")
       ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      ->check(whole_number(1));
 }
 
 Controller choose_controller(const ControlCommandOptions& options, const Study& study) {
-  if (options.settle < 0 || !std::isfinite(options.settle))
-    throw UsageError("--settle needs a number of seconds that is not negative");
   return find_controller(options.controller, study);
 }
 

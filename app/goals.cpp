@@ -2,9 +2,11 @@
 
 #include "failure.hpp"
 #include "suggestion.hpp"
+#include "value_check.hpp"
 
 #include "balance/base/nearest.hpp"
 #include "balance/conditions/known_terms.hpp"
+#include "balance/spec/limits.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -31,7 +33,9 @@ void add_goal_options(CLI::App& parser, GoalOptions& o) {
       parser.add_option("--without", o.without,
                         "what the goal leaves out: friction, loads, springs, payloads, ... or names of single ones");
   suggest_words(without->type_name("NAMES")->allow_extra_args(false), sections_to_leave_out);
-  parser.add_option("--seed", o.seed, "of random configurations and searches")->type_name("N");
+  parser.add_option("--seed", o.seed, "of random configurations and searches")
+      ->type_name("N")
+      ->check(whole_number(0, most_seed));
 }
 
 std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, WithoutGoal without) {

@@ -78,7 +78,7 @@ std::shared_ptr<Told> look(const Spec& spec, const ToleranceWish& wish, Errand& 
   if (toleranced.tolerances.empty())
     throw SpecError({.place = place, .message = "missing: it says which numbers may be off"});
   auto told = std::make_shared<Told>();
-  told->source = spec->file;
+  told->source = spec.file;
   told->view.mechanism = spec.study().mechanism.name;
   told->view.numbers = toleranced.tolerances;
   told->view.draws = wish.draws;

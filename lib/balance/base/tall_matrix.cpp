@@ -18,6 +18,23 @@ double smallest_pivot(const ColumnPivotingQr& factors) {
   return largest > 0 ? std::abs(factors.matrixQR()(n - 1, n - 1)) / largest : 0;
 }
 
+/// A P = Q R, so that A⁺ = P R⁻¹ Qᵀ: its rows are as long as those of R⁻¹.
+double pseudo_inverse_regularity(const ColumnPivotingQr& factors) {
+  const Eigen::Index n = factors.cols();
+  if (n == 0) return 1;
+  if (!(smallest_pivot(factors) > 0)) return 0;
+  const auto R = factors.matrixR().topLeftCorner(n, n).triangularView<Eigen::Upper>();
+  const MatrixX inverse = R.solve(MatrixX::Identity(n, n));
+  Eigen::Index longest = 0;
+  for (Eigen::Index row = 1; row < n; ++row)
+    if (inverse.row(row).squaredNorm() > inverse.row(longest).squaredNorm()) longest = row;
+  VectorX entries = VectorX::Zero(factors.rows());
+  entries.head(n) = inverse.row(longest).transpose();
+  entries.applyOnTheLeft(factors.householderQ());
+  const double regularity = 1 / max_abs(entries);
+  return std::isfinite(regularity) ? std::min(1.0, regularity) : 0;
+}
+
 bool near_kept(const ColumnPivotingQr& factors, const MatrixX& now, const MatrixX& kept, double limit) {
   if (now.cols() == 0) return true;
   const MatrixX change = now - kept;

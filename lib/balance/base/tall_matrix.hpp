@@ -9,6 +9,10 @@ namespace balance {
 /// Smallest pivot by the largest, 0 if there are fewer rows than columns.
 double smallest_pivot(const ColumnPivotingQr& factors);
 
+/// 1/largest entry of the pseudo-inverse, the measure that BlockTriangular has of square matrices, of the unknown that is determined
+/// least; at most 1, 0 if there are fewer rows than columns or the matrix is singular.
+double pseudo_inverse_regularity(const ColumnPivotingQr& factors);
+
 /// Whether every matrix on the straight way from `kept` to `now` has full column rank by a margin: ‖A⁺ (A − K)‖ ≤ limit < 1 (largest
 /// sum along a row).
 /// @param factors of `now`

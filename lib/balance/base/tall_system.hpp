@@ -17,11 +17,11 @@ class TallSystem {
   const T& at(int row, int column) const { return dense_(row, column); }
   const auto& dense() const { return dense_; }
 
-  /// @return smallest pivot of the values by the largest
+  /// @return regularity of the values
   double factorise() {
     values_ = values();
     factors_.compute(values_);
-    return smallest_pivot(factors_);
+    return pseudo_inverse_regularity(factors_);
   }
   void keep() { kept_ = values(); }
   bool near_kept(double limit) const { return balance::near_kept(factors_, values_, kept_, limit); }

@@ -147,7 +147,9 @@ MotionOutcome Branch<S>::assemble(const double* q, const std::vector<CoordinateV
     outcome = lead(q, "");
     assembled_ = assembled_ || outcome.status == MotionStatus::done;
   } else {
-    outcome = explain_missing_start(rough, tree_, found);
+    PoseTarget pose;
+    for (int k = 0; k < freedoms_; ++k) pose.joints.push_back({independent_[static_cast<std::size_t>(k)], q[k]});
+    outcome = explain_missing_start(rough, tree_, found, pose);
     if (outcome.status == MotionStatus::unreachable)
       outcome.reason = "the loops cannot be closed with these independent coordinates: " +
                        outcome.reason.substr(std::min(outcome.reason.size(), outcome.reason.find(": ") + 2));

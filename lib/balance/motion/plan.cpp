@@ -8,18 +8,11 @@
 #include "balance/motion/missing_start.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <stdexcept>
 
 namespace balance {
 
 namespace {
-
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
 
 /// A circle or arc in the coordinate plane of two components.
 Path in_components(Path path, int a, int b) {
@@ -53,26 +46,6 @@ Schedule::Request make_request(const Trajectory& trajectory, const DriveQuantiti
       request.via.push_back(stated_values(quantities, point, request.via.empty() ? request.from : request.via.back()));
   add_courses(trajectory, quantities, request);
   return request;
-}
-
-template <class S>
-MotionOutcome explain_missing_start(const Mechanism& mechanism, const Tree<S>& tree, const Solution& attempt) {
-  System<S> closures(tree, Drive<S>{});
-  const Solution loops = find_pose(mechanism, tree, closures, {});
-  if (!loops.found) {
-    std::string worst;
-    double gap = -1;
-    for (const Closure<S>& closure : tree.closures) {
-      const ClosurePose<S> pose = closure_pose(closures.state(), closure);
-      const double miss = (pose.p_B - pose.p_A).norm();
-      if (miss > gap) gap = miss, worst = mechanism.joints[closure.joint].name;
-    }
-    return failed(MotionStatus::not_assembled,
-                  "the loops cannot be closed: joint " + worst + " stays open by " + short_number(gap) + " m at best");
-  }
-  return failed(MotionStatus::unreachable,
-                "the start pose cannot be reached: the nearest configuration found misses it by " +
-                    short_number(attempt.residual * tree.length) + " (m or, times the length, rad)");
 }
 
 namespace {
@@ -112,7 +85,7 @@ class Planner {
     const PoseEquations<S> from = pose_equations(mechanism_, tree_, trajectory_.from);
     System<S> system(tree_, from.drive);
     const Solution start = find_pose(mechanism_, tree_, system, from.target);
-    if (!start.found) return fail(explain_missing_start(mechanism_, tree_, start));
+    if (!start.found) return fail(explain_missing_start(mechanism_, tree_, start, trajectory_.from));
     plan_.start = start.y;
     const int rank = generic_closure_rank(tree_, start.y);
     plan_.freedoms = tree_.columns - rank;
@@ -207,7 +180,5 @@ Plan<S> make_plan(const Mechanism& mechanism, const Tree<S>& tree, const Traject
 
 template Plan<Planar> make_plan<Planar>(const Mechanism&, const Tree<Planar>&, const Trajectory&);
 template Plan<Spatial> make_plan<Spatial>(const Mechanism&, const Tree<Spatial>&, const Trajectory&);
-template MotionOutcome explain_missing_start<Planar>(const Mechanism&, const Tree<Planar>&, const Solution&);
-template MotionOutcome explain_missing_start<Spatial>(const Mechanism&, const Tree<Spatial>&, const Solution&);
 
 }  // namespace balance

@@ -160,7 +160,7 @@ typename Stepper<S>::Attempt Stepper<S>::step(double time) {
   if (!rolls_)
     predict(time);
   else if (!integrate(time))
-    return Attempt::no_convergence;
+    return rate_evaluations_left_ < 0 ? Attempt::exhausted : Attempt::no_convergence;
   trial_ = predicted_;
   if (!newton(trial_)) return Attempt::no_convergence;
   const std::vector<double>& scale = equations_.column_scale();
@@ -263,6 +263,7 @@ void Stepper<S>::accelerate(Side side) {
 template <class S>
 bool Stepper<S>::advance(double time) {
   if (direct_) return step(time) == Attempt::done;
+  rate_evaluations_left_ += rate_evaluations_per_stop;
   const double smallest = halved * std::min(time - now_.time, plan_.schedule->duration() / 1024);
   double size = std::min(time - now_.time, stride_);
   int total = 0;
@@ -275,7 +276,10 @@ bool Stepper<S>::advance(double time) {
     total += iterations_;
     if (attempt == Attempt::done) {
       stride_ = size *= 2;
-    } else if ((size = std::min(size, next - now_.time) / 2) < smallest) {
+      if (now_.time < refill_time_) continue;
+      refill_time_ = now_.time + plan_.schedule->duration() / 1000;
+      rate_evaluations_left_ = std::max(rate_evaluations_left_, max_rate_evaluations);
+    } else if (attempt == Attempt::exhausted || (size = std::min(size, next - now_.time) / 2) < smallest) {
       stop(attempt, smallest);
       return false;
     }

@@ -22,7 +22,10 @@ struct StepMeasures {
 template <class S>
 class Stepper {
  public:
-  static constexpr int newton_steps = 8;             ///< for one configuration, at most
+  static constexpr int newton_steps = 8;  ///< for one configuration, at most
+  /// Evaluations of rates, where something rolls, for a thousandth of the motion, and how many more with every stop: on the way into a
+  /// singularity steps become shorter without end.
+  static constexpr long max_rate_evaluations = 500'000, rate_evaluations_per_stop = 200;
   static constexpr double longest_correction = 0.1;  ///< of a prediction, in radians or characteristic lengths
 
   /// @param tree, plan must outlive the stepper; the plan must be done. The stepper may rereference the tree's spherical joints.
@@ -75,9 +78,10 @@ class Stepper {
   enum class Attempt {
     done,
     no_convergence,
-    far,       ///< from what was predicted
-    singular,  ///< or may have been on the way
-    not_held   ///< the guarded matrix is singular or may have been
+    far,        ///< from what was predicted
+    singular,   ///< or may have been on the way
+    exhausted,  ///< evaluations of rates
+    not_held    ///< the guarded matrix is singular or may have been
   };
 
   Attempt step(double time);
@@ -102,6 +106,8 @@ class Stepper {
   Equations<S> equations_;
   bool direct_ = false;
   bool rolls_ = false;  ///< there are closures of rates alone
+  long rate_evaluations_left_ = max_rate_evaluations;
+  double refill_time_ = 0;  ///< when they are counted anew [s]
   double round_off_;
   State<S> state_;
   DriveSample sample_;

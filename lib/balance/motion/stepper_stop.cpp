@@ -1,7 +1,9 @@
 // Where a motion cannot go on: the place, and which matrix has become singular there.
 
 #include "balance/base/factorizations.hpp"
+#include "balance/kinematics/joint_coordinates.hpp"
 #include "balance/motion/configuration_text.hpp"
+#include "balance/motion/links_in_line.hpp"
 #include "balance/motion/stepper.hpp"
 #include "balance/motion/wording.hpp"
 
@@ -24,6 +26,7 @@ void Stepper<S>::locate(Attempt attempt, double smallest) {
   const double duration = plan_.schedule->duration();
   // Round-off moves a configuration by 1e-16 / pivot of what determines it, so that the pivot itself is no better known than this.
   floor_ = hold ? 1e-11 : 2e-8;
+  rate_evaluations_left_ = max_rate_evaluations / 10;
   const auto pivot = [&] { return hold ? guard_->look(equations_) : equations_.regularity(); };
   double size = smallest, least = INFINITY;
   MotionMoment nearest = now_;
@@ -48,7 +51,11 @@ void Stepper<S>::stop(Attempt attempt, double smallest) {
   if (smallest > 0) locate(attempt, smallest);
   const Approach& approach = attempt == Attempt::not_held ? hold_approach_ : approach_;
   const double time = std::min(approach.vanishes(now_.time), plan_.schedule->duration());
-  const std::string where = configuration_text(mechanism_, tree_, now_.y.data());
+  poses(tree_, now_.y.data(), state_);
+  std::string links = links_in_line(mechanism_, tree_, state_);
+  if (rolls_ && links.empty()) links = flat_disc(mechanism_, read_coordinates(mechanism_, tree_, now_.y));
+  const std::string where =
+      configuration_text(mechanism_, tree_, now_.y.data()) + (links.empty() ? "" : ", where " + links);
   const auto [status, what] = diagnose(attempt);
   if (status == MotionStatus::actuation_singularity) {
     outcome_ = no_longer_held(time, where);
@@ -84,6 +91,9 @@ std::pair<MotionStatus, const char*> Stepper<S>::diagnose(Attempt attempt) {
             "drive singularity: the prescribed quantities no longer determine the motion (the path may leave the "
             "workspace here)"};
   if (attempt == Attempt::no_convergence) return {MotionStatus::unreachable, "the prescribed values cannot be reached"};
+  if (attempt == Attempt::exhausted)
+    return {MotionStatus::unreachable,
+            "the way cannot be followed further: rates change so fast that steps become shorter without end"};
   return {MotionStatus::assembly_jump, "the motion could only go on by a jump to another assembly mode"};
 }
 

@@ -2,9 +2,9 @@
 
 #include "balance/base/nearest.hpp"
 #include "balance/base/plain_text.hpp"
+#include "balance/motion/timing_bounds.hpp"
 #include "balance/spec/flow_text.hpp"
 #include "balance/spec/goals.hpp"
-#include "balance/spec/limits.hpp"
 
 #include <fmt/format.h>
 
@@ -99,12 +99,11 @@ void note_place(SuiteCase& one, const std::string& part, const SpecPlace& place)
 }
 
 long read_samples(const Cursor& at) {
-  const std::string what = fmt::format("a whole number from 2 to {}", most_samples);
+  const std::string what = fmt::format("a whole number from {} to {}", min_samples, max_samples);
   const std::string& text = at.word(what);
   long samples = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), samples);
-  if (error != std::errc() || end != text.data() + text.size() || samples < 2 || samples > most_samples)
-    at.expected(what);
+  if (error != std::errc() || end != text.data() + text.size() || !is_sample_count(samples)) at.expected(what);
   return samples;
 }
 

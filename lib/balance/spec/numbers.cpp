@@ -1,6 +1,7 @@
 #include "balance/base/nearest.hpp"
+#include "balance/motion/timing_bounds.hpp"
+#include "balance/spec/added_amounts.hpp"
 #include "balance/spec/directions.hpp"
-#include "balance/spec/limits.hpp"
 #include "balance/spec/load_cases.hpp"
 #include "balance/spec/tolerances.hpp"
 
@@ -34,19 +35,13 @@ double checked(const Cursor& at, double value) {
 
 std::string several_numbers(std::size_t count) { return count == 2 ? "[x, y]" : "[x, y, z]"; }
 
-/// What a designer adds to a mechanism to balance it: not there to begin with.
-bool is_extra(const std::string& path) {
-  const bool carried = path.starts_with("counterweights.") || path.starts_with("discs.");
-  return (carried && (path.ends_with(".mass") || path.ends_with(".inertia"))) ||
-         (path.starts_with("springs.") && path.ends_with(".stiffness"));
-}
-
 Expression add_free_number(const Cursor& at, const std::string& path, const FreeValue& free, double unit,
                            Draft& draft) {
   FreeNumber number{.path = path,
                     .lower = checked(at, free.lower * unit),
                     .upper = checked(at, free.upper * unit),
                     .start = checked(at, free.start * unit),
+                    .start_from = free.start_from,
                     .unit = unit};
   for (const double size : free.sizes) number.sizes.push_back(size * unit);
   const Expression input = draft.add_input(number.start);
@@ -71,7 +66,7 @@ Expression read_exact(const Cursor& at, Draft& draft, Dimension dimension, Sign 
   }
   if (const auto known = draft.inputs.find(at.path()); known != draft.inputs.end()) return known->second;
   FreeValue free = draft.parameters.evaluate_free(at);
-  if (!free.start_given && is_extra(at.path()) && free.lower <= 0 && free.upper >= 0) free.start_near(0);
+  if (is_added_amount(at.path())) free.start_at_none();
   // A bound of zero is allowed: the designer may wish to know whether the mass can vanish.
   check_sign(at, free.lower, sign == Sign::any ? Sign::any : Sign::not_negative);
   check_sign(at, free.start, sign);
@@ -118,9 +113,7 @@ Expression read_duration(const Cursor& at, Draft& draft) {
 }
 
 void check_duration(const Cursor& at, double duration) {
-  if ((duration >= shortest_duration && duration <= longest_duration)) return;
-  at.fail({.expected = fmt::format("a duration from {} s to {} s", shortest_duration, longest_duration),
-           .found = fmt::format("{:.6g} s", duration)});
+  if (!is_duration(duration)) at.fail({.expected = duration_range(), .found = fmt::format("{:.6g} s", duration)});
 }
 
 std::vector<Expression> read_numbers(const Cursor& at, Draft& draft, Dimension dimension, const std::string& what) {

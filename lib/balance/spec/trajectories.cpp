@@ -1,6 +1,6 @@
 #include "balance/base/nearest.hpp"
+#include "balance/motion/timing_bounds.hpp"
 #include "balance/spec/law.hpp"
-#include "balance/spec/limits.hpp"
 #include "balance/spec/passing_payloads.hpp"
 #include "balance/spec/path.hpp"
 #include "balance/spec/pose.hpp"
@@ -34,7 +34,8 @@ std::vector<Field> timing_fields(Timing& timing, Draft& draft) {
              timing.duration_given = true;
              timing.duration = read_duration(c, draft);
            }},
-          {"samples", Need::optional, [&](const Cursor& c) { timing.samples = read_whole(c, draft, 2, most_samples); }},
+          {"samples", Need::optional,
+           [&](const Cursor& c) { timing.samples = read_whole(c, draft, min_samples, max_samples); }},
           {"from", Need::optional,
            [&](const Cursor& c) {
              timing.from_at = c;

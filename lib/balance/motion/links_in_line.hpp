@@ -1,0 +1,19 @@
+#pragma once
+/// Links that lie in line with each other: what dead points and outstretched arms are recognised by. Private to motion.
+
+#include "balance/kinematics/state.hpp"
+#include "balance/model/mechanism.hpp"
+
+#include <string>
+
+namespace balance {
+
+/// "a and b are in line at B"; empty if no two links are, or so many that it says nothing.
+/// @param state poses
+template <class S>
+std::string links_in_line(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& state);
+
+extern template std::string links_in_line<Planar>(const Mechanism&, const Tree<Planar>&, const State<Planar>&);
+extern template std::string links_in_line<Spatial>(const Mechanism&, const Tree<Spatial>&, const State<Spatial>&);
+
+}  // namespace balance

@@ -1,0 +1,205 @@
+#include "balance/motion/missing_start.hpp"
+
+#include "balance/base/elementary.hpp"
+#include "balance/kinematics/closure.hpp"
+#include "balance/motion/links_in_line.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+namespace balance {
+
+namespace {
+
+constexpr double visible_miss = 1e-6;  // radians or characteristic lengths: less is not worth a number
+
+std::string short_value(double value, const char* unit) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%.6g %s", value, unit);
+  return text;
+}
+
+std::string place_text(const double* place, int axes) {
+  char text[96];
+  if (axes == 2)
+    std::snprintf(text, sizeof text, "(%.6g, %.6g) m", place[0], place[1]);
+  else
+    std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g) m", place[0], place[1], place[2]);
+  return text;
+}
+
+/// "; there a and b are in line at B"
+template <class S>
+std::string in_line_there(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& state) {
+  const std::string links = links_in_line(mechanism, tree, state);
+  return links.empty() ? "" : "; there " + links;
+}
+
+/// How far the two sides of a closure are from where they hold each other: what a joint lets free does not count.
+struct Opening {
+  JointId joint = -1;
+  double gap = 0;   ///< [m]
+  double turn = 0;  ///< [rad]
+
+  double size(double length) const { return std::max(gap / length, turn); }
+};
+
+template <class S>
+Opening opening_of(const State<S>& state, const Closure<S>& closure) {
+  const ClosurePose<S> pose = closure_pose(state, closure);
+  if (is_point(closure)) return {closure.joint, (pose.p_B - pose.p_A).norm(), 0};
+  double gap = 0, turn = 0;
+  for (const ClosureRow& row : closure.rows) {
+    const double miss = closure_residual(pose, row);
+    (row.kind == ClosureRow::Kind::dot ? turn : gap) += miss * miss;
+  }
+  return {closure.joint, std::sqrt(gap), elementary::asin(std::min(1.0, std::sqrt(turn)))};
+}
+
+template <class S>
+MotionOutcome explain_open_loops(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& state) {
+  Opening worst;
+  for (const Closure<S>& closure : tree.closures) {
+    if (closure.of_rates()) continue;
+    const Opening opening = opening_of(state, closure);
+    if (worst.joint < 0 || opening.size(tree.length) > worst.size(tree.length)) worst = opening;
+  }
+  const double size = worst.size(tree.length);
+  std::string by = worst.gap >= 0.01 * size * tree.length ? short_value(worst.gap, "m") : "";
+  if (worst.turn >= 0.01 * size && worst.turn > 0) by += (by.empty() ? "" : " and ") + short_value(worst.turn, "rad");
+  const std::string open = "joint " + mechanism.joints[worst.joint].name + " stays open by " + by + " at best";
+  const std::string there = in_line_there(mechanism, tree, state);
+  if (size < visible_miss)
+    return {MotionStatus::not_assembled,
+            0,
+            "the loops close in a singular configuration only, to within round-off (" + open +
+                "): the lengths barely suffice, and nothing can move" + there,
+            {}};
+  return {MotionStatus::not_assembled, 0, "the loops cannot be closed: " + open + there, {}};
+}
+
+/// From a configuration with closed loops to the one that comes nearest to a pose: Levenberg and Marquardt's steps along the freedoms
+/// that the loops leave.
+template <class S>
+VectorX approach_pose(const Tree<S>& tree, System<S>& system, const DriveSample& target, VectorX y) {
+  constexpr int max_steps = 200;
+  constexpr double max_step = 0.3, max_damping = 1e8, stalled = 1e-12;
+  System<S> closures(tree, Drive<S>{});
+  const VectorX scale = column_scale(tree);
+  VectorX residual, trial_residual;
+  MatrixX jacobian, trial_jacobian;
+  system.evaluate(y, target, residual, jacobian);
+  double damping = 1e-3;
+  for (int k = 0; k < max_steps && damping < max_damping; ++k) {
+    const Eigen::Index stated = residual.size() - tree.place_rows;
+    const double cost = residual.tail(stated).squaredNorm();
+    const MatrixX free = rank_of(jacobian.topRows(tree.place_rows)).null_space;
+    const MatrixX along = jacobian.bottomRows(stated) * free;
+    MatrixX normal = along.transpose() * along;
+    normal.diagonal().array() += damping;
+    VectorX step = -free * normal.ldlt().solve(along.transpose() * residual.tail(stated));
+    if (step.norm() > max_step) step *= max_step / step.norm();
+    const Solution moved = solve(closures, y + scale.cwiseProduct(step), {}, 30);
+    damping *= 4;
+    if (!moved.found) continue;
+    system.evaluate(moved.y, target, trial_residual, trial_jacobian);
+    const double gain = cost - trial_residual.tail(stated).squaredNorm();
+    if (!(gain > 0)) continue;
+    y = moved.y;
+    residual.swap(trial_residual), jacobian.swap(trial_jacobian);
+    damping = std::max(1e-12, damping / 20);
+    if (gain < stalled * cost) break;
+  }
+  return y;
+}
+
+/// What a pose asks for and the nearest configuration does not have: "A 1.2 rad (nearest is 1.07 rad)".
+template <class S>
+std::string missed_values(const Mechanism& mechanism, const Drive<S>& drive, const PoseTarget& pose, double length,
+                          const DriveSample& target, const DriveSample& nearest) {
+  std::string text;
+  const auto add = [&text](const std::string& what, const std::string& wish, const std::string& found) {
+    text += (text.empty() ? "" : ", ") + what + " " + wish + " (nearest is " + found + ")";
+  };
+  Eigen::Index k = 0;
+  for (const auto& [what, components] :
+       {std::pair("the tool at", &drive.point), {"the centre of mass at", &drive.com}}) {
+    const auto count = static_cast<Eigen::Index>(components->size());
+    if (count >= 2 && (target.value - nearest.value).segment(k, count).norm() > visible_miss * length)
+      add(what, place_text(&target.value[k], static_cast<int>(count)),
+          place_text(&nearest.value[k], static_cast<int>(count)));
+    k += count;
+  }
+  auto joint = pose.joints.begin();
+  for (std::size_t q = 0; q < drive.linear.size(); ++q, ++k) {
+    const bool of_tool = q == 0 && drive.linear.size() > pose.joints.size();
+    const CoordinateId coordinate = of_tool ? CoordinateId(-1) : (joint++)->coordinate;
+    const bool is_length = !of_tool && mechanism.coordinates[coordinate].kind == CoordinateKind::length;
+    if (std::abs(target.value[k] - nearest.value[k]) <= visible_miss * (is_length ? length : 1)) continue;
+    const char* const unit = is_length ? "m" : "rad";
+    add(of_tool ? "the tool's angle" : mechanism.coordinates[coordinate].name, short_value(target.value[k], unit),
+        short_value(nearest.value[k], unit));
+  }
+  if (!drive.rotation.empty()) {
+    const double off = Eigen::AngleAxisd(nearest.rotation * target.rotation.transpose()).angle();
+    if (off > visible_miss)
+      text += (text.empty() ? "" : ", ") + ("an orientation that stays off by " + short_value(off, "rad"));
+  }
+  return text;
+}
+
+template <class S>
+MotionOutcome explain_unreached_pose(const Mechanism& mechanism, const Tree<S>& tree, const Solution& attempt,
+                                     const VectorX& assembled, const PoseTarget& pose) {
+  constexpr int max_columns = 120;  // of which the loops' freedoms are found in no time
+  const PoseEquations<S> stated = pose_equations(mechanism, tree, pose);
+  System<S> system(tree, stated.drive);
+  std::string reason = "the start pose cannot be reached";
+  if (stated.drive.rows() == 0 || tree.columns > max_columns)
+    return {MotionStatus::unreachable, 0, reason + ": no configuration was found that has it", {}};
+  System<S> closures(tree, Drive<S>{});
+  VectorX best;
+  double least = INFINITY;
+  for (const VectorX& guess : {attempt.y, assembled}) {
+    const Solution closed_loops = solve(closures, guess, {});
+    if (!closed_loops.found) continue;
+    const VectorX y = approach_pose(tree, system, stated.target, closed_loops.y);
+    VectorX residual;
+    MatrixX jacobian;
+    system.evaluate(y, stated.target, residual, jacobian);
+    if (residual.norm() < least) least = residual.norm(), best = y;
+  }
+  if (best.size() == 0) return {MotionStatus::unreachable, 0, reason + ": no configuration was found that has it", {}};
+  VectorX residual;
+  MatrixX jacobian;
+  system.evaluate(best, stated.target, residual, jacobian);
+  const std::string missed =
+      missed_values(mechanism, stated.drive, pose, tree.length, stated.target, system.measure(best));
+  reason += missed.empty() ? ": no configuration was found that has it" : ": it asks for " + missed;
+  return {MotionStatus::unreachable, 0, reason + in_line_there(mechanism, tree, system.state()), {}};
+}
+
+}  // namespace
+
+template <class S>
+MotionOutcome explain_missing_start(const Mechanism& mechanism, const Tree<S>& tree, const Solution& attempt,
+                                    const PoseTarget& pose) {
+  System<S> closures(tree, Drive<S>{});
+  const Solution loops = find_pose(mechanism, tree, closures, {});
+  if (!loops.found) {
+    VectorX residual;
+    SparseMatrix jacobian;
+    closures.evaluate(loops.y, {}, residual, jacobian);
+    return explain_open_loops(mechanism, tree, closures.state());
+  }
+  return explain_unreached_pose(mechanism, tree, attempt, loops.y, pose);
+}
+
+template MotionOutcome explain_missing_start<Planar>(const Mechanism&, const Tree<Planar>&, const Solution&,
+                                                     const PoseTarget&);
+template MotionOutcome explain_missing_start<Spatial>(const Mechanism&, const Tree<Spatial>&, const Solution&,
+                                                      const PoseTarget&);
+
+}  // namespace balance
