@@ -45,6 +45,7 @@ std::string check_json(const CheckReport& report, const Mechanism& mechanism, co
   json["degrees_of_freedom_by_counting"] = report.degrees_of_freedom_by_counting;
   json["redundant"] = report.redundant;
   json["passive_freedoms"] = report.passive_freedoms;
+  json["size"] = characteristic_length(mechanism);
   json["total_mass"] = report.total_mass;
   json["com"] = vector_json(report.com, planar ? 2 : 3);
   json["start"] = coordinates_json(report.start, mechanism);

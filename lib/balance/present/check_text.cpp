@@ -106,6 +106,7 @@ std::string check_text(const CheckReport& report, const Mechanism& mechanism) {
   text += line("joints", std::to_string(report.joints));
   text += wrapped("spanning tree", report.tree_joints);
   text += loops_text(report);
+  text += line("size", fmt::format("{:.6g} m, its largest dimension", characteristic_length(mechanism)));
   text += line("total mass", fmt::format("{:.6g} kg", report.total_mass));
   if (report.outcome.status == MotionStatus::done) {
     text += freedom_text(report);

@@ -1,10 +1,12 @@
 #include "balance/spec/reading.hpp"
 
 #include "balance/base/plain_text.hpp"
+#include "balance/spec/added_amounts.hpp"
 #include "balance/spec/choose.hpp"
 #include "balance/spec/include.hpp"
 #include "balance/spec/load_cases.hpp"
 #include "balance/spec/passing_payloads.hpp"
+#include "balance/spec/plausibility.hpp"
 #include "balance/spec/rewrites.hpp"
 #include "balance/spec/sections.hpp"
 #include "balance/spec/tolerances.hpp"
@@ -57,7 +59,7 @@ SpaceKind likely_space(const Cursor* bodies) {
 }
 
 /// What all numbers depend on.
-void read_frame(const Sections& sections, const Parameters::Overrides& overrides, Draft& draft) {
+void read_frame(const Node& root, const Sections& sections, const Parameters::Overrides& overrides, Draft& draft) {
   auto& mechanism = draft.mechanism();
   draft.problems.guard([&] {
     mechanism.space = likely_space(sections["bodies"]);  // for what comes below, should the next lines fail
@@ -69,7 +71,7 @@ void read_frame(const Sections& sections, const Parameters::Overrides& overrides
   draft.study.units = {draft.units.length, draft.units.angle};
   const Cursor* parameters = sections["parameters"];
   draft.parameters = Parameters(parameters != nullptr ? std::optional(*parameters) : std::nullopt, overrides,
-                                *draft.recording, draft.problems);
+                                parameters_of_added_amounts(root), *draft.recording, draft.problems);
 }
 
 void read_mechanism(const Sections& sections, Draft& draft) {
@@ -106,14 +108,6 @@ void read_mechanism(const Sections& sections, Draft& draft) {
   check_light_bodies(draft);
 }
 
-void add_warnings(Draft& draft) {
-  const double weight = draft.study.mechanism.gravity.norm();
-  if (draft.units.factor(dimension::acceleration) != 1 &&
-      std::abs(weight / draft.units.factor(dimension::acceleration) - 9.81) < 0.02)
-    draft.study.warnings.push_back(
-        "gravity: 9.81 in the spec's units is not the earth's gravity; in millimetres it would be 9810");
-}
-
 /// Expressions at the values that they were read with.
 double value_of(const Expression& expression) { return expression.value(); }
 
@@ -122,7 +116,7 @@ void read_all(const Node& root, const Parameters::Overrides& overrides, Draft& d
   const Sections sections(Cursor(root, "", draft.problems));
   draft.load_names = list_load_names(sections["design"]);
   draft.tolerance_names = list_tolerance_names(sections["tolerances"]);
-  read_frame(sections, overrides, draft);
+  read_frame(root, sections, overrides, draft);
   draft.mechanism().name = visible(std::filesystem::path(draft.study.spec_file).stem().string());
   read_mechanism(sections, draft);
   draft.study.mechanism = converted<double>(draft.mechanism(), value_of);
@@ -164,7 +158,8 @@ void read_document(const std::string& text, const Node* root, const Parameters::
   const auto& free = draft.study.free_numbers;
   for (std::size_t i = 0; i < free.size(); ++i)
     if (draft.adapted.contains(free[i].path)) draft.study.design.cases.adapted.push_back(static_cast<int>(i));
-  add_warnings(draft);
+  for (std::string& warning : implausible_numbers(draft.study, draft.units))
+    draft.study.warnings.push_back(std::move(warning));
 }
 
 }  // namespace
@@ -187,7 +182,7 @@ Mechanism read_mechanism_alone(const Node& root, const std::string& file_name, c
   Draft draft(file_name);
   draft.problems.take_files(known);
   const Sections sections(Cursor(root, "", draft.problems));
-  read_frame(sections, overrides, draft);
+  read_frame(root, sections, overrides, draft);
   draft.mechanism().name = visible(std::filesystem::path(file_name).stem().string());
   read_mechanism(sections, draft);
   draft.problems.throw_all();
