@@ -80,11 +80,28 @@ class Run(Mapping[str, numpy.ndarray]):
         self._native = native
 
     def __getitem__(self, name: str) -> numpy.ndarray:
-        """The samples of a quantity, or `time`."""
+        """The samples of a quantity, of one of its columns as `to_dataframe` calls it (`torque[A1]`), or `time`."""
         values = self._native.values(name) if isinstance(name, str) else None
+        if values is None and isinstance(name, str):
+            values = self._column(name)
         if values is None:
             raise KeyError(f"{name!r}: the run has {', '.join(self)}")
         return values
+
+    def _columns(self) -> Iterator[Tuple[str, str, int]]:
+        """Name of every column, its quantity and its place there."""
+        for name, one in self.quantities.items():
+            units = one.units if one.dimensions == ("actuator",) else ()
+            for k, label in enumerate(_column_labels(one.dimensions, self.labels)):
+                force = name.startswith("torque") and units and units[k % len(units)] == "N"
+                yield (f"force{name[6:]}{label}" if force else name + label), name, k
+
+    def _column(self, wanted: str) -> numpy.ndarray | None:
+        names = {wanted, _force_name(wanted)}
+        for column, name, k in self._columns():
+            if column in names:
+                return self[name].reshape(len(self["time"]), -1)[:, k]
+        return None
 
     def __getattr__(self, name: str) -> numpy.ndarray:
         values = None if name.startswith("_") else self._native.values(name)
@@ -140,8 +157,8 @@ class Run(Mapping[str, numpy.ndarray]):
 
     @property
     def metrics(self) -> Dict[str, Metric]:
-        """Peak, rms, mean and range of every quantity, by its name: `run.metrics["torque[A1]"].peak`."""
-        return {one[0]: Metric(*one) for one in self._native.metrics}
+        """Peak, rms, mean and range of every quantity, by its name: `run.metrics["torque[A1]"].peak`, of a slide `force[S]`."""
+        return _Metrics((one[0], Metric(*one)) for one in self._native.metrics)
 
     @property
     def payload_changes(self) -> List[PayloadChange]:
@@ -197,6 +214,10 @@ class Run(Mapping[str, numpy.ndarray]):
             units = getattr(own, f"{dimension}_units")
             if common_unit(units) == "mixed":
                 variables[name] = (dimension, numpy.array(units, dtype=object), {"units": "1", "long_name": long_name})
+        efforts = [column for column, name, _ in self._columns() if name == "torque"]
+        if any(column.startswith("force") for column in efforts):
+            variables["effort"] = ("actuator", numpy.array(efforts, dtype=object),
+                                   {"units": "1", "long_name": "name of the actuator's torque or force"})
         iterations = own.values("newton_iterations")
         if iterations is not None:
             variables["newton_iterations"] = ("time", iterations,
@@ -225,11 +246,7 @@ class Run(Mapping[str, numpy.ndarray]):
         """The samples as a table: a row per time, columns such as `torque[A1]`, `joint_force[B1].x`, `shaking_force.y`."""
         import pandas
 
-        columns: Dict[str, numpy.ndarray] = {}
-        for name, one in self.quantities.items():
-            values = self[name].reshape(len(self["time"]), -1)
-            for k, label in enumerate(_column_labels(one.dimensions, self.labels)):
-                columns[name + label] = values[:, k]
+        columns = {column: self[name].reshape(len(self["time"]), -1)[:, k] for column, name, k in self._columns()}
         return pandas.DataFrame(columns, index=pandas.Index(self["time"], name="time"))
 
     def metrics_to_dataframe(self) -> pandas.DataFrame:
@@ -237,6 +254,20 @@ class Run(Mapping[str, numpy.ndarray]):
         import pandas
 
         return pandas.DataFrame(list(self.metrics.values()), columns=Metric._fields).set_index("quantity")
+
+
+def _force_name(name: str) -> str:
+    """`force[S]` for `torque[S]`, the older name of a slide's force."""
+    return f"force{name[6:]}" if name.startswith("torque") and "[" in name else name
+
+
+class _Metrics(Dict[str, Metric]):
+    """Figures by name; a slide's force is found by its older name, too."""
+
+    def __missing__(self, name: str) -> Metric:
+        if _force_name(name) != name and _force_name(name) in self:
+            return self[_force_name(name)]
+        raise KeyError(name)
 
 
 def _column_labels(dimensions: Tuple[str, ...], labels: Mapping[str, List[str]]) -> List[str]:

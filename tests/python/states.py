@@ -144,6 +144,44 @@ class Threads(Case):
             for found in pool.map(work, range(30)):
                 self.assertEqual(found, alone)
 
+    def test_a_single_state_has_what_a_run_has_there(self):
+        spec = bm.load(config("3rrr.yaml"))
+        run = spec.simulate("cycloid", samples=41)
+        k, names = 13, run.labels["coordinate"]
+        actuated = spec.mechanism.actuators
+
+        def row(values, wanted=names):
+            return {name: values[k, names.index(name)] for name in wanted}
+
+        state = spec.state(row(run.joint_position), rates=row(run.joint_velocity, actuated),
+                           accelerations=row(run.joint_acceleration, actuated), time=run.time[k], trajectory="cycloid")
+        self.assertEqual(len(state.time), 1)
+        for name in ("torque", "shaking_force", "shaking_moment", "joint_force", "kinetic_energy"):
+            scale = abs(run[name]).max()  # loops are closed to 1e-12 anew
+            numpy.testing.assert_allclose(state[name][0], run[name][k], rtol=0, atol=1e-9 * scale, err_msg=name)
+        self.assertIn("torque[A1]", state.text())
+
+    def test_a_state_on_a_spec_in_other_units_is_in_si(self):
+        text = PENDULUM.replace("space: planar", "space: planar\nunits: {angle: deg}")
+        state = bm.load(text).state({"A": 0.3}, rates={"A": 2})
+        numpy.testing.assert_allclose(state.joint_position, [[0.3]], rtol=1e-15)
+        numpy.testing.assert_allclose(state.joint_velocity, [[2]], rtol=1e-15)
+        numpy.testing.assert_allclose(state.torque, [[2 * 9.81 * 0.25 * numpy.cos(0.3)]], rtol=1e-14)
+
+    def test_a_state_without_motors_has_the_rest(self):
+        state = bm.load(PENDULUM.replace("actuators: [A]\n", "")).state({"A": 0.3})
+        self.assertNotIn("torque", state)
+        self.assertIn("shaking_force", state)
+        self.assertTrue(any(note.startswith("no torques") for note in state.notes), state.notes)
+
+    def test_a_slide_has_a_force_by_both_names(self):
+        run = bm.load(config("scara.yaml")).simulate("cycloid", samples=11)
+        numpy.testing.assert_array_equal(run["force[J3]"], run.torque[:, 2])
+        numpy.testing.assert_array_equal(run["torque[J3]"], run.torque[:, 2])
+        self.assertEqual(run.metrics["torque[J3]"], run.metrics["force[J3]"])
+        with self.assertRaises(KeyError):
+            run["force[J1]"]
+
 
 if __name__ == "__main__":
     unittest.main()

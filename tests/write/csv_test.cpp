@@ -49,7 +49,7 @@ TEST_CASE("a table has one row per sample and gives every number back") {
     CHECK(std::stod(rows[k + 1][column("time [s]")]) == r.time[row]);
     CHECK(std::stod(rows[k + 1][column("S.position [m]")]) == r.joint_position(row, 1));
     CHECK(std::stod(rows[k + 1][column("A.acceleration [rad/s^2]")]) == r.joint_acceleration(row, 0));
-    CHECK(std::stod(rows[k + 1][column("S.torque [N]")]) == r.torque(row, 1));
+    CHECK(std::stod(rows[k + 1][column("S.force [N]")]) == r.torque(row, 1));
     CHECK(std::stod(rows[k + 1][column("shaking_force.y [N]")]) == r.shaking_force(row, 1));
     CHECK(std::stod(rows[k + 1][column("weld.force.x [N]")]) == r.joint_force(row, 4));
     CHECK(std::stod(rows[k + 1][column("weld.moment [N m]")]) == r.joint_moment(row, 2));

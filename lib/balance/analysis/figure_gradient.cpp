@@ -1,6 +1,7 @@
 #include "balance/analysis/figure_gradient.hpp"
 
 #include "balance/gradients/motion_gradient.hpp"
+#include "balance/result/effort_names.hpp"
 #include "balance/result/tracks.hpp"
 
 #include <algorithm>
@@ -122,10 +123,10 @@ class Differentiation {
   std::vector<std::pair<std::size_t, std::size_t>> members_;  ///< per quantity: the gradient's figures
 };
 
-/// "torque[A1]" is in the array "torque".
+/// "torque[A1]" is in the array "torque", and so is "force[S]".
 std::vector<std::string> arrays_of(const std::vector<std::string>& quantities) {
   std::vector<std::string> arrays;
-  for (const std::string& quantity : quantities) arrays.push_back(quantity.substr(0, quantity.find('[')));
+  for (const std::string& quantity : quantities) arrays.push_back(array_name(quantity));
   return arrays;
 }
 
@@ -141,8 +142,9 @@ FigureSlopes figure_slopes(const DesignSpace& space, const VectorX& x, const std
 }
 
 const QuantitySlopes* find_quantity(const FigureSlopes& slopes, const std::string& quantity) {
-  const auto found = std::find_if(slopes.quantities.begin(), slopes.quantities.end(),
-                                  [&](const QuantitySlopes& one) { return one.quantity == quantity; });
+  const auto found = std::find_if(slopes.quantities.begin(), slopes.quantities.end(), [&](const QuantitySlopes& one) {
+    return one.quantity == quantity || one.quantity == force_name(quantity);
+  });
   return found == slopes.quantities.end() ? nullptr : &*found;
 }
 

@@ -2,6 +2,7 @@
 
 #include "balance/analysis/start_pose.hpp"
 #include "balance/base/extrema.hpp"
+#include "balance/result/effort_names.hpp"
 #include "balance/simulation/simulate.hpp"
 
 #include <cmath>
@@ -51,7 +52,7 @@ LoadCaseRun run(const Mechanism& mechanism, const Trajectory& trajectory) {
     Result result = simulate(mechanism, trajectory);
     run.outcome = std::move(result.outcome);
     for (Metric& metric : result.metrics)
-      if (metric.quantity.starts_with("torque") || metric.quantity.starts_with("shaking_"))
+      if (array_name(metric.quantity).starts_with("torque") || metric.quantity.starts_with("shaking_"))
         run.metrics.push_back(std::move(metric));
   } catch (const std::invalid_argument& error) {
     run.outcome = {MotionStatus::mismatch, 0, error.what(), {}};

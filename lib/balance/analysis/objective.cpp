@@ -7,6 +7,7 @@
 #include "balance/base/error.hpp"
 #include "balance/cost/trajectory_cost.hpp"
 #include "balance/design/features.hpp"
+#include "balance/result/effort_names.hpp"
 #include "balance/simulation/simulate.hpp"
 
 #include <fmt/format.h>
@@ -84,7 +85,8 @@ CostFunction along_fixed_motion(const DesignSpace& space, const Trial& start, co
 
 /// Absolute values and norms of affine functions are convex; how far values lie apart is, too; a minimum is not.
 bool is_convex(const ObjectiveTerm& term) {
-  return term.size != ObjectiveTerm::Size::none || term.figure != Figure::range || term.quantity.starts_with("torque");
+  return term.size != ObjectiveTerm::Size::none || term.figure != Figure::range ||
+         array_name(term.quantity).starts_with("torque");
 }
 
 std::function<double(const VectorX&, VectorX*)> sum_of_parameters(std::vector<Part> parts) {
@@ -231,6 +233,9 @@ Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveT
   std::vector<Part> parts;
   Objective objective;
   objective.convex = objective.size = true;
+  // magnitudes, distances and masses
+  if (std::all_of(terms.begin(), terms.end(), [](const ObjectiveTerm& term) { return term.weight >= 0; }))
+    objective.least = 0;
   for (const ObjectiveTerm& term : terms) {
     const bool size = term.size != ObjectiveTerm::Size::none;
     Part part{term.weight,

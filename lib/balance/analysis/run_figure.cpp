@@ -2,6 +2,7 @@
 
 #include "balance/base/extrema.hpp"
 #include "balance/result/body_poses.hpp"
+#include "balance/result/effort_names.hpp"
 #include "balance/result/metrics.hpp"
 #include "balance/simulation/simulate.hpp"
 
@@ -76,7 +77,8 @@ double run_figure(const Mechanism& mechanism, const Result& run, const Objective
       return min_coefficient(run.mobility);
     case ObjectiveTerm::Run::figure:
       for (const Metric& metric : run.metrics)
-        if (metric.quantity == term.quantity) return figure_of(metric, term.figure);
+        if (metric.quantity == term.quantity || metric.quantity == force_name(term.quantity))
+          return figure_of(metric, term.figure);
       break;
   }
   throw std::invalid_argument("a run along '" + term.trajectory + "' has no quantity '" +

@@ -60,9 +60,8 @@ class Deviations {
   const Result& run() const { return off_.run(); }
 
   static bool wanted(const Track& track, const std::vector<std::string>& quantities) {
-    const std::string array = array_name(track.quantity);
     return quantities.empty() || std::any_of(quantities.begin(), quantities.end(), [&](const std::string& one) {
-             return one == track.quantity || force_name(one) == track.quantity || one == array;
+             return names_quantity(one, track.quantity);
            });
   }
 

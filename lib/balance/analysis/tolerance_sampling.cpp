@@ -2,6 +2,7 @@
 
 #include "balance/analysis/tolerance_sampler.hpp"
 #include "balance/model/validate.hpp"
+#include "balance/result/effort_names.hpp"
 #include "balance/result/metrics.hpp"
 #include "balance/simulation/simulate.hpp"
 
@@ -112,9 +113,8 @@ class Draws {
   }
 
   bool wanted(const std::string& quantity) const {
-    const std::string array = quantity.substr(0, quantity.find('['));
     return quantities_.empty() || std::any_of(quantities_.begin(), quantities_.end(),
-                                              [&](const std::string& one) { return one == quantity || one == array; });
+                                              [&](const std::string& one) { return names_quantity(one, quantity); });
   }
 
   const DesignSpace& space_;

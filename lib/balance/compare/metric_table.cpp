@@ -1,5 +1,7 @@
 #include "balance/compare/metric_table.hpp"
 
+#include "balance/result/effort_names.hpp"
+
 #include <algorithm>
 #include <unordered_set>
 
@@ -36,9 +38,13 @@ MetricTable tabulate(std::string name, const Result& result) {
 }
 
 const Metric* find_metric(const MetricTable& table, std::string_view quantity) {
-  const auto found = std::find_if(table.metrics.begin(), table.metrics.end(),
-                                  [&](const Metric& metric) { return metric.quantity == quantity; });
-  return found == table.metrics.end() ? nullptr : &*found;
+  const auto find = [&](std::string_view name) {
+    const auto found = std::find_if(table.metrics.begin(), table.metrics.end(),
+                                    [&](const Metric& metric) { return metric.quantity == name; });
+    return found == table.metrics.end() ? nullptr : &*found;
+  };
+  const Metric* exact = find(quantity);
+  return exact != nullptr ? exact : find(force_name(std::string(quantity)));
 }
 
 double find_figure(const MetricTable& table, Figure figure, std::string_view quantity) {

@@ -20,7 +20,7 @@ struct MetricTable {
 /// The run's own metrics and, behind those of the joints, the worst reaction of all: `joint_force`, `joint_moment`.
 MetricTable tabulate(std::string name, const Result& result);
 
-/// Null if the run has no such quantity.
+/// Null if the run has no such quantity. A slide's force is found by its older name, `torque[S]`, too.
 const Metric* find_metric(const MetricTable& table, std::string_view quantity);
 
 /// NaN if the run has no such quantity.

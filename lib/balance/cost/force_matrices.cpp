@@ -1,6 +1,7 @@
 #include "balance/cost/force_matrices.hpp"
 
 #include "balance/dynamics/friction.hpp"
+#include "balance/result/effort_names.hpp"
 
 #include <algorithm>
 
@@ -162,7 +163,7 @@ std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const
     return all;
   }
   const std::size_t bracket = name.find('[');
-  const std::string stem = name.substr(0, bracket);
+  const std::string stem = array_name(name);
   if (stem == "torque" || stem == "power") {
     CostQuantity quantity{stem == "torque" ? Kind::torque : Kind::power, {}};
     const std::vector<CoordinateId>& actuators = mechanism.actuators;
@@ -173,7 +174,7 @@ std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const
       return alike && !actuators.empty() ? std::optional(quantity) : std::nullopt;
     }
     for (std::size_t a = 0; a < actuators.size(); ++a)
-      if (name == stem + "[" + mechanism.coordinates[actuators[a]].name + "]") {
+      if (name.substr(bracket) == "[" + mechanism.coordinates[actuators[a]].name + "]") {
         quantity.actuator = static_cast<int>(a);
         return quantity;
       }

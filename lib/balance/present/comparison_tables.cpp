@@ -17,7 +17,7 @@ bool is_main(const std::string& quantity) {
   for (const char* name : {"torque", "power", "shaking_force", "shaking_moment", "joint_force", "joint_moment"}) {
     if (quantity == name) return true;
   }
-  return quantity.starts_with("torque[") || quantity.starts_with("power[");
+  return quantity.starts_with("torque[") || quantity.starts_with("force[") || quantity.starts_with("power[");
 }
 
 bool is_shown(const ComparedQuantity& quantity, ShownQuantities shown) {

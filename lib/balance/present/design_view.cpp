@@ -1,6 +1,7 @@
 #include "balance/present/design_view.hpp"
 
 #include "balance/analysis/objective.hpp"
+#include "balance/result/effort_names.hpp"
 #include "balance/result/round_off.hpp"
 #include "balance/result/tracks.hpp"
 
@@ -20,7 +21,7 @@ std::string term_text(const ObjectiveTerm& term) {
 }
 
 bool is_shown(const std::string& quantity) {
-  return quantity.starts_with("torque") || quantity.starts_with("shaking_");
+  return array_name(quantity).starts_with("torque") || quantity.starts_with("shaking_");
 }
 
 const Metric* find(const Result& result, const std::string& quantity) {

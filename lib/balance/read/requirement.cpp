@@ -3,6 +3,7 @@
 #include "balance/base/nearest.hpp"
 #include "balance/expression/parse.hpp"
 #include "balance/read/requirement_text.hpp"
+#include "balance/result/effort_names.hpp"
 
 #include <fmt/format.h>
 
@@ -42,7 +43,8 @@ void check_arithmetic(const Comparison& comparison) {
     try {
       calculate(side->expression, ones);
     } catch (const ExpressionError& error) {
-      throw RequirementError(comparison.column, in_quotes(side->text) + ": " + error.what());
+      throw RequirementError(comparison.column,
+                             in_quotes(side->text) + ": " + error.what() + decimal_comma_hint(side->text));
     }
   }
 }
@@ -58,12 +60,49 @@ void add_once(std::vector<std::string>& all, const std::string& one) {
   if (std::find(all.begin(), all.end(), one) == all.end()) all.push_back(one);
 }
 
+const MetricTable& table_of(const FigureReference& figure, const std::vector<MetricTable>& tables, std::size_t run) {
+  return figure.run.empty() ? tables.at(run) : find_table(figure.run, tables);
+}
+
+double value_of(const FigureReference& figure, const MetricTable& table) {
+  return figure.figure ? find_figure(table, *figure.figure, figure.quantity) : table.energy;
+}
+
+/// Whether the side is a number of the figures' own unit: plain, or growing in a straight line as all of them grow.
+bool has_unit_of_figures(const Arithmetic& side, const std::vector<MetricTable>& tables, std::size_t run) {
+  constexpr double step = 1e-3, round_off = 1e-9;
+  const auto grown = [&](double factor) {
+    Values values;
+    for (const FigureReference& figure : side.figures) {
+      const double value = value_of(figure, table_of(figure, tables, run));
+      values[figure.variable] = factor * (value == 0 ? 1 : value);
+    }
+    return calculate(side.expression, values);
+  };
+  if (side.figures.empty()) return true;
+  const double less = grown(1 - step), now = grown(1), more = grown(1 + step), growth = std::abs(more - less);
+  return growth > round_off * std::abs(now) && std::abs(more - 2 * now + less) <= round_off * growth;
+}
+
+/// The unit of both sides; empty if the figures differ in theirs, or a side is their product, ratio, root, …
+std::string common_unit(const Comparison& comparison, const std::vector<MetricTable>& tables, std::size_t run) {
+  std::vector<std::string> units;
+  for (const Arithmetic* side : {&comparison.left, &comparison.right})
+    for (const FigureReference& figure : side->figures) {
+      const Metric* metric = find_metric(table_of(figure, tables, run), figure.quantity);
+      add_once(units, !figure.figure ? "J" : metric == nullptr ? "" : metric->unit);
+    }
+  const bool common = units.size() == 1 && has_unit_of_figures(comparison.left, tables, run) &&
+                      has_unit_of_figures(comparison.right, tables, run);
+  return common ? units.front() : "";
+}
+
 double evaluate(const Arithmetic& side, const std::vector<MetricTable>& tables, std::size_t run, Verdict& verdict) {
   Values values;
   bool complete = true;
   for (const FigureReference& figure : side.figures) {
-    const MetricTable& table = figure.run.empty() ? tables.at(run) : find_table(figure.run, tables);
-    const double value = figure.figure ? find_figure(table, *figure.figure, figure.quantity) : table.energy;
+    const MetricTable& table = table_of(figure, tables, run);
+    const double value = value_of(figure, table);
     const std::string what = figure.figure ? figure.quantity : "energy";
     if (figure.figure ? find_metric(table, figure.quantity) == nullptr : std::isnan(value)) {
       add_once(verdict.missing, fmt::format("{} has no {}", table.name, what));
@@ -118,7 +157,8 @@ Requirement read_requirement(const std::string& text, const RunNames& runs) {
 
 void check_quantities(const Requirement& requirement, const std::vector<std::string>& quantities) {
   for_each_figure(requirement, [&](const FigureReference& figure) {
-    const bool known = std::find(quantities.begin(), quantities.end(), figure.quantity) != quantities.end();
+    const bool known = std::find(quantities.begin(), quantities.end(), known_quantity(figure.quantity, quantities)) !=
+                       quantities.end();
     if (!figure.figure || known) return;
     throw RequirementError(figure.column, fmt::format("no run has a quantity {}{}", in_quotes(figure.quantity),
                                                       nearest_hint(figure.quantity, quantities)));
@@ -130,9 +170,10 @@ Verdict judge(const Requirement& requirement, const std::vector<MetricTable>& ta
   verdict.requirement = requirement.text;
   if (requirement.is_about_each_run()) verdict.run = tables.at(run).name;
   for (const Comparison& comparison : requirement.comparisons) {
-    Judged judged{comparison.left.text, comparison.right.text, comparison.relation, 0, 0};
+    Judged judged{comparison.left.text, comparison.right.text, comparison.relation};
     judged.left = evaluate(comparison.left, tables, run, verdict);
     judged.right = evaluate(comparison.right, tables, run, verdict);
+    judged.unit = common_unit(comparison, tables, run);
     verdict.compared.push_back(judged);
   }
   verdict.holds = join(requirement, verdict.compared);

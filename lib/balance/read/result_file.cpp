@@ -5,6 +5,7 @@
 #include "balance/base/plain_text.hpp"
 #include "balance/hdf5/source.hpp"
 #include "balance/read/law_group.hpp"
+#include "balance/result/effort_names.hpp"
 #include "balance/result/quantities.hpp"
 #include "balance/result/round_off.hpp"
 
@@ -134,8 +135,8 @@ class Reader {
     r_.energy = energy.values[0];
     const auto quantities = texts("metrics/quantity"), units = texts("metrics/unit");
     expect(units.size() == quantities.size(), "metrics/unit");
-    for (std::size_t i = 0; i < quantities.size(); ++i)
-      r_.metrics.push_back({.quantity = quantities[i], .unit = units[i]});
+    for (std::size_t i = 0; i < quantities.size(); ++i)  // version 0.1.0 called a slide's force a torque
+      r_.metrics.push_back({.quantity = units[i] == "N" ? force_name(quantities[i]) : quantities[i], .unit = units[i]});
     const auto read = [&](const std::string& name, double Metric::*figure) {
       if (quantities.empty()) return;
       const auto found = file_.numbers(prefix_ + "metrics/" + name, 1);

@@ -1,5 +1,6 @@
 #include "balance/report/plot_quantities.hpp"
 
+#include "balance/result/effort_names.hpp"
 #include "balance/result/quantities.hpp"
 #include "balance/result/round_off.hpp"
 
@@ -53,7 +54,7 @@ std::vector<Part> parts_of(const Quantity& quantity, const Result& result) {
 }
 
 std::string member_name(const Quantity& quantity, const Part& part) {
-  return part.member.empty() ? quantity.name : quantity.name + "[" + part.member + "]";
+  return part.member.empty() ? quantity.name : effort_name(quantity.name, part.unit) + "[" + part.member + "]";
 }
 
 std::string joined(const std::string& a, const std::string& b) { return a.empty() || b.empty() ? a + b : a + " " + b; }
@@ -84,6 +85,7 @@ void add_part(PlotQuantity& plot, const Quantity& quantity, const Part& part, Ve
 std::string title_of(const Quantity& quantity, const std::string& unit) {
   std::string title = quantity.name;
   if (title == "torque" && unit == "N") return "actuator force";
+  title = effort_name(title, unit);
   if (title.starts_with("com_")) title.replace(0, 3, "CoM");
   std::replace(title.begin(), title.end(), '_', ' ');
   return title;
@@ -138,13 +140,14 @@ std::optional<PlotQuantity> find_plot_quantity(const Result& result, const std::
   if (name == iterations && result.newton_iterations.size() > 0)
     return PlotQuantity{name, "Newton iterations", "1", true, {{"", result.newton_iterations.cast<double>()}}};
   for (Quantity& quantity : list_quantities(result)) {
-    if (!name.starts_with(quantity.name)) continue;
+    if (!name.starts_with(quantity.name) && !name.starts_with(effort_name(quantity.name, "N"))) continue;
     const Samples shown = above_round_off(result, quantity.member);
     quantity.samples = &shown;
     const std::vector<Part> parts = parts_of(quantity, result);
     if (name == quantity.name) return make(quantity, parts, name, view);
     for (const Part& part : parts) {
-      if (name == member_name(quantity, part)) return make(quantity, {part}, name, view);
+      const std::string own = member_name(quantity, part);
+      if (name == own || force_name(name) == own) return make(quantity, {part}, own, view);
       for (std::size_t i = 0; i < part.components.size(); ++i)
         if (name == member_name(quantity, part) + "." + part.components[i])
           return make_component(quantity, part, i, name);

@@ -1,5 +1,6 @@
 #include "balance/result/limited.hpp"
 
+#include "balance/result/effort_names.hpp"
 #include "balance/result/quantities.hpp"
 #include "balance/result/recorder.hpp"
 
@@ -100,8 +101,12 @@ class Catalogue {
     std::vector<Group> single;
     for (std::size_t i = 0; i < owners.size(); ++i) {
       const std::string& unit = quantity.units[quantity.units.size() == owners.size() ? i : 0];
-      const LimitedQuantity one{quantity.name + "[" + owners[i] + "]", unit, how, kind.values,
-                                static_cast<int>(i) * stride + skip,   width};
+      const LimitedQuantity one{effort_name(quantity.name, unit) + "[" + owners[i] + "]",
+                                unit,
+                                how,
+                                kind.values,
+                                static_cast<int>(i) * stride + skip,
+                                width};
       all.quantities.push_back(one);
       single.push_back({one.name, true, {one}});
     }
@@ -118,7 +123,7 @@ class Catalogue {
 std::vector<LimitedQuantity> find_limited(const Mechanism& mechanism, const std::string& name) {
   const Catalogue catalogue(mechanism);
   for (const Group& group : catalogue.groups())
-    if (group.has_name && group.name == name) return group.quantities;
+    if (group.has_name && (group.name == name || group.name == force_name(name))) return group.quantities;
   return {};
 }
 

@@ -1,5 +1,6 @@
 #include "balance/result/tracks.hpp"
 
+#include "balance/result/effort_names.hpp"
 #include "balance/result/recorder.hpp"
 
 #include <algorithm>
@@ -39,7 +40,8 @@ void add(const Quantity& quantity, Figures figures, const Result& result, const 
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (figures == Figures::tracked && !motors.empty() && !motors.contains(names[i])) continue;
     const std::string& unit = quantity.units[quantity.units.size() == names.size() ? i : 0];
-    tracks.push_back({quantity.name + "[" + names[i] + "]", unit, quantity.member, static_cast<int>(i) * width, width});
+    tracks.push_back({effort_name(quantity.name, unit) + "[" + names[i] + "]", unit, quantity.member,
+                      static_cast<int>(i) * width, width});
   }
   // The worst of torques and forces together would have no unit.
   const auto begin = tracks.begin() + first;
@@ -103,7 +105,9 @@ std::vector<std::string> figure_names(const Mechanism& mechanism) {
 
 std::string figure_unit(const Mechanism& mechanism, const std::string& name) {
   for (const Track& track : tracks_of(mechanism))
-    if (track.quantity == name || (!track.of_worst.empty() && track.of_worst == name)) return track.unit;
+    if (track.quantity == name || track.quantity == force_name(name) ||
+        (!track.of_worst.empty() && track.of_worst == name))
+      return track.unit;
   return "";
 }
 

@@ -2,6 +2,7 @@
 
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
+#include "balance/result/effort_names.hpp"
 #include "balance/result/tracks.hpp"
 #include "balance/spec/read_spec.hpp"
 #include "balance/spec/workspace.hpp"
@@ -51,8 +52,10 @@ bool may_lack_trajectories(const Cursor& at) {
 std::string read_quantity(const Cursor& at, const Study& study) {
   const auto names = figure_names(study.mechanism);
   const Problems& problems = at.problems();
-  const bool known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
-  if (!known && (problems.doubtful("actuators") || problems.doubtful("joints"))) throw Consequence();
+  const std::string given = at.is_scalar() ? known_quantity(at.node().text, names) : "";
+  const bool known = std::find(names.begin(), names.end(), given) != names.end();
+  if (known) return given;
+  if (problems.doubtful("actuators") || problems.doubtful("joints")) throw Consequence();
   return names[at.choice("a quantity", names)];
 }
 

@@ -1,5 +1,6 @@
 #include "balance/write/result_csv.hpp"
 
+#include "balance/result/effort_names.hpp"
 #include "balance/result/quantities.hpp"
 #include "balance/write/csv_field.hpp"
 #include "balance/write/pending_file.hpp"
@@ -23,7 +24,10 @@ std::vector<std::string> column_names(const Quantity& quantity, const Result& r)
   };
   const auto before = [&](const std::vector<std::string>& labels) {
     std::vector<std::string> names;
-    for (const std::string& label : labels) names.push_back(label + "." + quantity.short_name);
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const std::string& unit = quantity.units[quantity.units.size() == labels.size() ? i : 0];
+      names.push_back(labels[i] + "." + effort_name(quantity.short_name, unit));
+    }
     return names;
   };
   const auto each = [&](const std::vector<std::string>& names, const std::vector<std::string>& labels) {

@@ -1,6 +1,7 @@
 #include "balance/write/result_group.hpp"
 
 #include "balance/motion/names.hpp"
+#include "balance/result/effort_names.hpp"
 #include "balance/result/quantities.hpp"
 #include "balance/result/round_off.hpp"
 #include "balance/write/found_law.hpp"
@@ -74,6 +75,15 @@ void add_units(Hdf5File& file, Hdf5File::Group group, const std::string& name, c
   file.add(group, {name, long_name, "1", {dimension}, {}}, units);
 }
 
+/// What the columns of `torque` are called, where some are forces.
+void add_effort_names(Hdf5File& file, Hdf5File::Group group, Dimension dimension, const Result& r) {
+  std::vector<std::string> names;
+  for (std::size_t a = 0; a < r.actuator_names.size(); ++a)
+    names.push_back(effort_name("torque", r.actuator_units[a]) + "[" + r.actuator_names[a] + "]");
+  if (std::any_of(names.begin(), names.end(), [](const std::string& name) { return name.starts_with("force"); }))
+    file.add(group, {"effort", "name of the actuator's torque or force", "1", {dimension}, {}}, names);
+}
+
 /// Dimensions, and the units of those whose labels differ in unit.
 Dimensions add_columns(Hdf5File& file, Hdf5File::Group group, const Result& r) {
   const Dimensions dimensions = add_dimensions(file, group, r);
@@ -84,6 +94,7 @@ Dimensions add_columns(Hdf5File& file, Hdf5File::Group group, const Result& r) {
   if (dimensions.actuator) {
     add_units(file, group, "actuator_unit", "unit of the actuator's torque or force", *dimensions.actuator,
               r.actuator_units);
+    add_effort_names(file, group, *dimensions.actuator, r);
   }
   if (dimensions.constraint)
     add_units(file, group, "constraint_unit", "unit of what keeps the constraint", *dimensions.constraint,
@@ -157,6 +168,7 @@ void describe_source(Hdf5File& file, const FileDescription& d) {
 }
 
 void describe_run(Hdf5File& file, Hdf5File::Group group, const FileDescription& d) {
+  if (!d.at.empty()) return file.set_attribute(group, "at", d.at);
   file.set_attribute(group, "trajectory", d.trajectory);
   file.set_attribute(group, "law", d.law);
   file.set_attribute(group, "drive", d.drive);

@@ -2,6 +2,7 @@
 
 const titles = {
   torque: "Actuator torque",
+  force: "Actuator force",
   power: "Actuator power",
   shaking_force: "Shaking force",
   shaking_moment: "Shaking moment",
@@ -27,6 +28,7 @@ const titles = {
   desired_tool_position: "Tool position, desired",
   sliding_variable: "Sliding variable",
   torque_variation: "Torque, sum of all changes",
+  force_variation: "Force, sum of all changes",
   saturation: "Torque at its limit",
   energy: "Energy",
 };
@@ -52,7 +54,7 @@ export function listCharts(run, controlled = false) {
         id: units.length > 1 ? `${series.quantity}:${unit}` : series.quantity,
         quantity: series.quantity,
         unit,
-        title: titleOf(series.quantity) + (units.length > 1 ? ` [${unit}]` : ""),
+        title: titleOf(unit === "N" ? series.quantity.replace(/^torque/, "force") : series.quantity) + (units.length > 1 ? ` [${unit}]` : ""),
       });
   }
   return charts;

@@ -53,6 +53,7 @@ export function csv(time, columns) {
 /** Every value of a run. */
 export function runColumns(run) {
   return [...run.series.values()].flatMap((series) => series.columns.map((c) => ({
-    name: c.name === "value" ? series.quantity : `${series.quantity}[${c.name}]`, unit: c.unit, values: c.values,
+    name: c.name === "value" ? series.quantity : `${c.unit === "N" ? series.quantity.replace(/^torque/, "force") : series.quantity}[${c.name}]`,
+    unit: c.unit, values: c.values,
   })));
 }

@@ -5,8 +5,8 @@ import {format, ratio, ratioText, unitText} from "../data/numbers.js";
 import {titleOf} from "../charts/quantities.js";
 import {lawTables} from "./law.js";
 
-const main = ["torque", "power", "shaking_force", "shaking_moment", "ground_force", "ground_moment", "kinetic_energy"];
-const tracking = ["tracking_error", "tool_error", "tool_angle_error", "sliding_variable", "torque_variation", "saturation"];
+const main = ["torque", "force", "power", "shaking_force", "shaking_moment", "ground_force", "ground_moment", "kinetic_energy"];
+const tracking = ["tracking_error", "tool_error", "tool_angle_error", "sliding_variable", "torque_variation", "force_variation", "saturation"];
 
 function label(quantity) {
   const [name, of] = quantity.replace("]", "").split("[");
