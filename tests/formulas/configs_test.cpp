@@ -101,6 +101,22 @@ TEST_CASE("a wrong letter in a formula is noticed") {
   CHECK_FALSE(check_against_engine(s.sheet, texts, s.study.mechanism).agrees);
 }
 
+TEST_CASE("a wrong sign in a condition, a closure or what it is solved to is noticed") {
+  for (const char* config : {"rr.yaml", "5r.yaml"}) {
+    const Sheets s = sheets(config);
+    for (std::size_t k = 0; k < s.sections.size(); ++k)
+      for (std::size_t f = 0; f < s.sections[k].formulas.size(); ++f) {
+        const Section section = s.sections[k].section;
+        const bool derived = section == Section::conditions || section == Section::solved;
+        if (!derived && s.sections[k].formulas[f].label[0] != 'h') continue;
+        auto texts = s.texts;
+        std::string& text = texts.at(text_key(k, f, s.sections[k].formulas[f].label));
+        text.insert(0, "-");
+        CHECK_FALSE(check_against_engine(s.sheet, texts, s.study.mechanism).agrees);
+      }
+  }
+}
+
 // Counts of an independent trial with another representation; they are a property of the ring, not of the program.
 TEST_CASE("the numbers of terms are those of the one form that there is") {
   const auto counts = [](const Mechanism& mechanism) {

@@ -4,6 +4,7 @@
 #include "balance/base/factorizations.hpp"
 #include "balance/formulas/natural_check.hpp"
 #include "balance/formulas/other_numbers.hpp"
+#include "balance/formulas/printed.hpp"
 #include "balance/formulas/regressor_check.hpp"
 #include "balance/formulas/text_value.hpp"
 #include "balance/model/validate.hpp"
@@ -70,8 +71,9 @@ class Comparison {
     const double scale = max_coefficient(B.cwiseAbs().transpose() * parts.size);
     if (!found.allFinite() || !expected.allFinite()) return false;
     error = std::max(error, max_abs(found - expected) / std::max(scale, 1e-300));
-    double others = 0;
-    if (sheet_.regressor) others = regressor_error(sheet_, texts_, engine_, {list(y), dy, B * a + gamma, B, q, v, a});
+    double others = derived_error(y);
+    if (sheet_.regressor)
+      others = std::max(others, regressor_error(sheet_, texts_, engine_, {list(y), dy, B * a + gamma, B, q, v, a}));
     if (sheet_.natural && std::isfinite(others))
       others = std::max(others, natural_error(sheet_, texts_, mechanism_, values_at(y).names, all_coordinates(y)));
     error = std::max(error, others);
@@ -124,6 +126,30 @@ class Comparison {
   double printed_at(const std::string& label, const Polynomial& p, const VectorX& y) {
     const auto text = texts_.find(label);
     return text != texts_.end() ? text_value(text->second, values_at(y).names) : polynomial_at(p, y);
+  }
+
+  /// Conditions, closures, what these are solved to and lengths of springs are made of entries that are compared with the engine: what
+  /// is printed must be what they are.
+  double derived_error(const VectorX& y) {
+    std::map<std::string, double> names = values_at(y).names;
+    double worst = 0;
+    for (std::size_t s = 0; s < sheet_.sections.size(); ++s)
+      for (std::size_t k = 0; k < sheet_.sections[s].formulas.size(); ++k) {
+        const Formula& formula = sheet_.sections[s].formulas[k];
+        const Section section = sheet_.sections[s].section;
+        const bool derived = section == Section::conditions || section == Section::solved ||
+                             section == Section::closures || formula.name.ends_with("^2");
+        const auto text = texts_.find(text_key(s, k, formula.label()));
+        if (!derived || text == texts_.end()) continue;
+        const double below = polynomial_at(formula.denominator, y), value = polynomial_at(formula.value, y) / below;
+        if (formula.name == "Delta") names["Delta"] = value;
+        double size = 0;
+        for (const Term& term : formula.value.terms())
+          size += std::abs(polynomial_at(Polynomial::of_terms(sheet_.ring.get(), {term}), y) / below);
+        const double off = std::abs(text_value(text->second, names) - value);
+        worst = std::max(worst, off / std::max(size, 1e-300));
+      }
+    return worst;
   }
 
   MatrixX jacobian(const VectorX& y) {

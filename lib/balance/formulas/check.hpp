@@ -32,7 +32,7 @@ std::map<std::string, double> names_at(const Sheet& sheet, const std::vector<dou
 /// Reads the texts of inertia, velocity and weight back at random states that close the loops, and compares what they say with
 /// InverseDynamics: M and h of M q̈ + h in the independent coordinates. Closures take part, since they are what reduces the tree.
 /// The states are some of the mechanism with the spec's numbers, and some of mechanisms whose parameters and free numbers are others.
-/// @param texts by label, as printed; labels that are missing count as the polynomials that they stand for
+/// @param texts as texts_of has them; labels that are missing count as the polynomials that they stand for
 Check check_against_engine(const Sheet& sheet, const std::map<std::string, std::string>& texts,
                            const Mechanism& mechanism, const CheckOptions& options = {});
 

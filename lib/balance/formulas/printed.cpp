@@ -45,10 +45,16 @@ std::vector<PrintedSection> print_sheet(const Sheet& sheet, const PrintOptions& 
 
 std::map<std::string, std::string> texts_of(const std::vector<PrintedSection>& sections) {
   std::map<std::string, std::string> texts;
-  for (const PrintedSection& section : sections)
-    for (const PrintedFormula& formula : section.formulas)
-      if (!formula.label.empty()) texts[formula.label] = formula.text;
+  for (std::size_t s = 0; s < sections.size(); ++s)
+    for (std::size_t k = 0; k < sections[s].formulas.size(); ++k) {
+      const PrintedFormula& formula = sections[s].formulas[k];
+      texts[text_key(s, k, formula.label)] = formula.text;
+    }
   return texts;
+}
+
+std::string text_key(std::size_t s, std::size_t k, const std::string& label) {
+  return label.empty() ? std::to_string(s) + "." + std::to_string(k) : label;
 }
 
 std::string latex_label(const std::string& label) {

@@ -32,7 +32,10 @@ struct PrintOptions {
 
 std::vector<PrintedSection> print_sheet(const Sheet& sheet, const PrintOptions& options = {});
 
-/// Texts by label, for check_against_engine.
+/// The k-th formula of the s-th section under its label; a condition, which has none, under its place.
+std::string text_key(std::size_t s, std::size_t k, const std::string& label);
+
+/// Texts by text_key, for check_against_engine.
 std::map<std::string, std::string> texts_of(const std::vector<PrintedSection>& sections);
 
 /// `D_{12}`.
