@@ -3,10 +3,13 @@
 import json
 import os
 import re
+import signal
+import subprocess
+import time
 import unittest
 
 from _four_bar import SHORT, four_bar
-from _program import CONFIGS, SPEC, Case, run
+from _program import CONFIGS, PROGRAM, SPEC, Case, run
 
 # A four-bar that cannot be assembled.
 BROKEN = SHORT + """\
@@ -37,21 +40,35 @@ class Usage(Case):
 
     def test_wrong_usage_ends_with_2_and_says_what_is_wrong(self):
         for arguments, part in (
-            ([], "a command is needed: new, check, "),
             (["simulat", SPEC], "nearest is 'simulate'"),
-            (["--quiet"], "'--quiet' must stand behind a command"),
-            (["--force", "check", SPEC], "'--force' must stand behind a command"),
-            (["check"], "spec is required"),
-            (["check", SPEC, "--nosuch"], "--nosuch"),
-            (["check", SPEC, SPEC], SPEC),
-            (["check", SPEC, "simulate", SPEC], "simulate"),
+            (["foo", SPEC], "'foo' is no command: new, check, "),
+            (["--quiet"], "balance has no option '--quiet'"),
+            (["--force", "check", SPEC], "balance has no option '--force'"),
+            (["--hlep"], "balance has no option '--hlep'; nearest is '--help'"),
+            (["check"], "which spec? "),
+            (["check", SPEC, "--nosuch"], "balance check has no option '--nosuch'\n"),
+            (["check", "--jsno", SPEC], "balance check has no option '--jsno'; nearest is '--json'"),
+            (["simulate", SPEC, "--trajektory", "cycloid"], "balance simulate has no option '--trajektory'; nearest is '--trajectory'"),
+            (["simulate", SPEC, "--traj=cycloid"], "balance simulate has no option '--traj'; nearest is '--trajectory'"),
+            (["check", SPEC, SPEC], f"'{SPEC}' is one too many: balance check takes SPEC\n"),
+            (["check", SPEC, "simulate", SPEC], "'simulate' is one too many"),
+            (["simulate", SPEC, "-o"], "--output needs a value: FILE"),
+            (["simulate", SPEC, "-o", "a.h5", "-o", "b.h5"], "--output is given more than once"),
+            (["simulate", SPEC, "--json=perhaps"], "--json takes no value"),
+            (["plot", SPEC, "--path", "--phase", "-o", "a.svg"], "--phase and --path do not go together"),
+            (["export", SPEC], "balance export needs --output FILE: the file to write"),
+            (["tolerance", SPEC, "--seed", "3"], "--seed needs --monte-carlo"),
+            (["tolerance", SPEC, "--seed", "-3"], "--seed: expected a whole number from 0 to 9007199254740991, found '-3'"),
+            (["compare", "a.h5", "b.h5", "--format", "markdwon"], "--format: expected text, markdown, csv, json or junit, found 'markdwon'; nearest is 'markdown'"),
+            (["design", SPEC, "--seconds", "0,5"], "--seconds: expected a number from 0.001 to 1000000000, found '0,5'; decimals stand behind a point: 0.5"),
+            (["simulate", SPEC, "--samples", "2.5"], "--samples: expected a whole number from 2 to "),
             (["check", SPEC, "--set", "length=1"], "--set length: "),
             (["check", SPEC, "--set", "l=1+"], "--set l: "),
             (["check", SPEC, "--set", "l"], "--set needs name=value, not 'l'"),
             (["simulate", SPEC, "-t", "cycloid", "--samples", "1"], "--samples"),
             (["simulate", SPEC, "-t", "cycloid", "--samples", "many"], "--samples"),
-            (["simulate", SPEC, "-t", "cycloid", "--duration", "0"], "--duration needs a positive number"),
-            (["simulate", SPEC, "-t", "cycloid", "--duration", "nan"], "--duration needs a positive number"),
+            (["simulate", SPEC, "-t", "cycloid", "--duration", "0"], "--duration: expected a number from 1e-09 to 1000000000, found '0'"),
+            (["simulate", SPEC, "-t", "cycloid", "--duration", "nan"], "--duration: expected a number from 1e-09 to 1000000000, found 'nan'"),
             (["simulate", SPEC, "-t", "cycloid", "--about", "1,2,3"], "--about needs x,y in metres, not '1,2,3'"),
             (["simulate", SPEC, "-t", "cycloid", "--about", "1,x"], "--about needs x,y"),
             (["simulate", SPEC, "-t", "cycloid", "--compress"], "--output"),
@@ -62,6 +79,51 @@ class Usage(Case):
                 done = run(*arguments)
                 self.assert_failure(done, 2, part)
                 self.assertEqual(done.stdout, "")
+
+    def test_no_text_of_the_parser_is_left(self):
+        """Every way to call every command wrongly that its own options make possible."""
+        theirs = re.compile(r"is required|requires|excludes|not expected|Could not convert|not in range|missing$|At (Least|Most)|--help for|required but", re.IGNORECASE | re.MULTILINE)
+        listed = run("--help").stdout.split("Examples:\n", 1)[0]
+        for command in re.findall(r"^  ([a-z0-9-]+)  ", listed, re.MULTILINE):
+            heads = re.findall(r"^  (-\S+)( [A-Z]\S*)?", run(command, "--help").stdout, re.MULTILINE)
+            calls = [[], ["--xyz"], ["a", "b", "c", "d", "--xyz"]]
+            for names, value in heads:
+                name = names.split(",")[-1]
+                calls += [[SPEC, name], [SPEC, name + "=?"], [SPEC, name, "?", name, "?"]] if value else [[SPEC, name + "=?"]]
+            for call in calls:
+                done = run(command, *call, cwd=self.folder)
+                self.assertIn(done.returncode, range(6), call)
+                if done.returncode == 2:
+                    self.assertNotRegex(done.stderr, theirs, [command, *call])
+
+    def test_a_missing_operand_is_looked_for_in_the_folder(self):
+        said = "error: which spec? here is: spec.yaml\nbalance simulate --help shows the usage\n"
+        self.write("spec.yaml", "")
+        done = run("simulate", "--trajectory", "cycloid", cwd=self.folder)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (2, "", said))
+        self.write("other.yml", "")
+        self.assert_failure(run("check", cwd=self.folder), 2, "which spec? here are: other.yml, spec.yaml\n")
+        self.write("run.h5", "")
+        self.assert_failure(run("plot", cwd=self.folder), 2, "which run? here are: other.yml, run.h5, spec.yaml\n")
+        for i in range(9):
+            self.write(f"{i}.yaml", "")
+        self.assert_failure(run("batch", cwd=self.folder), 2, "which suite? balance batch needs the suite, a YAML file\n")
+
+    def test_ctrl_c_says_that_nothing_is_written(self):
+        out = self.path("out.h5")
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with subprocess.Popen([PROGRAM, "simulate", SPEC, "--samples", "2000001", "-q", "-o", out], stderr=subprocess.PIPE, text=True) as process:
+                time.sleep(0.3)
+                process.send_signal(number)
+                self.assertEqual(process.communicate(timeout=60)[1], "interrupted, nothing written\n")
+            self.assertEqual((process.returncode, os.listdir(self.folder)), (128 + number, []))
+
+    def test_a_spec_is_named_with_its_trajectory(self):
+        with_colon = run("simulate", SPEC + ":bang-bang", "--samples", "11", "--json")
+        self.assert_quiet_success(with_colon)
+        self.assertEqual(json.loads(with_colon.stdout)["trajectory"], "bang-bang")
+        self.assert_failure(run("simulate", SPEC + ":bang-bang", "-t", "cycloid"), 2, "two trajectories are named: 'bang-bang' and 'cycloid'")
+        self.assert_failure(run("simulate", SPEC + ":bong-bang"), 2, "nearest is 'bang-bang'")
 
     def test_a_wrong_spec_ends_with_3_at_file_line_and_column(self):
         spec = self.write("wrong.yaml", "space: planar\nbodies: {a: {mas: 1}}\n")

@@ -54,7 +54,7 @@ double smallest_singular_value(const MatrixX& matrix) {
 double TallMatrix::look(MatrixX matrix) {
   now_ = std::move(matrix);
   factors_.compute(now_);
-  return smallest_pivot(factors_);
+  return pseudo_inverse_regularity(factors_);
 }
 
 /// A − θ (A − K) = A (1 − θ (1 − A⁺K)) is singular where A⁺K has the eigenvalue 1 − 1/θ, which is not positive for 0 ≤ θ ≤ 1.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <vector>
 
@@ -59,18 +60,37 @@ Opening opening_of(const State<S>& state, const Closure<S>& closure) {
 }
 
 template <class S>
-MotionOutcome explain_open_loops(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& state) {
+Opening worst_opening(const Tree<S>& tree, const State<S>& state) {
   Opening worst;
   for (const Closure<S>& closure : tree.closures) {
     if (closure.of_rates()) continue;
     const Opening opening = opening_of(state, closure);
     if (worst.joint < 0 || opening.size(tree.length) > worst.size(tree.length)) worst = opening;
   }
+  return worst;
+}
+
+/// @param attempt the configuration that was found where the loops should have been closed; those from other starts may be nearer
+template <class S>
+MotionOutcome explain_open_loops(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& attempt) {
+  constexpr int max_columns = 60;
+  constexpr std::uint64_t starts = 40;
+  System<S> closures(tree, Drive<S>{});
+  Opening worst;
+  State<S> state(tree.nodes.size()), there_state = state;
+  for (std::uint64_t seed = 0; seed <= (tree.columns > max_columns ? 0 : starts); ++seed) {
+    const VectorX y = seed == 0 ? attempt : solve(closures, random_coordinates(tree, seed), {}).y;
+    poses(tree, y.data(), state);
+    const Opening opening = worst_opening(tree, state);
+    if (worst.joint >= 0 && opening.size(tree.length) >= worst.size(tree.length)) continue;
+    worst = opening;
+    there_state = state;
+  }
   const double size = worst.size(tree.length);
   std::string by = worst.gap >= 0.01 * size * tree.length ? short_value(worst.gap, "m") : "";
   if (worst.turn >= 0.01 * size && worst.turn > 0) by += (by.empty() ? "" : " and ") + short_value(worst.turn, "rad");
   const std::string open = "joint " + mechanism.joints[worst.joint].name + " stays open by " + by + " at best";
-  const std::string there = in_line_there(mechanism, tree, state);
+  const std::string there = in_line_there(mechanism, tree, there_state);
   if (size < visible_miss)
     return {MotionStatus::not_assembled,
             0,
@@ -188,12 +208,7 @@ MotionOutcome explain_missing_start(const Mechanism& mechanism, const Tree<S>& t
                                     const PoseTarget& pose) {
   System<S> closures(tree, Drive<S>{});
   const Solution loops = find_pose(mechanism, tree, closures, {});
-  if (!loops.found) {
-    VectorX residual;
-    SparseMatrix jacobian;
-    closures.evaluate(loops.y, {}, residual, jacobian);
-    return explain_open_loops(mechanism, tree, closures.state());
-  }
+  if (!loops.found) return explain_open_loops(mechanism, tree, loops.y);
   return explain_unreached_pose(mechanism, tree, attempt, loops.y, pose);
 }
 
