@@ -173,8 +173,8 @@ class Tolerance(Case):
         told = self.told(spec, "--of", "torque", "--monte-carlo", "3000", "--seed", "2")
         rivals = 0
         for figure in told["sampling"]["figures"]:
-            if figure["figure"] not in ("peak", "range"):
-                continue
+            if figure["figure"] not in ("peak", "range") or figure["quantity"] == "torque":
+                continue  # of the worst actuator there is no first order
             known = self.quantity(told, figure["quantity"])[figure["figure"]]
             rivals += len(known["rival_times"]) > 1
             # the draws' own error, and the hundredth that such a deviation is good to
@@ -199,7 +199,9 @@ class Tolerance(Case):
         self.assertEqual(without["openings"], [])
         for one, other in zip(told["first_order"]["quantities"], without["first_order"]["quantities"]):
             for figure in ("peak", "rms", "mean", "range"):
-                self.assertEqual(one[figure]["deviation"], other[figure]["deviation"])
+                # of several moments good to a hundredth, with other draws
+                error = 0.03 * one[figure]["deviation"] if one[figure]["rival_times"] else 0
+                self.assertAlmostEqual(one[figure]["deviation"] or 0, other[figure]["deviation"] or 0, delta=error)
                 self.assertIsNone(one[figure]["by_number"]["ground.points.A[2]"])
         # drawn are the others, and all of them assemble
         sampling = self.told(both, "--samples", "11", "--monte-carlo", "20")["sampling"]
@@ -224,7 +226,7 @@ class Tolerance(Case):
         self.assertEqual((still["actuators"][0]["deviation"], still["actuators"][0]["effort"]), (0, 0))
         idle = self.write("idle.yaml", spec.replace("actuators: [A]", "actuators: []"))
         self.assert_failure(run("tolerance", idle, "--at-rest"), 3, "there are no actuators")
-        free = spec.replace("joints: {", "joints: {B: {type: revolute, connects: [link.E, end.E]}, ").replace(
+        free = spec.replace("\njoints: {", "\njoints: {B: {type: revolute, connects: [link.E, end.E]}, ").replace(
             "points: {H: [0, 0]}}", "points: {H: [0, 0], E: [1, 0]}}\n  end: {mass: 1, com: [0.1, 0], inertia: 0.1, points: {E: [0, 0]}}")
         self.assert_failure(run("tolerance", self.write("free.yaml", free), "--at-rest"), 4, "under-actuated: 1 actuators for 2")
 
