@@ -1,0 +1,60 @@
+"""What is said where a mechanism cannot be put together, put into a pose, or moved: figures that geometry gives."""
+
+import math
+import re
+import unittest
+
+from _four_bar import four_bar
+from _program import Case, run
+
+
+def moved(lengths, start, end):
+    motion = f"motion: {{duration: 1, samples: 11, from: {{joints: {{A: {start}}}}}, to: {{joints: {{A: {end}}}}}}}\n"
+    return four_bar(*lengths) + motion + "trajectories: {turn: {law: cycloidal, drive: joints}}\n"
+
+
+class GeometryMessages(Case):
+    def test_an_arm_that_is_too_short_names_the_nearest_place_and_that_it_is_stretched(self):
+        spec = self.write("arm.yaml", SHORT_ARM)
+        done = run("simulate", spec)
+        self.assert_failure(done, 4, "the start pose cannot be reached: it asks for the tool at (3, 4) m (nearest is (1.2, 1.6) m)",
+                            "there one and two are in line at B")
+
+    def test_a_joint_beyond_its_dead_point_names_the_nearest_value_and_the_links_in_line(self):
+        found = self.stopped((1, 0.5, 0.4, 0.4), 2, 2.5)
+        nearest = re.search(r"it asks for A 2 rad \(nearest is (\S+) rad\); there (.*)", found)
+        self.assertTrue(nearest, found)
+        # coupler and rocker stretched: the side opposite to A is 0.8 long
+        self.assertAlmostEqual(float(nearest[1]), math.acos((1 + 0.25 - 0.64) / (2 * 0.5)), places=4)
+        self.assertIn("in line", nearest[2])
+
+    def test_a_crank_that_cannot_turn_names_the_links_in_line(self):
+        found = self.stopped((1, 0.5, 0.4, 0.4), 0.3, 2)
+        self.assertRegex(found, r"drive singularity: .*, where \w+ and \w+ are in line at \w")
+
+    def stopped(self, lengths, start, end):
+        done = run("simulate", self.write("stopped.yaml", moved(lengths, start, end)))
+        self.assertEqual(done.returncode, 4, done.stdout + done.stderr)
+        return done.stderr
+
+
+SHORT_ARM = """\
+name: arm
+space: planar
+ground: {points: {O: [0, 0]}}
+bodies:
+  one: {mass: 1, com: [0.5, 0], inertia: 0.1, points: {O: [0, 0], E: [1, 0]}}
+  two: {mass: 1, com: [0.5, 0], inertia: 0.1, points: {O: [0, 0], E: [1, 0]}}
+joints:
+  A: {type: revolute, connects: [ground.O, one.O]}
+  B: {type: revolute, connects: [one.E, two.O]}
+actuators: [A, B]
+tool: two.E
+assembly: {A: 0.5, B: 0.5}
+motion: {duration: 1, samples: 11, from: {tool: [3, 4]}, to: {tool: [1, 1]}}
+trajectories: {go: {law: cycloidal, drive: tool}}
+"""
+
+
+if __name__ == "__main__":
+    unittest.main()
