@@ -2,11 +2,12 @@
 
 #include "command.hpp"
 #include "failure.hpp"
+#include "read_or_run.hpp"
 #include "suggestion.hpp"
 
 #include "balance/base/nearest.hpp"
 #include "balance/report/plot_phase.hpp"
-#include "balance/write/file_identity.hpp"
+#include "balance/result/effort_names.hpp"
 #include "balance/write/pending_file.hpp"
 
 #include <fmt/format.h>
@@ -114,7 +115,7 @@ void check_names(const std::vector<std::string>& names, const std::vector<RunFil
   for (const RunFile& file : files) {
     const std::vector<std::string> known = list_plot_names(file.result);
     for (const std::string& name : names)
-      if (std::find(known.begin(), known.end(), name) == known.end())
+      if (std::find(known.begin(), known.end(), known_quantity(name, known)) == known.end())
         throw UsageError(fmt::format("--quantity {}: {} has no such quantity{}", in_quotes(name), file.path,
                                      nearest_hint(name, known)));
   }
@@ -123,9 +124,7 @@ void check_names(const std::vector<std::string>& names, const std::vector<RunFil
 }  // namespace
 
 void add_plot_options(CLI::App& parser, PlotOptions& o) {
-  parser.add_option("results", o.results, "result files, runs of design files (design.h5:after/cycloid) or specs")
-      ->required()
-      ->type_name("RESULT");
+  add_run_operands(parser, o.results);
   CLI::Option* quantity = parser.add_option(
       "--quantity", o.quantities, "what to draw over time; may be repeated: one panel each, below each other");
   quantity->type_name("NAME")->allow_extra_args(false);
@@ -198,9 +197,9 @@ Picture choose_picture(const PlotOptions& options, const std::vector<RunFile>& f
 void check_outputs(const PlotOptions& options) {
   if (options.script) return;
   if (options.output.empty()) throw UsageError("--output is needed: the picture's file, .svg, .pdf or .png");
-  for (const std::string& result : options.results)
-    if (same_file(options.output, result)) throw UsageError("the picture would replace the result: " + result);
-  check_writable(options.output, options.force ? Existing::replace : Existing::keep);
+  std::vector<InputFile> inputs;
+  for (const std::string& result : options.results) inputs.push_back({result, "what it is made from"});
+  check_output(options.output, "the picture", inputs, options.force);
 }
 
 }  // namespace balance::app

@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <utility>
 
 using namespace laws;
 
@@ -165,6 +166,9 @@ Experiment mirrored(Experiment e) {
     coupling.offset *= angle(coupling.follower);
   }
   if (m.tool) flip(m.tool->position);
+  for (auto& friction : m.friction)  // what turned forwards turns backwards
+    if (m.coordinates[friction.coordinate].kind == balance::CoordinateKind::angle && friction.coulomb_backward)
+      std::swap(friction.coulomb, *friction.coulomb_backward);
   const auto turn_back = [&](balance::CoordinateValue& value) {
     if (m.coordinates[value.coordinate].kind == balance::CoordinateKind::angle) value.value = -value.value;
   };

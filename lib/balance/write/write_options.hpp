@@ -17,10 +17,10 @@ struct FileDescription {
   std::string trajectory;    ///< its name
   std::string law;           ///< as in the spec: "cycloidal"
   std::string drive;         ///< as in the spec: "tool"
-  std::string at;            ///< a single state, as it was asked for; empty: a run along the trajectory
   std::string formulation = "tree";
   std::string controller;       ///< its name; empty: a run without one
   std::string controller_type;  ///< as in the spec: "computed-torque"
+  std::string at;               ///< a single state, as it was asked for; empty: a run along the trajectory
 };
 
 enum class Compression { none, gzip };
