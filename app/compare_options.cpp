@@ -1,6 +1,8 @@
 #include "compare_options.hpp"
 
 #include "failure.hpp"
+#include "read_or_run.hpp"
+#include "value_check.hpp"
 
 #include <filesystem>
 
@@ -32,16 +34,15 @@ ComparisonFormat find_format(const CompareOptions& options) {
 void add_compare_options(CLI::App& parser, CompareOptions& o) {
   std::vector<std::string> names;
   for (const NamedFormat& one : formats) names.emplace_back(one.name);
-  parser
-      .add_option("files", o.files, "result files, the base first; design.h5:after/cycloid is one run of a design file")
-      ->required()
-      ->type_name("RESULT");
+  add_run_operands(parser, o.files)
+      ->description(
+          "result files, runs of design files (design.h5:after/cycloid) or specs (arm.yaml:cycloid), the base first");
   parser.add_option("--require", o.requirements, "what must hold; may be repeated")
       ->type_name("EXPR")
       ->allow_extra_args(false);
   CLI::Option* format =
       parser.add_option("--format", o.format, "how to write it; else by the output's ending, else text");
-  format->type_name("FORMAT")->check(CLI::IsMember(names));
+  require_word(format->type_name("FORMAT"), names);
   parser.add_flag("--json", o.json, "the same as --format json; errors too")->excludes(format);
   parser.add_option("-o,--output", o.output, "write to this file instead of the terminal")->type_name("FILE");
   parser.add_flag("--all", o.all, "show all quantities, every joint's reactions too (csv and json always do)");

@@ -3,6 +3,7 @@
 #include "failure.hpp"
 #include "progress_line.hpp"
 #include "run_output.hpp"
+#include "spec_run.hpp"
 
 #include "balance/analysis/control.hpp"
 #include "balance/base/error.hpp"
@@ -73,7 +74,10 @@ Command setup_control(CLI::App& program) {
       "  balance control 5r.yaml -t circle -c sliding-mode -o out.h5 --force\n"
       "  balance control arm.yaml -t cycloid -c none --duration 10 --json\n"
       "  balance control arm.yaml -t cycloid -c pd --settle 0.5 --csv out.csv");
-  return {parser, [options] { return run(*options); }};
+  return {parser, [options] {
+            take_trajectory(options->run.spec.spec, options->run.trajectory);
+            return run(*options);
+          }};
 }
 
 }  // namespace balance::app

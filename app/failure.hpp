@@ -16,7 +16,11 @@ class UsageError : public std::runtime_error {
 
 /// A call that cannot even be taken apart: the user needs to see the usage.
 class CallError : public UsageError {
-  using UsageError::UsageError;
+ public:
+  /// @param its_help the command that shows the usage
+  explicit CallError(const std::string& reason, std::string its_help = "balance --help")
+      : UsageError(reason), help(std::move(its_help)) {}
+  std::string help;
 };
 
 /// The mechanism cannot have what was asked: no conditions, no design.

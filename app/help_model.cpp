@@ -14,11 +14,7 @@ OptionHelp describe(CLI::Option& option) {
   OptionHelp help;
   for (const std::string& name : option.get_snames()) help.shorts.push_back("-" + name);
   for (const std::string& name : option.get_lnames()) help.longs.push_back("--" + name);
-  // "N:INT in [2 - 100]": CLI11 adds its checks to the name of the value.
-  if (option.get_items_expected_max() > 0) {
-    const std::string type = option.get_type_name();
-    help.value = type.empty() ? "VALUE" : type.substr(0, type.find(':'));
-  }
+  if (option.get_items_expected_max() > 0) help.value = value_name(option);
   help.text = option.get_description();
   help.preset = option.get_default_str();
   help.required = option.get_required();
@@ -40,10 +36,13 @@ std::vector<std::string> split(const std::string& text, const std::string& separ
 
 std::string trimmed(const std::string& text) { return text.substr(std::min(text.find_first_not_of(' '), text.size())); }
 
+}  // namespace
+
 CommandHelp describe_command(CLI::App& parser) {
   CommandHelp help;
   help.name = parser.get_name();
   help.summary = parser.get_description();
+  help.group = parser.get_group();
   for (const std::string& paragraph : split(parser.get_footer(), "\n\n")) {
     if (!paragraph.starts_with(examples_head)) {
       help.paragraphs.push_back(paragraph);
@@ -59,8 +58,6 @@ CommandHelp describe_command(CLI::App& parser) {
   return help;
 }
 
-}  // namespace
-
 ProgramHelp describe_program(CLI::App& program) {
   ProgramHelp help;
   help.version = version();
@@ -69,6 +66,12 @@ ProgramHelp describe_program(CLI::App& program) {
     if (!command->get_group().empty()) help.commands.push_back(describe_command(*command));
   }
   return help;
+}
+
+std::string value_name(CLI::Option& option) {
+  // "N:INT in [2 - 100]": CLI11 adds its checks to the name of the value.
+  const std::string type = option.get_type_name();
+  return type.empty() ? "VALUE" : type.substr(0, type.find(':'));
 }
 
 std::vector<std::string> names_of(const OptionHelp& option) {

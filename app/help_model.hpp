@@ -1,5 +1,5 @@
 #pragma once
-/// What the parser knows about the program, as plain values: man pages and completions are made from it.
+/// What the parser knows about the program, as plain values: help texts, man pages and completions are made from it.
 
 #include "suggestion.hpp"
 
@@ -24,6 +24,7 @@ struct OptionHelp {
 
 struct CommandHelp {
   std::string name, summary;
+  std::string group;                    ///< of the program's list of commands
   std::vector<std::string> paragraphs;  ///< what the help says below the options, but for the examples
   std::vector<std::string> examples;    ///< commands
   std::vector<OptionHelp> operands, options;
@@ -36,6 +37,12 @@ struct ProgramHelp {
 };
 
 ProgramHelp describe_program(CLI::App& program);
+
+/// A command alone, a hidden one too.
+CommandHelp describe_command(CLI::App& parser);
+
+/// What a help text calls the option's value: "FILE"; `VALUE` if nobody gave it a name.
+std::string value_name(CLI::Option& option);
 
 /// Every name of the option: its short ones and its long ones.
 std::vector<std::string> names_of(const OptionHelp& option);

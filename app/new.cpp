@@ -6,6 +6,7 @@
 
 #include "balance/base/nearest.hpp"
 #include "balance/write/json_parts.hpp"
+#include "balance/write/pending_file.hpp"
 
 #include <fmt/format.h>
 
@@ -15,8 +16,8 @@ namespace balance::app {
 namespace {
 
 struct NewOptions {
-  std::string kind;
-  bool json = false;
+  std::string kind, output;
+  bool json = false, force = false;
 };
 
 std::vector<std::string> kinds() {
@@ -35,7 +36,7 @@ const Starter& find(const std::string& kind) {
 std::string list_text() {
   std::string text;
   for (const Starter& starter : starters()) text += fmt::format("{:<13} {}\n", starter.kind, starter.summary());
-  return text + "\nbalance new KIND > spec.yaml writes one of them.\n";
+  return text + "\nbalance new KIND -o spec.yaml writes one of them.\n";
 }
 
 std::string list_json() {
@@ -50,10 +51,19 @@ std::string starter_json(const Starter& starter) {
 
 ExitCode run(const NewOptions& options) {
   if (options.kind.empty()) {
+    if (!options.output.empty()) throw UsageError("--output needs a KIND: " + one_of(kinds()));
     print(options.json ? list_json() : list_text());
     return ExitCode::done;
   }
   const Starter& starter = find(options.kind);
+  if (!options.output.empty() && options.output != standard_output) {
+    PendingFile file(options.output, options.force ? Existing::replace : Existing::keep);
+    file.write(std::string(starter.text));
+    file.commit();
+    print_text(options.json ? dump({{"kind", starter.kind}, {"files", {options.output}}})
+                            : written_line(options.output));
+    return ExitCode::done;
+  }
   print(options.json ? starter_json(starter) : std::string(starter.text));
   return ExitCode::done;
 }
@@ -61,17 +71,19 @@ ExitCode run(const NewOptions& options) {
 }  // namespace
 
 Command setup_new(CLI::App& program) {
-  CLI::App* parser = program.add_subcommand("new", "Print a commented spec to start from");
+  CLI::App* parser = program.add_subcommand("new", "Write a commented spec to start from");
   const auto options = std::make_shared<NewOptions>();
   CLI::Option* kind = parser->add_option("kind", options->kind, "which mechanism; without it the kinds are listed");
   suggest_words(kind->type_name("KIND"), kinds());
+  parser->add_option("-o,--output", options->output, "write it to this file")->type_name("FILE");
+  parser->add_flag("--force", options->force, "replace a file that exists");
   parser->add_flag("--json", options->json, "print JSON, errors included");
   parser->footer(
       "The spec is complete: it can be checked, simulated and, where numbers are free, designed, and\n"
       "its comments say what to change. docs/spec.md describes the language.\n\n"
       "Examples:\n"
       "  balance new\n"
-      "  balance new four-bar > spec.yaml\n"
+      "  balance new four-bar -o spec.yaml\n"
       "  balance new delta --json");
   return {parser, [options] { return run(*options); }};
 }

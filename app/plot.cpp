@@ -2,12 +2,11 @@
 #include "console.hpp"
 #include "failure.hpp"
 #include "plot_options.hpp"
-#include "plot_runs.hpp"
+#include "read_or_run.hpp"
 #include "signals.hpp"
 
 #include "balance/base/error.hpp"
 #include "balance/report/draw_picture.hpp"
-#include "balance/write/file_identity.hpp"
 #include "balance/write/json_parts.hpp"
 #include "balance/write/pending_file.hpp"
 
@@ -32,7 +31,7 @@ std::string draw(const Picture& picture, const PageOptions& page) {
     return draw_picture(picture, page);
   } catch (const SystemError&) {
     // A signal from the keyboard reaches gnuplot too.
-    if (pending_signal() != 0) throw Cancelled("cancelled");
+    if (pending_signal() != 0) throw Cancelled(nothing_written);
     throw;
   }
 }
@@ -42,10 +41,7 @@ ExitCode run(const PlotOptions& options) {
   check_outputs(options);
   std::vector<RunFile> files;
   for (const std::string& name : options.results) {
-    files.push_back(read_or_run(name));
-    if (!options.script && same_file(options.output, files.back().path))
-      throw UsageError("the picture would replace what it is drawn from: " + files.back().path);
-    if (!files.back().ended_early.empty()) tell("note: " + name + " ended early: " + files.back().ended_early);
+    files.push_back(read_or_run(name, options.script ? "" : options.output, "the picture"));
   }
   const Picture picture = choose_picture(options, files);
   try {
@@ -61,7 +57,7 @@ ExitCode run(const PlotOptions& options) {
   const std::string bytes = draw(picture, page);
   PendingFile file(options.output, options.force ? Existing::replace : Existing::keep);
   file.write(bytes);
-  if (pending_signal() != 0) throw Cancelled("cancelled");
+  if (pending_signal() != 0) throw Cancelled(nothing_written);
   file.commit();
   if (options.json) {
     print(description(picture, page, options.output));
@@ -85,8 +81,8 @@ Command setup_plot(CLI::App& program) {
       "along the path over the place, below what limits leave. gnuplot must be installed.\n\n"
       "Examples:\n"
       "  balance plot run.h5 -o run.pdf\n"
-      "  balance plot cycloid.h5 bang-bang.h5 --quantity shaking_force --x normalised -o force.svg\n"
-      "  balance plot run.h5 --quantity 'torque[A1]' --quantity com_velocity.x -o a1.png --size 160x90\n"
+      "  balance plot a.h5 b.h5 --quantity shaking_force --x normalised -o force.svg\n"
+      "  balance plot run.h5 --quantity 'torque[A1]' -o a1.png --size 160x90\n"
       "  balance plot run.h5 --path -o path.svg --font Times,10\n"
       "  balance plot 3rrr.yaml:fast --phase -o phase.svg");
   return {parser, [options] { return run(*options); }};

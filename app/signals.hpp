@@ -1,6 +1,6 @@
 #pragma once
-/// Ctrl-C and its relatives: they end the program at once, except while a file is written; then the writer is asked to stop, so
-/// that it can remove what is unfinished.
+/// Ctrl-C and its relatives: they end the program at once, which says so, except while a file is written; then the writer is asked
+/// to stop, so that it can remove what is unfinished.
 
 #include <chrono>
 
@@ -9,10 +9,15 @@ namespace balance::app {
 /// Installs the handlers for SIGINT, SIGTERM and SIGHUP; whoever started the program with one of them ignored keeps that.
 void install_signal_handlers();
 
+inline constexpr const char* nothing_written = "interrupted, nothing written";
+
+/// What is said when a signal ends the program, in place of `nothing_written`. @param text stays where it is
+void say_when_interrupted(const char* text);
+
 /// The signal that arrived while signals were deferred; 0 if none did.
 int pending_signal();
 
-/// While it lives, signals only leave a mark. Not to be nested.
+/// While it lives, signals only leave a mark; after it something may be written. Not to be nested.
 class DeferSignals {
  public:
   DeferSignals();

@@ -30,11 +30,8 @@ std::vector<std::string> split(std::string_view text) {
 
 std::optional<Suggestion> read(const CLI::Validator& check) {
   const std::string& name = check.get_name();
-  const std::string description = check.get_description();
   if (name.starts_with(words_mark)) return Suggestion{Suggestion::Kind::words, split(name.substr(words_mark.size()))};
   if (name.starts_with(files_mark)) return Suggestion{Suggestion::Kind::files, split(name.substr(files_mark.size()))};
-  if (description.size() > 2 && description.front() == '{' && description.back() == '}')  // CLI::IsMember
-    return Suggestion{Suggestion::Kind::words, split(description.substr(1, description.size() - 2))};
   return std::nullopt;
 }
 

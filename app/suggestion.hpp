@@ -22,8 +22,7 @@ void suggest_words(CLI::Option* option, const std::vector<std::string>& words);
 /// Offers files with these suffixes (without the dot); any file if there are none.
 void suggest_files(CLI::Option* option, const std::vector<std::string>& suffixes);
 
-/// What was suggested; else the members of a CLI::IsMember check; else, by the name of the value, `SPEC`: *.yaml and
-/// *.yml, `RESULT`: *.h5, `FILE`: any file.
+/// What was suggested; else, by the name of the value, `SPEC`: *.yaml and *.yml, `RESULT`: *.h5, `FILE`: any file.
 Suggestion suggestion_of(CLI::Option& option);
 
 }  // namespace balance::app

@@ -59,6 +59,17 @@ class Pictures(Case):
         self.assertIn("$(touch x)", found)
         self.assertEqual(os.listdir(self.folder), ["a.svg"])
 
+    def test_no_text_means_anything_to_gnuplot(self):
+        """Quotes at either end, escapes, macros, marks of enhanced text."""
+        odd = ["'x", "x'", "'", "''", "'\"", "\"'", "a'\\n", "'@x", "'_a^{b}", "'`touch x`", "a'b\\", "\\101'", "#'", "'%g"]
+        labels = [word for label in odd for word in ("--label", label)]
+        found = texts(self.plot("a.svg", *[CYCLOID] * len(odd), "--quantity", "shaking_force", *labels, "--title", "'x", "--size", "200x200"))
+        for label in odd[1:]:
+            self.assertEqual(found.count(label), 1, (label, found))
+        self.assertEqual(found.count("'x"), 2)
+        self.assertEqual(os.listdir(self.folder), ["a.svg"])
+        self.assertEqual(ElementTree.parse(self.path("a.svg")).find(SVG + "title").text, "'x")
+
     def test_size_and_format(self):
         svg = ElementTree.parse(self.plot("a.svg", CYCLOID, "--size", "150x90")).getroot()
         self.assertEqual((svg.get("width"), svg.get("height")), ("150mm", "90mm"))

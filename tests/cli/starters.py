@@ -35,6 +35,18 @@ class Starters(Case):
 
     def test_a_wrong_kind_gets_the_nearest(self):
         self.assert_failure(run("new", "fourbar"), 2, "there is no starter 'fourbar'", "nearest is 'four-bar'")
+        self.assert_failure(run("new", "-o", self.path("a.yaml")), 2, "--output needs a KIND: ")
+
+    def test_a_starter_is_written_to_a_file(self):
+        out = self.path("a.yaml")
+        done = run("new", "four-bar", "-o", out)
+        self.assert_quiet_success(done)
+        self.assertEqual(done.stdout, f"written: {out}\n")
+        with open(out, encoding="utf-8") as file:
+            self.assertEqual(file.read(), run("new", "four-bar").stdout)
+        self.assert_failure(run("new", "delta", "-o", out), 5, out)
+        self.assert_quiet_success(run("new", "delta", "--force", "-o", out))
+        self.assertEqual(run("new", "delta", "-o", "-").stdout, run("new", "delta").stdout)
 
     def test_every_starter_does_what_its_comments_say(self):
         for kind in KINDS:

@@ -152,7 +152,8 @@ TEST_CASE("no two of the first six pens look alike on a grey printer") {
 }
 
 TEST_CASE("no text can be a command") {
-  CHECK(gnuplot_quoted("it's") == "'it''s'");
+  CHECK(gnuplot_quoted("\"\\`") == "'\"\\`'");
+  CHECK(gnuplot_quoted("'a\"\\`1") == "\"'a\\042\\134\\1401\"");
   CHECK(gnuplot_quoted("a\nb\tc") == "'a\\x0ab\\x09c'");
   CHECK(gnuplot_quoted("µ\xff²\xc2") == "'µ\\xff²\\xc2'");
   CHECK(gnuplot_quoted("a\u202Eb\u2066c") == "'a<U+202E>b<U+2066>c'");

@@ -1,5 +1,6 @@
 #include "balance/report/draw_picture.hpp"
 
+#include "balance/base/plain_text.hpp"
 #include "balance/report/gnuplot.hpp"
 
 #include <fmt/format.h>
@@ -35,13 +36,7 @@ std::string xml_text(std::string_view text) {
 
 /// What the picture is called where it has no title: its quantities.
 std::string name_of(const Picture& picture) {
-  if (!picture.title.empty()) {
-    // As it is drawn: without the quotes, without what is no letter.
-    const std::string quoted = gnuplot_quoted(picture.title);
-    std::string plain = quoted.substr(1, quoted.size() - 2);
-    replace_all(plain, "''", "'");
-    return plain;
-  }
+  if (!picture.title.empty()) return visible(picture.title);  // as it is drawn
   std::string name;
   for (const PicturePanel& panel : picture.panels) name += (name.empty() ? "" : ", ") + panel.name;
   return name;

@@ -182,9 +182,13 @@ std::string panel_text(const Picture& picture, std::size_t index, const PageLayo
 }  // namespace
 
 std::string gnuplot_quoted(std::string_view text) {
-  std::string quoted = "'";
-  for (const char c : visible(text)) quoted += c == '\'' ? "''" : std::string(1, c);
-  return quoted + "'";
+  const std::string shown = visible(text);
+  if (shown.find('\'') == std::string::npos) return "'" + shown + "'";
+  // gnuplot 5.4 takes a doubled quote at either end of a text for the end. Double quotes hold it, where three other marks mean something.
+  std::string quoted = "\"";
+  for (const char c : shown)
+    quoted += c == '"' || c == '\\' || c == '`' ? fmt::format("\\{:03o}", static_cast<int>(c)) : std::string(1, c);
+  return quoted + "\"";
 }
 
 PageOptions sized_for(const Picture& picture, PageOptions page) {

@@ -24,8 +24,7 @@ PageOptions sized_for(const Picture& picture, PageOptions page);
 /// A script without any file name: it prints the picture to standard output. The same picture gives the same text.
 std::string gnuplot_script(const Picture& picture, const PageOptions& page);
 
-/// A text as gnuplot prints it, in the quotes that let nothing in it be a command: control characters become blanks and
-/// bytes that are not UTF-8 question marks.
+/// A text, visible as in base/plain_text.hpp, in the quotes in which gnuplot prints it as it is and nothing in it is a command.
 std::string gnuplot_quoted(std::string_view text);
 
 }  // namespace balance

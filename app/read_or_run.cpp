@@ -1,0 +1,63 @@
+#include "read_or_run.hpp"
+
+#include "console.hpp"
+#include "failure.hpp"
+#include "run_output.hpp"
+#include "simulate_options.hpp"
+#include "spec_run.hpp"
+#include "suggestion.hpp"
+
+#include "balance/base/error.hpp"
+#include "balance/motion/names.hpp"
+#include "balance/simulation/simulate.hpp"
+
+#include <optional>
+#include <stdexcept>
+
+namespace balance::app {
+namespace {
+
+RunFile run(const SpecRun& wanted, const std::string& output, const std::string& what) {
+  SimulateOptions options;
+  options.spec.spec = wanted.spec;
+  options.trajectory = wanted.trajectory;
+  const Study study = read_study(options.spec);
+  const Trajectory trajectory = choose_trajectory(options, study);
+  keep_inputs(output, what, inputs_of(study));
+  tell_what_is_run(options, study, trajectory);
+  RunFile run{.path = wanted.spec,
+              .group = wanted.trajectory,
+              .title = study.mechanism.name,
+              .spec_text = study.spec_text,
+              .trajectory = trajectory.name,
+              .law = law_name(trajectory),
+              .drive = name_of(trajectory.drive)};
+  try {
+    run.result = simulate(study.mechanism, trajectory);
+  } catch (const std::invalid_argument& error) {
+    throw SpecError(
+        {.place = {.file = study.spec_file, .key = "trajectories." + trajectory.name}, .message = error.what()});
+  }
+  if (run.result.outcome.status != MotionStatus::done) throw MotionFailure(run.result.outcome);
+  return run;
+}
+
+}  // namespace
+
+CLI::Option* add_run_operands(CLI::App& parser, std::vector<std::string>& runs) {
+  CLI::Option* operands = parser.add_option(
+      "runs", runs, "result files, runs of design files (design.h5:after/cycloid) or specs (arm.yaml:cycloid)");
+  suggest_files(operands->required()->type_name("RUN"), {"h5", "yaml", "yml"});
+  return operands;
+}
+
+RunFile read_or_run(const std::string& name, const std::string& output, const std::string& what) {
+  const std::optional<SpecRun> spec = spec_run_of(name);
+  keep_inputs(output, what, {{spec ? spec->spec : name, "what it is made from"}});
+  RunFile file = spec ? run(*spec, output, what) : read_result_file(name);
+  keep_inputs(output, what, {{file.path, "what it is made from"}});
+  if (!file.ended_early.empty()) tell("note: " + name + " ended early: " + file.ended_early);
+  return file;
+}
+
+}  // namespace balance::app

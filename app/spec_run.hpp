@@ -1,0 +1,19 @@
+#pragma once
+/// Specs that are named with one of their trajectories: `arm.yaml:cycloid`.
+
+#include <optional>
+#include <string>
+
+namespace balance::app {
+
+struct SpecRun {
+  std::string spec, trajectory;  ///< the trajectory may be empty
+};
+
+/// Nothing if the name is none of a spec. A file that has a colon in its name is that file.
+std::optional<SpecRun> spec_run_of(const std::string& name);
+
+/// Takes the trajectory off a spec's name. @throws UsageError if another is named already
+void take_trajectory(std::string& spec, std::string& trajectory);
+
+}  // namespace balance::app
