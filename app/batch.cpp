@@ -5,6 +5,7 @@
 #include "signals.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/base/plain_text.hpp"
 #include "balance/batch/folder.hpp"
 #include "balance/batch/summary.hpp"
 #include "balance/write/json_parts.hpp"
@@ -52,11 +53,8 @@ void tell_what_was_there(const BatchOutcome& outcome, const BatchCommandOptions&
   tell(text);
 }
 
-/// What keeps silent otherwise must still say what failed.
-void tell_failures(const BatchOutcome& outcome, const BatchCommandOptions& options) {
-  if (!options.quiet || options.json) return;
-  for (const CaseRecord& record : outcome.records)
-    if (record.exit_code() >= static_cast<int>(ExitCode::spec)) tell("error: " + record.name + ": " + record.message);
+std::string case_text(const CaseRecord& record) {
+  return visible(record.name + ": " + record.status + (record.message.empty() ? "" : ": " + record.message));
 }
 
 /// A shard's part of the results: no summary of all, no requirements.
@@ -66,13 +64,16 @@ ExitCode report_shard(const BatchOutcome& outcome, const BatchCommandOptions& op
   Json json = {{"shard", options.shard}, {"cases", Json::array()}};
   for (const CaseRecord& record : outcome.records) {
     code = std::max(code, record.exit_code());
-    text += record.name + ": " + record.status + (record.message.empty() ? "" : ": " + record.message) + "\n";
+    text += case_text(record) + "\n";
     json["cases"].push_back({{"name", record.name}, {"status", record.status}, {"message", record.message}});
   }
   if (options.json)
     print(dump(json));
   else if (!options.quiet)
     print_text(text);
+  else
+    for (const CaseRecord& record : outcome.records)
+      if (record.status != "done") tell("FAILED " + case_text(record));
   return static_cast<ExitCode>(code);
 }
 
@@ -82,13 +83,17 @@ ExitCode report(const Plan& plan, BatchOutcome outcome, const BatchCommandOption
     const DeferSignals deferred;
     return write_summary(folder_of(options), summary);
   }();
-  if (pending_signal() != 0) throw Cancelled("stopped on request, after the summary was written");
+  if (pending_signal() != 0) throw Cancelled("interrupted, after the summary was written");
   if (options.json) {
     print(summary_json(summary));
   } else if (!options.quiet) {
     std::string text = summary_text(summary);
     for (const std::string& file : files) text += written_line(file);
-    print_text(text);
+    // The end of a log is what is read of it.
+    const std::string failures = failures_text(summary);
+    print_text(text + (failures.empty() ? "" : "\n") + failures);
+  } else if (const std::string failures = failures_text(summary); !failures.empty()) {
+    tell(failures.substr(0, failures.size() - 1));
   }
   return static_cast<ExitCode>(summary.exit_code());
 }
@@ -101,6 +106,7 @@ ExitCode run(const BatchCommandOptions& options) {
   if (const std::string trouble = input_in_the_way(plan, folder_of(options)); !trouble.empty())
     throw UsageError(trouble);
   if (options.merge) return report(plan, collect_batch(plan, folder_of(options)), options);
+  say_when_interrupted("interrupted; cases that are finished are kept, and the same command goes on behind them");
   BatchOutcome outcome;
   {
     ProgressLine line(options.quiet);
@@ -109,7 +115,6 @@ ExitCode run(const BatchCommandOptions& options) {
     outcome = run_batch(plan, batch);
   }
   tell_what_was_there(outcome, options);
-  tell_failures(outcome, options);
   return shard ? report_shard(outcome, options) : report(plan, std::move(outcome), options);
 }
 

@@ -37,6 +37,7 @@ TEST_CASE("a record that is written down is the same when it is read") {
   one.title = "t";
   one.trajectory = "cycloid";
   one.samples = 11;
+  one.seconds = 0.1;
   one.design = {"balanced", "because", 9.1, 1e-300};
   one.metrics.push_back({"torque[A1]", "N m", std::numeric_limits<double>::quiet_NaN(), 0.1, 0.2, 0.3, 1e308});
   one.warnings = {"w"};
@@ -118,6 +119,39 @@ TEST_CASE("no text is a formula where a spreadsheet reads the table (C8)") {
     CHECK(csv.find("'" + text.substr(0, 2)) != std::string::npos);
     CHECK(csv.find(",-10,") != std::string::npos);  // a number stays one
   }
+}
+
+TEST_CASE("no text is markup, HTML or a terminal's command where a summary is read") {
+  const std::string odd = "x <script>alert(1)</script> \x1b[31m &amp; `c` | *b* _i_ [l](u) $m$ ~s~ \\* ]]>";
+  CaseRecord one = record("b", 5, "mechanism");
+  one.message = odd + "\nsecond line";
+  Suite hostile = suite("require: peak(shaking_force, c) < base");
+  hostile.name = odd;
+  const std::string text = summary_markdown(summarise(hostile, {record("a", 10), one, record("c", 30)}));
+  const std::string safe =
+      "x &lt;script>alert(1)&lt;/script> \\\\x1b[31m &amp;amp; \\`c\\` \\| \\*b\\* \\_i\\_ [l\\](u) \\$m\\$ \\~s\\~ \\\\\\* ]]>";
+  CHECK(text.find("# " + safe + "\n") == 0);
+  CHECK(text.find("- b (mechanism): " + safe + " second line\n") != std::string::npos);
+  CHECK(text.find("| `peak(shaking_force, c) < base` |") != std::string::npos);
+  CHECK(text.find('\x1b') == std::string::npos);
+  CHECK(text.find("<s") == std::string::npos);
+}
+
+TEST_CASE("what failed is named on lines of its own, requirements with value, limit and unit") {
+  const Summary summary = summarise(suite("require: peak(shaking_force) < base"),
+                                    {record("a", 10), record("b", 12), record("c", 0, "mechanism")});
+  CHECK(failures_text(summary) ==
+        "FAILED c: \nFAILED peak(shaking_force) < base [b]: 12 N is 20 % above the limit of 10 N\n");
+  CHECK(failures_text(summarise(suite(""), {record("a", 1), record("b", 1), record("c", 1)})).empty());
+}
+
+TEST_CASE("a case's test says how long it took") {
+  CaseRecord one = record("b", 5);
+  one.seconds = 1.5;
+  const std::string xml = summary_junit(
+      summarise(suite("require: peak(shaking_force) < base"), {record("a", 10), one, record("c", 9)}));
+  CHECK(xml.find("<testcase name=\"b\" classname=\"suite.cases\" time=\"1.500000\"/>") != std::string::npos);
+  CHECK(xml.find("peak(shaking_force) &lt; base [b]\" classname=\"suite.requirements\"/>") != std::string::npos);
 }
 
 TEST_CASE("a case that its process did not survive is an error with its reason (C1)") {

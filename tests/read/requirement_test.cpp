@@ -8,8 +8,8 @@
 namespace balance {
 namespace {
 
-Metric metric(const char* quantity, double peak, double rms) {
-  return {quantity, "N", peak, 0, rms, rms / 2, 2 * peak};
+Metric metric(const std::string& quantity, double peak, double rms) {
+  return {quantity, quantity.starts_with("torque") ? "N m" : "N", peak, 0, rms, rms / 2, 2 * peak};
 }
 
 /// Three runs; `rail-2` has no torque[A2], the first two no cart_force.
@@ -139,15 +139,32 @@ TEST_CASE("what a run does not have never holds, whatever is made of it") {
 }
 
 TEST_CASE("a verdict says by how much") {
-  CHECK(in_words(judged("peak(torque[A1]) <= 1.2 * base")[0]) == "missed by 8.33 %: 130 <= 120");
-  CHECK(in_words(judged("peak(shaking_force) <= base")[0]) == "holds: 500 <= 800, margin 37.5 %");
-  CHECK(in_words(judged("peak(torque[A1]) >= base")[0]) == "holds: 130 >= 100, margin 30 %");
-  CHECK(in_words(judged("energy(bang) < 0")[0]) == "missed by 12: 12 < 0");
+  CHECK(in_words(judged("peak(torque[A1]) <= 1.2 * base")[0]) == "130 N m is 8.33 % above the limit of 120 N m");
+  CHECK(in_words(judged("peak(shaking_force) <= base")[0]) == "holds: 500 N <= 800 N, margin 37.5 %");
+  CHECK(in_words(judged("peak(torque[A1]) >= base")[0]) == "holds: 130 N m >= 100 N m, margin 30 %");
+  CHECK(in_words(judged("energy(bang) < 0")[0]) == "12 J is 12 J above the limit of 0 J");
   // of several that fail, the one that misses by most
-  CHECK(in_words(judged("peak(torque[A1]) <= base && peak(torque[A2]) <= base")[0]) == "missed by 50 %: 90 <= 60");
+  CHECK(in_words(judged("peak(torque[A1]) <= base && peak(torque[A2]) <= base")[0]) ==
+        "90 N m is 50 % above the limit of 60 N m");
+  CHECK(in_words(judged("peak(shaking_force) >= base")[0]) == "500 N is 37.5 % below the limit of 800 N");
+  CHECK(in_words(judged("peak(shaking_force, base) < 800")[0]) == "800 N is not below the limit of 800 N");
+  CHECK(in_words(judged("peak(shaking_force) == base")[0]) == "500 N is 37.5 % from 800 N");
+}
+
+TEST_CASE("a comparison has a unit where both sides are numbers of it") {
+  for (const char* text :
+       {"peak(shaking_force) <= 0.9 * base", "7 <= peak(shaking_force) - 3", "-mean(shaking_force) < 1",
+        "max(peak(shaking_force), rms(shaking_force, base)) <= base + 1"})
+    CHECK_MESSAGE(judged(text)[0].compared.at(0).unit == "N", text);
+  for (const char* text :
+       {"peak(shaking_force) / rms(shaking_force) < 2", "peak(torque[A1]) <= 0.3 * peak(shaking_force)",
+        "peak(shaking_force)^2 < 9", "sqrt(peak(shaking_force)) < 9", "1 < 2"})
+    CHECK_MESSAGE(judged(text)[0].compared.at(0).unit.empty(), text);
+  CHECK(judged("energy() < 2")[0].compared.at(0).unit == "J");
 }
 
 TEST_CASE("mistakes are found with their place and the nearest name") {
+  CHECK(says("peak(shaking_force) <= 0,9 * base", "decimals stand behind a point: 0.9"));
   CHECK(
       says("peak(shakin_force) <= base", "column 6: no run has a quantity 'shakin_force'; nearest is 'shaking_force'"));
   CHECK(says("peak(torque[A3]) <= base", "column 6: no run has a quantity 'torque[A3]'; nearest is 'torque[A"));

@@ -24,7 +24,7 @@ ComparedRuns sample() {
 }
 
 std::vector<Verdict> verdicts() {
-  Verdict good{"peak(x) <= base || 1 < 0", "a|b", true, {{"peak(x)", "base", Relation::at_most, 2, 8}}, {}};
+  Verdict good{"peak(x) <= base || 1 < 0", "a|b", true, {{"peak(x)", "base", Relation::at_most, 2, 8, "N"}}, {}};
   Verdict bad{"rms(x) < 2", "", false, {{"rms(x)", "2", Relation::less, 3, 2}}, {}};
   return {good, bad};
 }
@@ -41,8 +41,8 @@ TEST_CASE("people see figures, ratios, differences and verdicts") {
   CHECK(has(text, "shaking_force  N     7.00000   87.5 %  3.00000\n"));
   CHECK(has(text, "energy    J      4.00000  5.00000  1.250\n"));
   CHECK(has(text, "note: original and a|b: something\n"));
-  CHECK(has(text, "ok     peak(x) <= base || 1 < 0 [a|b]: holds: 2 <= 8, margin 75 %\n"));
-  CHECK(has(text, "FAILED rms(x) < 2: missed by 50 %: 3 < 2\n"));
+  CHECK(has(text, "ok     peak(x) <= base || 1 < 0 [a|b]: holds: 2 N <= 8 N, margin 75 %\n"));
+  CHECK(has(text, "FAILED rms(x) < 2: 3 is 50 % above the limit of 2\n"));
   CHECK(has(text, "\n1 of 2 requirements met\n"));
   CHECK(text.find("com_velocity") == std::string::npos);
   CHECK(has(comparison_text(sample(), {}, ShownQuantities::all), "com_velocity"));
@@ -89,7 +89,7 @@ TEST_CASE("a verdict is a test case: the requirement of the run") {
   CHECK(suite.cases[0].group == "a|b");
   CHECK(suite.cases[1].status == TestCase::Status::failed);
   CHECK(suite.cases[1].group == "requirements");
-  CHECK(suite.cases[1].message == "missed by 50 %: 3 < 2");
+  CHECK(suite.cases[1].message == "3 is 50 % above the limit of 2");
   CHECK(suite.cases[1].details == "rms(x) = 3\n2 = 2\n");
 }
 

@@ -61,6 +61,7 @@ CaseRecord record_of(const Json& json) {
   record.title = json.at("title");
   record.trajectory = json.at("trajectory");
   record.samples = json.at("samples");
+  record.seconds = json.at("seconds");
   if (json.contains("failure"))
     record.failure = {json.at("failure").at("cause"), number(json.at("failure").at("limit"))};
   if (json.contains("design")) {
@@ -92,9 +93,9 @@ int CaseRecord::exit_code() const {
 }
 
 std::string encode(const CaseRecord& record) {
-  Json json = {{"name", record.name},       {"key", record.key},     {"status", record.status},
-               {"message", record.message}, {"title", record.title}, {"trajectory", record.trajectory},
-               {"samples", record.samples}};
+  Json json = {{"name", record.name},       {"key", record.key},        {"status", record.status},
+               {"message", record.message}, {"title", record.title},    {"trajectory", record.trajectory},
+               {"samples", record.samples}, {"seconds", record.seconds}};
   if (record.failure) json["failure"] = {{"cause", record.failure->cause}, {"limit", record.failure->limit}};
   if (record.design)
     json["design"] = {{"status", record.design->status},

@@ -38,6 +38,7 @@ struct CaseRecord {
   std::string title;    ///< the mechanism's name
   std::string trajectory;
   long samples = 0;
+  double seconds = 0;                      ///< that it took by the clock on the wall
   std::optional<RecordedFailure> failure;  ///< where the status is "failed"
   std::optional<RecordedDesign> design;
   std::vector<Metric> metrics;

@@ -49,6 +49,7 @@ class WorkerPool {
   struct Hand {
     std::unique_ptr<FencedWorker> worker;
     std::size_t index = 0;
+    std::chrono::steady_clock::time_point begin = {};
   };
 
   void find_all(std::atomic<std::size_t>& next) {
@@ -113,6 +114,7 @@ class WorkerPool {
       return false;  // fewer hands do the same
     }
     waiting_.pop_front();
+    hand.begin = std::chrono::steady_clock::now();
     hand.worker->begin(hand.index);
     return true;
   }
@@ -130,7 +132,7 @@ class WorkerPool {
     if (told)
       finish(index, std::move(*told), hand.worker->text());
     else
-      finish(index, what_befell(index, *hand.worker, state));
+      finish(index, what_befell(hand, state));
     return begin_next(hand, others);
   }
 
@@ -149,11 +151,13 @@ class WorkerPool {
   }
 
   /// Of a case that says nothing of itself.
-  CaseRecord what_befell(std::size_t index, const FencedWorker& worker, FenceState state) const {
-    const SuiteCase& wanted = plan_.suite.cases[cases_[index]];
+  CaseRecord what_befell(const Hand& hand, FenceState state) const {
+    const SuiteCase& wanted = plan_.suite.cases[cases_[hand.index]];
+    const FencedWorker& worker = *hand.worker;
     CaseRecord record;
+    record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - hand.begin).count();
     record.name = wanted.name;
-    record.key = plan_.cases[cases_[index]].key;
+    record.key = plan_.cases[cases_[hand.index]].key;
     record.trajectory = wanted.trajectory;
     record.status = "failed";
     if (state == FenceState::timeout) {

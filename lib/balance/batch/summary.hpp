@@ -45,6 +45,8 @@ Summary summarise(const Suite& suite, std::vector<CaseRecord> records);
 
 /// A table of the cases, the requirements that do not hold, and what went wrong; for a terminal.
 std::string summary_text(const Summary& summary);
+/// A line "FAILED …" for every case that is not done and every requirement that is missed or wrong.
+std::string failures_text(const Summary& summary);
 std::string summary_markdown(const Summary& summary);
 /// One line per case and quantity.
 std::string summary_csv(const Summary& summary);

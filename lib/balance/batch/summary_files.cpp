@@ -61,7 +61,8 @@ Json case_json(const CaseRecord& record, const std::string& spec) {
 }
 
 TestCase test_of(const CaseRecord& record, const std::string& spec, const std::string& group) {
-  TestCase test{.group = group, .name = record.name, .message = record.message, .kind = record.status};
+  TestCase test{
+      .group = group, .name = record.name, .message = record.message, .kind = record.status, .seconds = record.seconds};
   if (record.status == "compromise") test.status = TestCase::Status::failed;
   if (!record.has_result()) test.status = TestCase::Status::error;
   if (test.status != TestCase::Status::passed)

@@ -21,6 +21,14 @@ double relative_margin(const Judged& judged) {
   return margin == 0 ? 0 : std::copysign(std::numeric_limits<double>::infinity(), margin);
 }
 
+/// @param by how much; empty: the sides are equal
+std::string miss_in_words(Relation relation, const std::string& by) {
+  const bool above = relation == Relation::less || relation == Relation::at_most;
+  if (relation == Relation::equal) return fmt::format("is {} from", by);
+  if (by.empty()) return above ? "is not below the limit of" : "is not above the limit of";
+  return fmt::format("is {} {} the limit of", by, above ? "above" : "below");
+}
+
 }  // namespace
 
 const char* symbol_of(Relation relation) {
@@ -75,13 +83,15 @@ std::string in_words(const Verdict& verdict) {
   if (!verdict.holds && !verdict.missing.empty()) return fmt::format("{}", fmt::join(verdict.missing, ", "));
   const Judged* judged = verdict.decisive();
   if (judged == nullptr) return verdict.holds ? "holds" : "missed";
-  const std::string numbers = fmt::format("{:.6g} {} {:.6g}", judged->left, symbol_of(judged->relation), judged->right);
+  const auto number = [&](double value) {
+    return fmt::format("{:.6g}{}{}", value, judged->unit.empty() ? "" : " ", judged->unit);
+  };
+  const std::string left = number(judged->left), right = number(judged->right);
   const double percent = judged->margin_percent(), margin = judged->margin();
-  if (std::isnan(margin)) return "missed: " + numbers + " has no number";
-  const std::string by =
-      std::isfinite(percent) ? percent_text(std::abs(percent)) : fmt::format("{:.6g}", std::abs(margin));
-  return verdict.holds ? fmt::format("holds: {}, margin {}", numbers, by)
-                       : fmt::format("missed by {}: {}", by, numbers);
+  if (std::isnan(margin)) return fmt::format("{} {} {} has no number", left, symbol_of(judged->relation), right);
+  const std::string by = std::isfinite(percent) ? percent_text(std::abs(percent)) : number(std::abs(margin));
+  if (verdict.holds) return fmt::format("holds: {} {} {}, margin {}", left, symbol_of(judged->relation), right, by);
+  return fmt::format("{} {} {}", left, miss_in_words(judged->relation, margin == 0 ? "" : by), right);
 }
 
 std::string percent_text(double percent) {

@@ -15,6 +15,7 @@ struct Judged {
   std::string left_text, right_text;  ///< as written
   Relation relation = Relation::at_most;
   double left = 0, right = 0;  ///< SI; NaN where a run lacks a quantity
+  std::string unit;            ///< of both; empty: they have none in common
 
   /// Never with NaN. Equal means within one part in 10^9: nobody's round-off should break a build.
   bool holds() const;
@@ -35,7 +36,7 @@ struct Verdict {
   const Judged* decisive() const;
 };
 
-/// One line: "holds: 402.492 <= 782.771, margin 48.6 %", "missed by 12.5 %: 900 <= 800", "rail has no torque[A4]".
+/// One line: "holds: 402.492 N <= 782.771 N, margin 48.6 %", "900 N is 12.5 % above the limit of 800 N", "rail has no torque[A4]".
 std::string in_words(const Verdict& verdict);
 
 /// "12.5 %", "0.031 %", "1640 %".

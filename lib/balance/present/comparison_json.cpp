@@ -58,6 +58,7 @@ Json verdict_json(const Verdict& verdict) {
                                    {"right_text", judged.right_text},
                                    {"left", judged.left},
                                    {"right", judged.right},
+                                   {"unit", judged.unit},
                                    {"holds", judged.holds()},
                                    {"margin", judged.margin()},
                                    {"margin_percent", judged.margin_percent()}});

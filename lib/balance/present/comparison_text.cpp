@@ -1,6 +1,7 @@
 #include "balance/present/comparison_text.hpp"
 
 #include "balance/base/plain_text.hpp"
+#include "balance/present/markdown.hpp"
 #include "balance/write/csv_field.hpp"
 
 #include <fmt/format.h>
@@ -10,36 +11,6 @@
 
 namespace balance {
 namespace {
-
-/// A cell of a Markdown table: bars and line ends would end it, what looks like a tag would vanish.
-std::string markdown_cell(const std::string& text) {
-  const bool is_code = text.starts_with('`');
-  std::string cell;
-  for (const char c : visible_lines(text)) {
-    if (c == '|') {
-      cell += "\\|";
-    } else if (c == '<' && !is_code) {
-      cell += "&lt;";
-    } else {
-      cell += c == '\n' ? ' ' : c;
-    }
-  }
-  return cell;
-}
-
-std::string markdown_row(const std::vector<std::string>& cells) {
-  std::string row = "|";
-  for (const std::string& cell : cells) row += " " + markdown_cell(cell) + " |";
-  return row + "\n";
-}
-
-std::string markdown_table(const Table& table) {
-  std::vector<std::string> rule;
-  for (const Align align : table.align) rule.emplace_back(align == Align::left ? "---" : "---:");
-  std::string text = markdown_row(table.heading) + markdown_row(rule);
-  for (const auto& row : table.rows) text += markdown_row(row);
-  return text;
-}
 
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.17g}", value) : ""; }
 
@@ -76,13 +47,15 @@ class CsvRows {
 
 }  // namespace
 
+std::string verdict_line(const Verdict& verdict) {
+  return visible(fmt::format("{:<6} {}{}{}{}: {}", verdict.holds ? "ok" : "FAILED", verdict.requirement,
+                             verdict.run.empty() ? "" : " [", verdict.run, verdict.run.empty() ? "" : "]",
+                             in_words(verdict)));
+}
+
 std::string verdicts_text(const std::vector<Verdict>& verdicts) {
   std::string text;
-  for (const Verdict& verdict : verdicts) {
-    const std::string of = verdict.run.empty() ? "" : " [" + verdict.run + "]";
-    text +=
-        fmt::format("{:<6} {}{}: {}\n", verdict.holds ? "ok" : "FAILED", verdict.requirement, of, in_words(verdict));
-  }
+  for (const Verdict& verdict : verdicts) text += verdict_line(verdict) + "\n";
   return text;
 }
 
@@ -91,7 +64,7 @@ std::string comparison_text(const ComparedRuns& compared, const std::vector<Verd
   for (const TitledTable& one : list_tables(compared, shown)) {
     text += one.title + "\n\n" + format_table(one.table) + "\n";
   }
-  for (const std::string& note : compared.notes) text += "note: " + note + "\n";
+  for (const std::string& note : compared.notes) text += "note: " + visible(note) + "\n";
   if (!compared.notes.empty() && !verdicts.empty()) text += "\n";
   if (!verdicts.empty()) text += verdicts_text(verdicts) + "\n" + count_text(verdicts) + "\n";
   if (text.ends_with("\n\n")) text.pop_back();
@@ -100,18 +73,18 @@ std::string comparison_text(const ComparedRuns& compared, const std::vector<Verd
 
 std::string comparison_markdown(const ComparedRuns& compared, const std::vector<Verdict>& verdicts,
                                 ShownQuantities shown) {
-  std::string text = "# Comparison with " + compared.runs.front().name + "\n";
+  std::string text = "# Comparison with " + markdown_text(compared.runs.front().name) + "\n";
   if (!verdicts.empty()) {
-    Table table = verdict_table(verdicts);
-    for (auto& row : table.rows) row[1] = "`" + row[1] + "`";  // the requirement
-    text += "\n## Requirements\n\n" + count_text(verdicts) + ".\n\n" + markdown_table(table);
+    constexpr std::size_t requirement = 1;
+    text += "\n## Requirements\n\n" + count_text(verdicts) + ".\n\n" +
+            markdown_table(verdict_table(verdicts), {requirement});
   }
   for (const TitledTable& one : list_tables(compared, shown)) {
     std::string title = one.title;
     title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
     text += "\n## " + title + "\n\n" + markdown_table(one.table);
   }
-  for (const std::string& note : compared.notes) text += "\nNote: " + note + "\n";
+  for (const std::string& note : compared.notes) text += "\nNote: " + markdown_text(note) + "\n";
   return text;
 }
 

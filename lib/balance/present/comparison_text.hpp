@@ -18,6 +18,9 @@ std::string comparison_markdown(const ComparedRuns& compared, const std::vector<
 /// none. Figures are peak, peak_time, rms, mean, range, largest_difference, difference_time, rms_difference.
 std::string comparison_csv(const ComparedRuns& compared);
 
+/// "ok     <requirement> [run]: holds: …" or "FAILED <requirement> [run]: …", as in_words ends.
+std::string verdict_line(const Verdict& verdict);
+
 /// The verdicts alone, one a line.
 std::string verdicts_text(const std::vector<Verdict>& verdicts);
 

@@ -1,6 +1,7 @@
 #pragma once
 /// Test reports as JUnit XML, which continuous-integration servers show.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ struct TestCase {
   std::string kind;     ///< of failure or error: "requirement", "mechanism", …
   std::string details;  ///< more on it, any number of lines
   std::string output;   ///< shown with the case whatever its status
-  double seconds = 0;   ///< that it took
+  std::optional<double> seconds = {};  ///< that it took; nothing: it is no work of its own
 };
 
 struct TestSuite {

@@ -2,6 +2,7 @@
 
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
+#include "balance/base/plain_text.hpp"
 #include "balance/read/suite_case.hpp"
 #include "balance/spec/text_file.hpp"
 
@@ -75,7 +76,7 @@ void read_sections(const Cursor& root, Suite& suite, SuiteDraft& draft, Later& l
   if (!root.is_map()) root.expected("a suite: a mapping with 'cases' or 'matrix'");
   const auto keep = [](std::optional<Cursor>& place) { return [&place](const Cursor& c) { place = c; }; };
   read_fields(root, "a suite {name, defaults, cases, matrix, baseline, require}",
-              {{"name", Need::optional, [&](const Cursor& c) { suite.name = c.word("a name"); }},
+              {{"name", Need::optional, [&](const Cursor& c) { suite.name = visible(c.word("a name")); }},
                {"defaults", Need::optional,
                 [&](const Cursor& c) {
                   read_fields(c, "what all cases share {spec, set, trajectory, samples, design}",
