@@ -10,6 +10,14 @@ namespace balance {
 namespace {
 
 constexpr std::size_t longest_compared = 64;
+constexpr std::size_t min_prefix = 3;  ///< letters of a name's beginning that suggest it
+
+/// Beyond it a word is another word, not a misspelt one. One slip is one in words of two letters, too.
+/// @param length of the longer word
+double max_edit_distance(std::size_t length) {
+  constexpr double part = 0.45;
+  return std::max(length > 1 ? 1 : 0.25, part * static_cast<double>(length));
+}
 
 double difference(char a, char b) {
   if (a == b) return 0;
@@ -40,13 +48,18 @@ std::string nearest(std::string_view word, const std::vector<std::string>& names
   const std::string* best = nullptr;
   double least = 0;
   for (const std::string& name : names) {
+    const double limit = max_edit_distance(std::max(length(word), length(name)));
     // every character more or less is a difference: of thousands of names most need no closer look
     const std::size_t apart = std::max(length(word), length(name)) - std::min(length(word), length(name));
-    if (best != nullptr && static_cast<double>(apart) >= least) continue;
+    if (static_cast<double>(apart) > limit || (best != nullptr && static_cast<double>(apart) >= least)) continue;
     const double distance = edit_distance(word, name);
-    if (best == nullptr || distance < least) best = &name, least = distance;
+    if (distance <= limit && (best == nullptr || distance < least)) best = &name, least = distance;
   }
-  return best == nullptr ? "" : *best;
+  if (best != nullptr) return *best;
+  const auto begins = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
+    return word.size() >= min_prefix && name.starts_with(word);
+  });
+  return begins == names.end() ? "" : *begins;
 }
 
 std::string nearest_is(std::string_view word, const std::vector<std::string>& names) {
@@ -57,6 +70,21 @@ std::string nearest_is(std::string_view word, const std::vector<std::string>& na
 std::string nearest_hint(std::string_view word, const std::vector<std::string>& names) {
   const std::string near = nearest_is(word, names);
   return near.empty() ? "" : "; " + near;
+}
+
+std::string decimal_comma_hint(std::string_view text) {
+  const auto is_digit = [&](std::size_t at) { return at < text.size() && text[at] >= '0' && text[at] <= '9'; };
+  int depth = 0;
+  for (std::size_t at = 1; at < text.size(); ++at) {
+    depth += text[at - 1] == '(' ? 1 : text[at - 1] == ')' ? -1 : 0;
+    if (text[at] != ',' || depth > 0 || !is_digit(at - 1) || !is_digit(at + 1)) continue;
+    std::size_t begin = at, end = at + 1;
+    while (begin > 0 && is_digit(begin - 1)) --begin;
+    while (is_digit(end)) ++end;
+    return "; decimals stand behind a point: " + std::string(text.substr(begin, at - begin)) + "." +
+           std::string(text.substr(at + 1, end - at - 1));
+  }
+  return "";
 }
 
 std::string listed(const std::vector<std::string>& names, const std::string& last) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Help for misspelt names.
+/// Help for misspelt names and numbers.
 
 #include <string>
 #include <string_view>
@@ -11,14 +11,18 @@ namespace balance {
 /// lower case count as a quarter of a difference, so that `L` is nearer to `l` than to `g`.
 double edit_distance(std::string_view a, std::string_view b);
 
-/// The name nearest to `word`; empty if there are no names.
+/// The name that `word` is a slip of: the nearest one, if less than half of the longer word differs; else the first that begins
+/// with `word`; empty if there is none.
 std::string nearest(std::string_view word, const std::vector<std::string>& names);
 
-/// "nearest is 'crank1'" or, without any names, nothing.
+/// "nearest is 'crank1'" or, if no name is near, nothing.
 std::string nearest_is(std::string_view word, const std::vector<std::string>& names);
 
 /// The same behind a sentence: "; nearest is 'crank1'".
 std::string nearest_hint(std::string_view word, const std::vector<std::string>& names);
+
+/// "; decimals stand behind a point: 0.4" if the text has a number with a decimal comma outside of parentheses; else nothing.
+std::string decimal_comma_hint(std::string_view text);
 
 /// "a, b <last> c"; long lists are cut.
 std::string listed(const std::vector<std::string>& names, const std::string& last);

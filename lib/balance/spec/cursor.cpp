@@ -138,6 +138,9 @@ std::string hint_for(const std::string& key, const std::vector<std::string>& nam
   const bool carried = std::find(names.begin(), names.end(), "body") != names.end();
   if (carried && (key == "true" || key == "True"))
     return "'on' is a truth value in YAML 1.1, so that a tool such as PyYAML writes 'true' for it: say 'body'";
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  if (!key.empty() && std::all_of(key.begin(), key.end(), is_digit))
+    return "decimals stand behind a point; a comma separates entries";
   return nearest_is(key, names);
 }
 

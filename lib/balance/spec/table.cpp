@@ -57,7 +57,9 @@ std::vector<int> place_columns(const RawTable& raw, const std::vector<std::strin
     const auto at = std::find(names.begin(), names.end(), column);
     if (at == names.end())
       throw TableError(fmt::format("expected the columns {}, found {}{}", one_of(names), in_quotes(column),
-                                   nearest_hint(column, names)));
+                                   column.find(';') != std::string::npos
+                                       ? "; commas stand between columns, points before decimals"
+                                       : nearest_hint(column, names)));
     const int place = static_cast<int>(at - names.begin()) - 1;
     if (std::find(places.begin(), places.end(), place) != places.end())
       throw TableError(fmt::format("expected every column once, found {} again", in_quotes(column)));
