@@ -41,6 +41,15 @@ class Site(unittest.TestCase):
             if DRAWS:
                 self.assertGreater((html / f"_images/{name}.png").stat().st_size, 5000)
                 self.assertTrue((html / f"gallery/pages/{name}.html").is_file())
+        if DRAWS:
+            self.assert_silent(html)
+
+    def assert_silent(self, html):
+        """Opens every page: the browser's console says nothing."""
+        done = subprocess.run(["node", str(ROOT / "tests/browser/_site.mjs"), str(html)], capture_output=True, text=True, check=False,
+                              env={**os.environ, "PAGE_PACKAGES": str(PACKAGES), "CHROMIUM": shutil.which("chromium")})
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertRegex(done.stdout, r"^\d\d+ pages, 0 complaints\n$")
 
     def test_what_cannot_be_built_is_told(self):
         site = [str(ROOT / "scripts/site"), "--folder", str(self.folder)]
