@@ -2,16 +2,14 @@
 
 #include "failure.hpp"
 
-#include "balance/base/error.hpp"
 #include "balance/spec/named_files.hpp"
-#include "balance/spec/text_file.hpp"
-#include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <filesystem>
 
 namespace balance::app {
 
@@ -50,16 +48,23 @@ void check_standard_output(const std::vector<std::string>& files, bool json, boo
     throw UsageError("standard output is a terminal, which has no use for HDF5; send it to a file or a program");
 }
 
-void keep_tables(const std::string& output, const std::string& what, const Study& study) {
+std::vector<InputFile> inputs_of(const Study& study) {
+  std::vector<InputFile> inputs = {{study.spec_file, "the spec"}};
+  for (const std::string& file : files_of_spec(study.spec_text, study.spec_file))
+    if (file != study.spec_file) inputs.push_back({file, "a table or a part of the spec"});
+  return inputs;
+}
+
+void keep_inputs(const std::string& output, const std::string& what, const std::vector<InputFile>& inputs) {
+  if (const InputFile* replaced = find_replaced(output, inputs))
+    throw UsageError(fmt::format("{} would replace {}: {}", what, replaced->what, replaced->path));
+}
+
+void check_output(const std::string& output, const std::string& what, const std::vector<InputFile>& inputs,
+                  bool force) {
   if (output.empty()) return;
-  const auto keep = [&](const std::string& text) {
-    for (const std::string& file : files_read_with(text, study.spec_file))
-      if (same_file(output, file)) throw UsageError(what + " would replace a table or a part of the spec: " + file);
-  };
-  keep(study.spec_text);
-  // The study's text has its parts in it.
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(study.spec_file, ignored)) keep(read_text_file(study.spec_file, "spec"));
+  keep_inputs(output, what, inputs);
+  check_writable(output, force ? Existing::replace : Existing::keep);
 }
 
 }  // namespace balance::app

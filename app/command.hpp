@@ -4,6 +4,7 @@
 #include "exit_code.hpp"
 
 #include "balance/spec/read_spec.hpp"
+#include "balance/write/file_identity.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -37,9 +38,17 @@ DesignSpace read_space(const SpecOptions& options);
 /// The overrides alone. @throws UsageError for one that is not `name=value`
 ReadOptions read_options(const SpecOptions& options);
 
+/// What a spec is read from: itself, its tables, its parts and theirs.
+std::vector<InputFile> inputs_of(const Study& study);
+
+/// @param output empty: none
 /// @param what "the result", "the page"
-/// @throws UsageError if the output would replace a table that the spec names
-void keep_tables(const std::string& output, const std::string& what, const Study& study);
+/// @throws UsageError if the output would replace one of the inputs, by whatever path
+void keep_inputs(const std::string& output, const std::string& what, const std::vector<InputFile>& inputs);
+
+/// Every output passes here before anything is computed. Inputs are kept with --force, too.
+/// @throws UsageError as keep_inputs, SystemError as check_writable
+void check_output(const std::string& output, const std::string& what, const std::vector<InputFile>& inputs, bool force);
 
 /// Refuses more than standard output can take: two files, a file and JSON, or binary data on a terminal.
 /// @param files to be written; empty names: none @throws UsageError

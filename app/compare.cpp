@@ -2,14 +2,13 @@
 #include "compare_options.hpp"
 #include "console.hpp"
 #include "failure.hpp"
+#include "read_or_run.hpp"
 #include "signals.hpp"
 
 #include "balance/compare/run_names.hpp"
 #include "balance/present/comparison_json.hpp"
 #include "balance/present/comparison_text.hpp"
 #include "balance/read/requirement.hpp"
-#include "balance/read/result_file.hpp"
-#include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 
 #include <memory>
@@ -21,10 +20,7 @@ std::vector<NamedRun> read_runs(const CompareOptions& options) {
   std::vector<NamedRun> runs;
   std::vector<RunPlace> places;
   for (const std::string& file : options.files) {
-    RunFile run = read_result_file(file);
-    if (!options.output.empty() && same_file(options.output, run.path))
-      throw UsageError("the comparison would replace a result: " + run.path);
-    if (!run.ended_early.empty()) tell("note: " + file + " ended early: " + run.ended_early);
+    RunFile run = read_or_run(file, options.output, "the comparison");
     places.push_back({run.path, run.group});
     runs.push_back({"", file, run.title, run.trajectory, run.law, run.drive, std::move(run.result)});
   }
@@ -57,17 +53,15 @@ void write_file(const CompareOptions& options, const std::string& content) {
   const DeferSignals deferred;
   PendingFile pending(options.output, options.force ? Existing::replace : Existing::keep);
   pending.write(content);
-  if (pending_signal() != 0) throw Cancelled("stopped on request; no file was written");
+  if (pending_signal() != 0) throw Cancelled(nothing_written);
   pending.commit();
 }
 
 ExitCode run(const CompareOptions& options) {
   const ComparisonFormat format = choose_format(options);
-  const Existing existing = options.force ? Existing::replace : Existing::keep;
-  for (const std::string& file : options.files)
-    if (!options.output.empty() && same_file(options.output, file))
-      throw UsageError("the comparison would replace a result: " + file);
-  if (!options.output.empty()) check_writable(options.output, existing);
+  std::vector<InputFile> inputs;
+  for (const std::string& file : options.files) inputs.push_back({file, "what it is made from"});
+  check_output(options.output, "the comparison", inputs, options.force);
   const std::vector<NamedRun> runs = read_runs(options);
   const std::vector<Verdict> verdicts = judge(options.requirements, runs);
   const std::string content =
@@ -81,7 +75,7 @@ ExitCode run(const CompareOptions& options) {
   // A table of values has no place for them.
   const bool shown = options.output.empty() ? format != ComparisonFormat::csv : !options.quiet;
   for (const Verdict& verdict : verdicts) {
-    if (!verdict.holds && !shown) tell("not met: " + verdict.requirement + ": " + in_words(verdict));
+    if (!verdict.holds && !shown) tell(verdict_line(verdict));
   }
   return all_hold(verdicts) ? ExitCode::done : ExitCode::not_met;
 }
@@ -89,18 +83,20 @@ ExitCode run(const CompareOptions& options) {
 }  // namespace
 
 Command setup_compare(CLI::App& program) {
-  CLI::App* parser = program.add_subcommand("compare", "Compare results; check requirements on their figures");
+  CLI::App* parser = program.add_subcommand("compare", "Compare runs; check requirements on their figures");
   const auto options = std::make_shared<CompareOptions>();
   add_compare_options(*parser, *options);
   parser->footer(
-      "The first file is the base. Requirements compare peak, rms, mean and range of a quantity, and\n"
+      "The first run is the base; a spec, with a trajectory behind a colon, is run first. Requirements compare peak, "
+      "rms, mean and range of a quantity, and\n"
       "energy(), of each other file with numbers and with other files, which are called by their names\n"
       "without folder and ending; docs/compare.md describes them.\n\n"
       "Examples:\n"
       "  balance compare original.h5 balanced.h5\n"
-      "  balance compare original.h5 balanced.h5 --require 'peak(shaking_force) <= 0.9 * base'\n"
-      "  balance compare a.h5 b.h5 --require 'rms(torque) < 1.2 * rms(torque, base)' -o junit.xml\n"
-      "  balance compare design.h5:before/cycloid design.h5:after/cycloid --format markdown");
+      "  balance compare 3rrr.yaml:cycloid 3rrr.yaml:bang-bang\n"
+      "  balance compare a.h5 b.h5 --require 'peak(shaking_force) <= 0.9 * base'\n"
+      "  balance compare a.h5 b.h5 --require 'rms(torque) < 1.2 * base' -o junit.xml\n"
+      "  balance compare d.h5:before/cycloid d.h5:after/cycloid --format markdown");
   return {parser, [options] { return run(*options); }};
 }
 

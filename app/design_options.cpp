@@ -2,6 +2,7 @@
 
 #include "failure.hpp"
 #include "suggestion.hpp"
+#include "value_check.hpp"
 
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
@@ -88,11 +89,11 @@ void add_design_options(CLI::App& parser, DesignCommandOptions& o) {
   suggest_words(algorithm->type_name("NAME"), algorithms());
   parser.add_option("--seconds", o.seconds, "of computing that the search may take, if not as in the spec")
       ->type_name("S")
-      ->check(CLI::Range(1e-3, 1e9));
+      ->check(number_between(1e-3, 1e9));
   parser.add_option("--starts", o.starts, "from how many points conditions are solved, if not as in the spec")
       ->type_name("N")
-      ->check(CLI::Range(1, 10000));
-  parser.add_flag("--force", o.force, "replace files that exist, even the spec by its balanced self");
+      ->check(whole_number(1, 10'000));
+  parser.add_flag("--force", o.force, "replace files that exist");
   parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
 }
 
@@ -120,25 +121,16 @@ DesignStudyOptions study_options(const DesignCommandOptions& options, const Stud
 }
 
 void check_outputs(const DesignCommandOptions& options, const Study& study) {
-  const Existing existing = options.force ? Existing::replace : Existing::keep;
   check_standard_output({options.output, options.csv, options.h5}, options.spec.json, options.h5 == standard_output);
-  if (!options.output.empty() && !options.force && same_file(options.output, options.spec.spec))
-    throw UsageError("the design would replace the spec, with its free numbers: " + options.output +
-                     "; --force allows it");
-  if (!options.h5.empty() && same_file(options.h5, options.spec.spec))
-    throw UsageError("the result would replace the spec: " + options.h5);
+  const std::vector<InputFile> inputs = inputs_of(study);
+  check_output(options.output, "the design", inputs, options.force);
+  check_output(options.h5, "the result", inputs, options.force);
+  check_output(options.csv, "the table", inputs, options.force);
   if (!options.h5.empty() && !options.output.empty() && same_file(options.h5, options.output))
     throw UsageError("--output and --h5 name the same file: " + options.output);
-  if (!options.csv.empty() && same_file(options.csv, options.spec.spec))
-    throw UsageError("the table would replace the spec: " + options.csv);
   for (const std::string& other : {options.output, options.h5})
     if (!options.csv.empty() && !other.empty() && same_file(options.csv, other))
       throw UsageError("--csv names the same file as another option: " + options.csv);
-  keep_tables(options.csv, "the table", study);
-  keep_tables(options.output, "the design", study);
-  keep_tables(options.h5, "the result", study);
-  for (const std::string& file : {options.output, options.csv, options.h5})
-    if (!file.empty()) check_writable(file, existing);
 }
 
 FileDescription describe(const DesignCommandOptions& options, const Study& study) {

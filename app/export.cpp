@@ -1,9 +1,11 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "failure.hpp"
+#include "value_check.hpp"
 
 #include "balance/base/plain_text.hpp"
 #include "balance/import/export_masses.hpp"
+#include "balance/import/source_files.hpp"
 #include "balance/spec/text_file.hpp"
 #include "balance/write/file_identity.hpp"
 #include "balance/write/json_parts.hpp"
@@ -29,13 +31,19 @@ struct ExportCall {
 void check_call(const ExportCall& call) {
   if (call.urdf.empty() == call.mjcf.empty()) throw UsageError("expected --urdf FILE or --mjcf FILE");
   check_standard_output({call.output, call.parts}, call.spec.json, false);
-  for (const std::string& output : {call.output, call.parts}) {
-    if (output.empty() || output == standard_output) continue;
-    for (const std::string& input : {call.spec.spec, call.robot(), call.options.loops})
-      if (!input.empty() && same_file(output, input))
-        throw UsageError("it would replace what it is made from: " + input);
-    check_writable(output, call.force ? Existing::replace : Existing::keep);
-  }
+  const std::vector<InputFile> inputs = {{call.spec.spec, "the spec"},
+                                         {call.robot(), "what it is made from"},
+                                         {call.options.loops, "what it is made from"}};
+  for (const std::string& output : {call.output, call.parts}) check_output(output, "it", inputs, call.force);
+  if (!call.parts.empty() && same_file(call.output, call.parts))
+    throw UsageError("--output and --parts name the same file: " + call.output);
+}
+
+void keep_sources(const ExportCall& call, const Study& study, const std::string& robot) {
+  std::vector<InputFile> inputs = inputs_of(study);
+  for (std::string& file : files_named_by_robot(robot, shown_name(call.robot())))
+    inputs.push_back({std::move(file), "a file that the mechanism names"});
+  for (const std::string& output : {call.output, call.parts}) keep_inputs(output, "it", inputs);
 }
 
 void write_file(const std::string& path, const std::string& text, bool force) {
@@ -48,8 +56,9 @@ void write_file(const std::string& path, const std::string& text, bool force) {
 ExitCode run(const ExportCall& call) {
   check_call(call);
   const Study study = read_study(call.spec);
-  const ExportedMasses exported =
-      export_masses(study, read_text_file(call.robot(), "robot file"), shown_name(call.robot()), call.options);
+  const std::string robot = read_text_file(call.robot(), "robot file");
+  keep_sources(call, study, robot);
+  const ExportedMasses exported = export_masses(study, robot, shown_name(call.robot()), call.options);
   for (const std::string& warning : study.warnings) tell("warning: " + warning);
   for (const std::string& note : exported.notes) tell("note: " + note);
   write_file(call.output, exported.text, call.force);
@@ -79,7 +88,7 @@ Command setup_export(CLI::App& program) {
   parser->add_option("--urdf", call->urdf, "the URDF that the spec was imported from")->type_name("FILE");
   parser->add_option("--mjcf", call->mjcf, "the MJCF that it was imported from")->type_name("FILE");
   parser->add_option("--loops", call->options.loops, "its closures, as they were imported")->type_name("FILE");
-  parser->add_option("--base", call->base, "fixed: as it was imported")->check(CLI::IsMember({"fixed"}));
+  require_word(parser->add_option("--base", call->base, "fixed: as it was imported")->type_name("WORD"), {"fixed"});
   parser->add_option("-o,--output", call->output, "the file to write")->required()->type_name("FILE");
   parser->add_option("--parts", call->parts, "a CSV file of counterweights and discs")->type_name("FILE");
   parser->add_flag("--force", call->force, "replace files that exist");

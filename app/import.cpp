@@ -1,11 +1,12 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "failure.hpp"
-#include "suggestion.hpp"
+#include "value_check.hpp"
 
 #include "balance/base/nearest.hpp"
 #include "balance/import/import.hpp"
-#include "balance/write/file_identity.hpp"
+#include "balance/import/source_files.hpp"
+#include "balance/spec/text_file.hpp"
 #include "balance/write/json_parts.hpp"
 #include "balance/write/pending_file.hpp"
 
@@ -87,11 +88,15 @@ std::string report_text(const Imported& imported) {
 
 void check_call(const ImportCall& call) {
   check_standard_output({call.output}, call.json, false);
-  if (call.output.empty() || call.output == standard_output) return;
-  for (const std::string& input : {call.file, call.options.loops})
-    if (!input.empty() && same_file(call.output, input))
-      throw UsageError("the spec would replace what it is made from: " + input);
-  check_writable(call.output, call.force ? Existing::replace : Existing::keep);
+  check_output(call.output, "the spec",
+               {{call.file, "what it is made from"}, {call.options.loops, "what it is made from"}}, call.force);
+}
+
+void keep_source(const ImportCall& call, const std::string& text) {
+  std::vector<InputFile> inputs;
+  for (std::string& file : files_named_by_robot(text, shown_name(call.file)))
+    inputs.push_back({std::move(file), "a file that the mechanism names"});
+  keep_inputs(call.output, "the spec", inputs);
 }
 
 void write_spec(const ImportCall& call, const Imported& imported) {
@@ -102,7 +107,9 @@ void write_spec(const ImportCall& call, const Imported& imported) {
 
 ExitCode run(const ImportCall& call) {
   check_call(call);
-  const Imported imported = import_file(call.file, call.options);
+  const std::string text = read_text_file(call.file, "mechanism");
+  keep_source(call, text);
+  const Imported imported = import_text(text, shown_name(call.file), call.options);
   const bool wanted = call.strict && (imported.has_warnings() || !imported.not_assembled.empty());
   const bool to_stdout = call.output.empty() || call.output == standard_output;
   if (!to_stdout) write_spec(call, imported);
@@ -130,9 +137,8 @@ Command setup_import(CLI::App& program) {
       ->type_name("FILE");
   parser->add_option("--loops", call->options.loops, "closures of a URDF, a YAML file with closed_loop and type")
       ->type_name("FILE");
-  CLI::Option* base = parser->add_option("--base", call->base, "fixed: what floats in the file is held where it is")
-                          ->check(CLI::IsMember({"fixed"}));
-  suggest_words(base->type_name("WORD"), {"fixed"});
+  CLI::Option* base = parser->add_option("--base", call->base, "fixed: what floats in the file is held where it is");
+  require_word(base->type_name("WORD"), {"fixed"});
   parser
       ->add_option("--actuate", call->options.actuate,
                    "joints that have motors, by the file's names, separated by commas")

@@ -7,12 +7,12 @@
 #include "design_options.hpp"
 #include "failure.hpp"
 #include "signals.hpp"
+#include "spec_run.hpp"
 
 #include "balance/analysis/check.hpp"
 #include "balance/analysis/control.hpp"
 #include "balance/analysis/robust_figure.hpp"
 #include "balance/analysis/tolerance.hpp"
-#include "balance/answers/designed_spec.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/version.hpp"
 #include "balance/motion/names.hpp"
@@ -24,8 +24,8 @@
 #include "balance/read/result_file.hpp"
 #include "balance/report/page.hpp"
 #include "balance/simulation/simulate.hpp"
-#include "balance/write/file_identity.hpp"
 #include "balance/write/json_parts.hpp"
+#include "balance/write/pending_file.hpp"
 #include "balance/write/run_description.hpp"
 
 #include <fmt/format.h>
@@ -91,7 +91,10 @@ std::optional<Result> deviation_of(const DesignSpace& space, const Result& run, 
       ToleranceReport off =
           tolerance(space, tolerances_at(space), trajectory, {"torque", "shaking_force", "shaking_moment"});
       if (off.outcome.status != MotionStatus::done) continue;
-      if (is_same_run(off.run, run)) return std::move(off.deviation);
+      if (is_same_run(off.run, run)) {
+        for (const NumberOpening& one : off.openings) page.notes.push_back(name + ": " + opening_note(one));
+        return std::move(off.deviation);
+      }
       page.notes.push_back("no band of tolerances along " + name + ": the run was made with options of its own");
     } catch (const std::invalid_argument& error) {
       page.notes.push_back("no band of tolerances along " + name + ": " + error.what());
@@ -111,7 +114,7 @@ void run_all(const ReportOptions& options, const DesignSpace& before, const Desi
       shown.deviation_after = deviation_of(*after, *shown.after, name, page);
     }
     page.trajectories.push_back(std::move(shown));
-    if (pending_signal() != 0) throw Cancelled("stopped on request; no file was written");
+    if (pending_signal() != 0) throw Cancelled(nothing_written);
   }
   const auto works = [](const PageTrajectory& t) { return is_done(t.before) || is_done(t.after); };
   if (!page.trajectories.empty() && std::none_of(page.trajectories.begin(), page.trajectories.end(), works))
@@ -174,13 +177,13 @@ DesignView middle_design(const DesignStudyOptions& wanted, const DesignSpace& sp
   const FrontPoint point = front.points[static_cast<std::size_t>(middle_of(front))];
   DesignReport report = front_design(space, point, false);
   page.front = front_json(make_front_view(wanted, space, std::move(front)), {});
-  const std::string balanced = designed_spec(space, report);
+  const std::string balanced = designed_spec_or_throw(space, report);
   return make_view(wanted, point.space, balanced, std::move(report));
 }
 
 DesignView only_design(const DesignStudyOptions& wanted, const DesignSpace& space) {
   DesignReport report = design_or_throw(space, wanted);
-  const std::string balanced = designed_spec(space, report);
+  const std::string balanced = designed_spec_or_throw(space, report);
   return make_view(wanted, space, balanced, std::move(report));
 }
 
@@ -202,7 +205,9 @@ Page make_page(const ReportOptions& options, const DesignSpace& space) {
   const bool has_goal = !options.goal.goals.empty() || !study.design.goals.empty();
   if (has_goal)
     for (const Goal& goal : choose_goals(options.goal, study)) page.meaning.push_back(in_words(goal));
-  if ((has_goal || study.design.front) && !study.free_numbers.empty()) {
+  const bool asks_for_design =
+      has_goal || study.design.front || !study.design.minimize.empty() || !study.design.subject_to.empty();
+  if (asks_for_design && !study.free_numbers.empty()) {
     add_design(options, space, page);
     return page;
   }
@@ -229,7 +234,7 @@ void write_page(const ReportOptions& options, const std::string& file, const std
   const DeferSignals deferred;
   PendingFile pending(file, options.force ? Existing::replace : Existing::keep);
   pending.write(html);
-  if (pending_signal() != 0) throw Cancelled("stopped on request; no file was written");
+  if (pending_signal() != 0) throw Cancelled(nothing_written);
   pending.commit();
 }
 
@@ -252,9 +257,9 @@ ExitCode run(const ReportOptions& options) {
   choose_trajectories(options, space.start);  // misspelt names are told before anything is computed
   if (!options.controller.empty()) find_controller(options.controller, space.start);
   const std::string file = choose_output(options);
-  if (finished && same_file(file, finished->path))
-    throw UsageError("the page would replace the result: " + finished->path);
-  keep_tables(file, "the page", space.start);
+  std::vector<InputFile> inputs = inputs_of(space.start);
+  if (finished) inputs.insert(inputs.begin(), {finished->path, "the result"});
+  check_output(file, "the page", inputs, options.force);
   if (!has_page_scripts()) page_html({});  // says what is missing
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
@@ -285,7 +290,12 @@ Command setup_report(CLI::App& program) {
       "  balance report delta.yaml -t cycloid --goal static --samples 301\n"
       "  balance report 5r.yaml -t cycloid --controller computed-torque\n"
       "  balance report out.h5 -o run.html");
-  return {parser, [options] { return run(*options); }};
+  return {parser, [options] {
+            std::string trajectory;
+            take_trajectory(options->spec.spec, trajectory);
+            if (!trajectory.empty()) options->trajectories.push_back(trajectory);
+            return run(*options);
+          }};
 }
 
 }  // namespace balance::app

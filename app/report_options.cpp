@@ -1,9 +1,9 @@
 #include "report_options.hpp"
 
 #include "failure.hpp"
+#include "value_check.hpp"
 
 #include "balance/base/nearest.hpp"
-#include "balance/write/file_identity.hpp"
 #include "balance/write/pending_file.hpp"
 #include "balance/write/run_description.hpp"
 
@@ -31,7 +31,7 @@ void add_report_options(CLI::App& parser, ReportOptions& o) {
   add_goal_options(parser, o.goal);
   parser.add_option("--samples", o.samples, "samples of every trajectory, both ends included")
       ->type_name("N")
-      ->check(CLI::Range(2L, most_page_samples));
+      ->check(whole_number(2, most_page_samples));
   parser.add_flag("--force", o.force, "replace a file that exists");
   parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
 }
@@ -57,8 +57,6 @@ std::string choose_output(const ReportOptions& options) {
   check_standard_output({options.output}, options.spec.json, false);
   const std::string file =
       options.output.empty() ? std::filesystem::path(options.spec.spec).stem().string() + ".html" : options.output;
-  if (same_file(file, options.spec.spec)) throw UsageError("the page would replace the spec: " + file);
-  check_writable(file, options.force ? Existing::replace : Existing::keep);
   return file;
 }
 

@@ -113,18 +113,18 @@ class Design(Case):
         with open(self.path("a.h5"), "rb") as a, open(self.path("b.h5"), "rb") as b:
             self.assertEqual(a.read(), b.read())
 
-    def test_files_are_replaced_only_with_force_and_the_spec_only_by_its_balanced_self(self):
+    def test_files_are_replaced_only_with_force_and_the_spec_never(self):
         spec = shutil.copy(RR, self.folder)
         old = self.write("old", "old")
         for option in ("-o", "--h5"):
             self.assert_failure(run("design", spec, option, old), 5, "--force replaces it")
         with open(old, encoding="utf-8") as file:
             self.assertEqual(file.read(), "old")
-        self.assert_failure(run("design", spec, "-o", spec), 2, "would replace the spec")
-        self.assert_failure(run("design", spec, "--h5", spec, "--force"), 2, "would replace the spec")
+        for options in (["-o", spec], ["-o", spec, "--force"], ["--h5", spec, "--force"]):
+            self.assert_failure(run("design", spec, *options), 2, "would replace the spec")
         self.assert_failure(run("design", spec, "--h5", self.path("x"), "-o", self.path("x")), 2, "the same file")
-        self.assert_quiet_success(run("design", spec, "-o", spec, "--force"))
-        self.assert_failure(run("design", spec), 3, "no number is free")
+        self.assert_quiet_success(run("design", spec, "-o", old, "--force"))
+        self.assert_failure(run("design", old), 3, "no number is free")
         self.assertEqual(sorted(os.listdir(self.folder)), ["old", "rr.yaml"])
 
     def test_overrides_and_objectives_from_the_command_line(self):

@@ -106,7 +106,7 @@ class ManualPages(Case):
             with open(self.path(f"balance-{command}.1"), encoding="utf-8") as file:
                 self.assertEqual(file.read(), page(command))
         self.assert_quiet_success(run("man", "--all", self.path("none")))
-        self.assertEqual(sorted(os.listdir(self.path("none"))), sorted(os.listdir(self.folder + "/none")))
+        self.assertEqual(len(os.listdir(self.path("none"))), 1 + len(commands()))
 
 
 class Bash(Case):

@@ -1,6 +1,7 @@
 #include "balance/write/pending_file.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/write/file_identity.hpp"
 #include "sample.hpp"
 
 #include <sys/stat.h>
@@ -132,14 +133,54 @@ TEST_CASE("what is no regular file is never replaced") {
   CHECK_THROWS_AS(check_writable("", Existing::replace), SystemError);
 }
 
-TEST_CASE("a folder that is missing or is a file is named with the system's reason") {
+TEST_CASE("a file where a folder should be is named") {
   const Folder folder;
   put(folder / "file", "");
-  const std::string below_file = folder / "file/out", below_nothing = folder / "nothing/out";
-  CHECK_THROWS_WITH_AS(PendingFile(below_file, Existing::keep),
-                       ("cannot write " + below_file + ": Not a directory").c_str(), SystemError);
-  CHECK_THROWS_WITH_AS(check_writable(below_nothing, Existing::keep),
-                       ("cannot write " + below_nothing + ": No such file or directory").c_str(), SystemError);
+  for (const std::string below : {"file/out", "file/deep/out", "new/../file/out"}) {
+    const std::string path = folder / below;
+    const std::string reason = "cannot write " + path + ": " + (folder / "file") + " is a file, not a folder";
+    CHECK_THROWS_WITH_AS(PendingFile(path, Existing::keep), reason.c_str(), SystemError);
+    CHECK_THROWS_WITH_AS(check_writable(path, Existing::keep), reason.c_str(), SystemError);
+  }
+}
+
+TEST_CASE("a folder that is missing is made for the file, not for the question whether it can be written") {
+  const Folder folder;
+  const std::string path = folder / "new/er/out";
+  CHECK_NOTHROW(check_writable(path, Existing::keep));
+  CHECK(folder.entries() == 0);
+  PendingFile file(path, Existing::keep);
+  file.write("x");
+  file.commit();
+  CHECK(content(path) == "x");
+}
+
+TEST_CASE("behind a folder that is still to be made a path means what it will mean then") {
+  const Folder folder;
+  put(folder / "out", "old");
+  std::filesystem::create_directory_symlink(folder / ".", folder / "link");
+  for (const std::string name : {"out", "./out", "new/../out", "new/er/../../out", "link/out", "new/../link/new/../out"}) {
+    CHECK(same_file(folder / name, folder / "out"));
+    CHECK_THROWS_AS(check_writable(folder / name, Existing::keep), SystemError);
+  }
+  CHECK(same_file(folder / "new/../x", folder / "link/x"));
+  CHECK_FALSE(same_file(folder / "new/x", folder / "x"));
+  CHECK(find_replaced(folder / "new/../out", {{folder / "other", ""}, {folder / "link/out", "it"}})->what == "it");
+  CHECK(find_replaced(standard_output, {{"-", ""}}) == nullptr);
+}
+
+TEST_CASE("a file that is replaced leaves its permissions to the new one") {
+  const Folder folder;
+  const std::string path = folder / "out";
+  for (const mode_t mode : {0600U, 0664U, 0755U}) {
+    put(path, "old");
+    ::chmod(path.c_str(), mode);
+    PendingFile file(path, Existing::replace);
+    file.commit();
+    struct stat status {};
+    REQUIRE(stat(path.c_str(), &status) == 0);
+    CHECK((status.st_mode & 0777) == mode);
+  }
 }
 
 TEST_CASE("a name of the longest length that file systems allow can be written") {

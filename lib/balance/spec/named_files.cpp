@@ -2,6 +2,7 @@
 
 #include "balance/base/error.hpp"
 #include "balance/spec/part_files.hpp"
+#include "balance/spec/text_file.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -70,6 +71,24 @@ std::vector<std::string> files_read_with(const std::string& spec_text, const std
   read::Listing listing;
   listing.add(spec_text, std::filesystem::path(spec_file).parent_path());
   return listing.take();
+}
+
+std::vector<std::string> files_of_spec(const std::string& spec_text, const std::string& spec_file) {
+  std::vector<std::string> files;
+  std::error_code ignored;
+  const auto add = [&](const std::string& text) {
+    for (std::string& file : files_read_with(text, spec_file)) files.push_back(std::move(file));
+  };
+  if (std::filesystem::is_regular_file(spec_file, ignored)) {
+    files.push_back(spec_file);
+    try {
+      add(read_text_file(spec_file, "spec"));
+    } catch (const SystemError&) {
+      // what was readable once still is what its text says
+    }
+  }
+  add(spec_text);
+  return files;
 }
 
 }  // namespace balance

@@ -10,4 +10,8 @@ namespace balance {
 /// @param spec_file what messages call the spec: its files are looked for in its folder
 std::vector<std::string> files_read_with(const std::string& spec_text, const std::string& spec_file);
 
+/// The spec itself, where it is a file, and what files_read_with says of it. A text that has its parts in it already does not name them,
+/// so the file is looked at again.
+std::vector<std::string> files_of_spec(const std::string& spec_text, const std::string& spec_file);
+
 }  // namespace balance

@@ -1,6 +1,7 @@
 #include "balance/write/pending_file.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/write/file_identity.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -35,17 +36,38 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder.string();
 }
 
+/// The nearest folder above a file that is to be made. @throws SystemError if a file stands where a folder is needed
+std::string existing_folder_above(const std::string& path) {
+  for (fs::path folder = resolved_path(folder_of(path));; folder = folder.parent_path()) {
+    struct stat status {};
+    if (::stat(folder.c_str(), &status) == 0) {
+      if (!S_ISDIR(status.st_mode)) fail(path, folder.string() + " is a file, not a folder");
+      return folder.string();
+    }
+    if (errno == ENOTDIR && folder.has_relative_path()) continue;  // the file is further up
+    if (errno != ENOENT || !folder.has_relative_path()) fail(path, errno);
+  }
+}
+
 void check_target(const std::string& path, Existing existing) {
   if (path.empty()) throw SystemError("cannot write a file without a name");
   struct stat status {};
-  if (::lstat(path.c_str(), &status) != 0) {
-    if (errno != ENOENT) fail(path, errno);
+  if (::lstat(resolved_path(path).c_str(), &status) != 0) {
+    if (errno != ENOENT && errno != ENOTDIR) fail(path, errno);
+    existing_folder_above(path);
+    if (fs::path(path).filename().empty()) fail(path, "it is a folder's name, not a file's");
     return;
   }
   if (S_ISLNK(status.st_mode)) fail(path, "it is a symbolic link, which is not followed; name the file itself");
   if (S_ISDIR(status.st_mode)) fail(path, "it is a folder");
   if (!S_ISREG(status.st_mode)) fail(path, "it is not a regular file");
   if (existing == Existing::keep) fail_existing(path);
+}
+
+void make_folder_of(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(folder_of(path), error);
+  if (error) fail(path, "cannot make its folder: " + error.message());
 }
 
 /// A hidden neighbour of the target whose name nobody else uses.
@@ -122,7 +144,7 @@ void remove_if_abandoned(const std::string& temporary) {
 void check_writable(const std::string& path, Existing existing) {
   if (path == standard_output) return;
   check_target(path, existing);
-  if (::access(folder_of(path).c_str(), W_OK | X_OK) != 0) fail(path, errno);
+  if (::access(existing_folder_above(path).c_str(), W_OK | X_OK) != 0) fail(path, errno);
 }
 
 PendingFile::PendingFile(const std::string& path, Existing existing, std::string_view mark)
@@ -133,6 +155,7 @@ PendingFile::PendingFile(const std::string& path, Existing existing, std::string
     return;
   }
   check_target(path_, existing_);
+  make_folder_of(path_);
   constexpr int attempts = 8;  // two equal random names are already unlikely
   for (int attempt = 0; attempt < attempts; ++attempt) {
     temporary_ = temporary_name(path_, mark);
@@ -167,6 +190,9 @@ void PendingFile::send() {
 void PendingFile::commit(Durability durability) {
   if (path_ == standard_output) return send();
   if (durability == Durability::wait && ::fsync(descriptor_) != 0) fail(path_, errno);
+  struct stat before {};
+  if (existing_ == Existing::replace && ::lstat(path_.c_str(), &before) == 0)
+    ::fchmod(descriptor_, before.st_mode & 0777);  // where a file system knows no permissions, there are none to keep
   const int descriptor = descriptor_;
   descriptor_ = -1;
   if (::close(descriptor) != 0) fail(path_, errno);

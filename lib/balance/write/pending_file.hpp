@@ -22,7 +22,7 @@ class Cancelled : public std::runtime_error {
 
 /// Fails early what would fail later: call it before a long computation.
 /// @throws SystemError if a file of this name exists and must be kept, if the name belongs to something that is no
-///         regular file, a symbolic link among them, or if its folder does not exist or cannot be written
+///         regular file, a symbolic link among them, or if its folder cannot be written or, where there is none, made
 void check_writable(const std::string& path, Existing existing);
 
 /// The path that means standard output.
@@ -39,6 +39,7 @@ class PendingFile {
   /// @param path the name that the file gets in the end. Of standard_output, where the complete file is sent to in the end, the
   ///        temporary file has no name
   /// @param mark stands in the temporary name, for whoever looks for files of his own that were left over
+  /// Makes the folder where there is none. A file that is replaced leaves its permissions to the new one.
   /// @throws SystemError as check_writable, or if the temporary file cannot be made
   PendingFile(const std::string& path, Existing existing, std::string_view mark = {});
 
