@@ -92,9 +92,11 @@ MjcfDefaults::MjcfDefaults(const XmlElement& root, Faults& faults) : faults_(fau
 
 void MjcfDefaults::read(const XmlElement& element, const std::string& above, const std::string& name) {
   if (name != above && classes_.count(name) == 0) classes_[name].above = above;
-  for (const XmlElement& child : element.children)
-    if (child.name != "default")
-      for (const XmlAttribute& one : child.attributes) classes_[name].said[child.name][one.name] = one.value;
+  for (const XmlElement& child : element.children) {
+    if (child.name == "default") continue;
+    XmlDefaults& said = classes_[name].said[child.name];
+    for (const XmlAttribute& one : child.attributes) said[one.name] = one.value;
+  }
   for (const XmlElement& child : element.children) {
     if (child.name != "default") continue;
     const std::string* inner = child.attribute("class");
@@ -114,11 +116,8 @@ XmlElement MjcfDefaults::resolved(const XmlElement& element, const std::string& 
     faults_.add(place_of(element, "class"), element.name, fmt::format("there is no default class {}", in_quotes(name)));
     return full;
   }
-  // the nearest class that says something holds
   for (const Class* one = &found->second;;) {
-    if (const auto said = one->said.find(element.name); said != one->said.end())
-      for (const auto& [key, value] : said->second)
-        if (full.attribute(key) == nullptr) full.attributes.push_back({key, value});
+    if (const auto said = one->said.find(element.name); said != one->said.end()) full.defaults.push_back(&said->second);
     if (one->above.empty()) return full;
     one = &classes_.at(one->above);
   }

@@ -28,16 +28,15 @@ class MjcfDefaults {
   /// @param root of the document
   MjcfDefaults(const XmlElement& root, Faults& faults);
 
-  /// The element with what its class adds: its own class, else the one that holds for its body's children.
+  /// The element with what its class adds: its own class, else the one that holds for its body's children. The defaults must outlive it.
   XmlElement resolved(const XmlElement& element, const std::string& child_class) const;
 
  private:
-  using Attributes = std::map<std::string, std::string>;
   void read(const XmlElement& element, const std::string& above, const std::string& name);
 
   struct Class {
-    std::string above;                       ///< empty: none
-    std::map<std::string, Attributes> said;  ///< by element
+    std::string above;                        ///< empty: none
+    std::map<std::string, XmlDefaults> said;  ///< by element
   };
   std::map<std::string, Class> classes_;
   Faults& faults_;

@@ -14,16 +14,37 @@ namespace balance::foreign {
 
 namespace {
 
+constexpr std::size_t block = 1024;  // bytes
+
+bool begins_character(char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }
+
+/// A file has thousands of places to tell of, in lines of any length: counted once.
+void index_places(XmlDocument& document) {
+  document.line_starts = {0};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < document.text.size(); ++i) {
+    if (i % block == 0) document.characters.push_back(count);
+    if (document.text[i] == '\n') document.line_starts.push_back(i + 1);
+    if (begins_character(document.text[i])) ++count;
+  }
+}
+
+/// Characters before a byte.
+std::size_t characters_before(const XmlDocument& document, std::size_t offset) {
+  if (document.characters.empty()) return 0;
+  const std::size_t begin = std::min(offset / block, document.characters.size() - 1) * block;
+  const char* const text = document.text.data();
+  return document.characters[begin / block] +
+         static_cast<std::size_t>(std::count_if(text + begin, text + offset, begins_character));
+}
+
 /// Line and column, both from one; columns in characters.
-SpecPlace place_at(const std::string& text, const std::string& file, std::size_t offset) {
-  offset = std::min(offset, text.size());
-  const auto begin = text.begin(), here = begin + static_cast<std::ptrdiff_t>(offset);
-  const auto line = 1 + std::count(begin, here, '\n');
-  const std::size_t newline = offset == 0 ? std::string::npos : text.rfind('\n', offset - 1);
-  const std::size_t start = newline == std::string::npos ? 0 : newline + 1;
-  const auto column = 1 + std::count_if(begin + static_cast<std::ptrdiff_t>(start), here,
-                                        [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; });
-  return {file, static_cast<int>(line), static_cast<int>(column), ""};
+SpecPlace place_at(const XmlDocument& document, std::size_t offset) {
+  offset = std::min(offset, document.text.size());
+  const auto next = std::upper_bound(document.line_starts.begin(), document.line_starts.end(), offset);
+  const auto line = next - document.line_starts.begin();
+  const std::size_t column = 1 + characters_before(document, offset) - characters_before(document, *(next - 1));
+  return {document.file, static_cast<int>(line), static_cast<int>(column), ""};
 }
 
 [[noreturn]] void fail(const SpecPlace& place, const std::string& message) {
@@ -92,7 +113,7 @@ void check_bytes(const XmlDocument& document, const XmlLimits& limits) {
       if (bytes == 0) break;
       odd += bytes;
     }
-    fail(place_at(text, document.file, odd), "expected text (UTF-8), found a binary file or another encoding");
+    fail(place_at(document, odd), "expected text (UTF-8), found a binary file or another encoding");
   }
 }
 
@@ -105,6 +126,13 @@ const XmlElement* XmlElement::child(std::string_view wanted) const {
 }
 
 const std::string* XmlElement::attribute(std::string_view wanted) const {
+  if (const std::string* own = own_attribute(wanted)) return own;
+  for (const XmlDefaults* one : defaults)
+    if (const auto found = one->find(std::string(wanted)); found != one->end()) return &found->second;
+  return nullptr;
+}
+
+const std::string* XmlElement::own_attribute(std::string_view wanted) const {
   const auto found =
       std::find_if(attributes.begin(), attributes.end(), [&](const XmlAttribute& one) { return one.name == wanted; });
   return found == attributes.end() ? nullptr : &found->value;
@@ -134,8 +162,7 @@ std::size_t find_attribute(const XmlElement& element, std::string_view attribute
 
 SpecPlace place_of(const XmlElement& element, std::string_view attribute) {
   const std::size_t at = attribute.empty() ? std::string::npos : find_attribute(element, attribute);
-  const XmlDocument& document = *element.document;
-  return place_at(document.text, document.file, at == std::string::npos ? element.offset : at);
+  return place_at(*element.document, at == std::string::npos ? element.offset : at);
 }
 
 XmlSpan value_span(const XmlElement& element, std::string_view attribute) {
@@ -151,18 +178,19 @@ std::unique_ptr<const XmlDocument> parse_xml(std::string text, std::string file,
   auto document = std::make_unique<XmlDocument>();
   document->file = std::move(file);
   document->text = std::move(text);
+  index_places(*document);
   check_bytes(*document, limits);
 
   pugi::xml_document parsed;
   const pugi::xml_parse_result result =
       parsed.load_buffer(document->text.data(), document->text.size(), pugi::parse_default, pugi::encoding_utf8);
   if (!result)
-    fail(place_at(document->text, document->file, static_cast<std::size_t>(std::max<std::ptrdiff_t>(result.offset, 0))),
+    fail(place_at(*document, static_cast<std::size_t>(std::max<std::ptrdiff_t>(result.offset, 0))),
          "expected XML, found " + words_of(result.status));
   const pugi::xml_node root = parsed.document_element();
   for (pugi::xml_node other = root.next_sibling(); other; other = other.next_sibling())
     if (other.type() == pugi::node_element)
-      fail(place_at(document->text, document->file, static_cast<std::size_t>(other.offset_debug())),
+      fail(place_at(*document, static_cast<std::size_t>(other.offset_debug())),
            "expected one root element, found a second one");
   document->root = Builder(*document, limits).build(root);
   return document;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 namespace balance::foreign {
@@ -18,24 +19,32 @@ struct XmlAttribute {
 
 struct XmlDocument;
 
+/// What an element of some name says where it does not say it itself: attributes by name.
+using XmlDefaults = std::unordered_map<std::string, std::string>;
+
 struct XmlElement {
   std::string name;
   std::string text;  ///< directly inside
   std::vector<XmlAttribute> attributes;
   std::vector<XmlElement> children;
-  const XmlDocument* document = nullptr;  ///< that it stands in
-  std::size_t offset = 0;                 ///< byte of its name
-  int line = 0;                           ///< from 1
+  const XmlDocument* document = nullptr;     ///< that it stands in
+  std::size_t offset = 0;                    ///< byte of its name
+  int line = 0;                              ///< from 1
+  std::vector<const XmlDefaults*> defaults;  ///< the nearest first; of whoever made the element
 
   /// Null if there is none of that name.
   const XmlElement* child(std::string_view wanted) const;
   const std::string* attribute(std::string_view wanted) const;
+  /// The same without the defaults.
+  const std::string* own_attribute(std::string_view wanted) const;
 };
 
 /// Never copied: elements point into it.
 struct XmlDocument {
   std::string file, text;
   XmlElement root;
+  std::vector<std::size_t> line_starts = {};  ///< bytes at which lines begin
+  std::vector<std::size_t> characters = {};   ///< before each block of bytes
 };
 
 /// Where an attribute stands; the element where it has none of that name.
