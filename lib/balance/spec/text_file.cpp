@@ -3,6 +3,9 @@
 #include "balance/base/error.hpp"
 #include "balance/spec/node.hpp"
 
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -10,7 +13,6 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 
 namespace balance {
 namespace {
@@ -18,14 +20,19 @@ namespace {
 /// One byte more than a document may have: a source without an end is refused like a file that is too large.
 constexpr std::size_t longest_text = read::DocumentLimits{}.bytes + 1;
 
-std::string read_standard_input(const std::string& what) {
+constexpr int patience = 2;  // how long a pipe may have no writer [s]
+
+[[noreturn]] void fail(const std::string& path, const std::string& what, const std::string& reason) {
+  throw SystemError(fmt::format("{}: cannot read the {}: {}", path, what, reason));
+}
+
+std::string read_all(int descriptor, const std::string& path, const std::string& what) {
   std::string text(longest_text, '\0');
   std::size_t read = 0;
   while (read < text.size()) {
-    const ssize_t count = ::read(STDIN_FILENO, text.data() + read, text.size() - read);
+    const ssize_t count = ::read(descriptor, text.data() + read, text.size() - read);
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0)
-      throw SystemError(fmt::format("{}: cannot read the {}: {}", standard_input, what, std::strerror(errno)));
+    if (count < 0) fail(path, what, std::strerror(errno));
     if (count == 0) break;
     read += static_cast<std::size_t>(count);
   }
@@ -33,24 +40,40 @@ std::string read_standard_input(const std::string& what) {
   return text;
 }
 
+/// Opening a pipe waits until somebody writes into it, which may be never.
+void wait_for_writer(int pipe, const std::string& path, const std::string& what) {
+  pollfd event{pipe, POLLIN, 0};
+  for (int tenth = 0; tenth < 10 * patience; ++tenth) {
+    // A pipe that never had a writer is silent; one whose writer is gone hangs up.
+    const int ready = ::poll(&event, 1, 100);
+    if (ready > 0) return;
+    if (ready < 0 && errno != EINTR) fail(path, what, std::strerror(errno));
+  }
+  fail(path, what, "it is a pipe that nobody writes into");
+}
+
+struct Descriptor {
+  explicit Descriptor(int opened) : number(opened) {}
+  ~Descriptor() { ::close(number); }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int number;
+};
+
 }  // namespace
 
 std::string read_text_file(const std::string& path, const std::string& what) {
-  if (path == "-" || path == standard_input) return read_standard_input(what);
+  if (path == "-" || path == standard_input) return read_all(STDIN_FILENO, standard_input, what);
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored))
     throw SystemError(fmt::format("{}: expected a {} file, found a directory", path, what));
-  const auto fail = [&](const char* reason) {
-    throw SystemError(fmt::format("{}: cannot read the {}: {}", path, what, reason));
-  };
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) fail(errno != 0 ? std::strerror(errno) : "it does not open");
-  std::string text(longest_text, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (file.bad()) fail(std::strerror(errno));
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  return text;
+  const int opened = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (opened < 0) fail(path, what, std::strerror(errno));
+  const Descriptor file(opened);
+  struct stat status {};
+  if (::fstat(file.number, &status) == 0 && S_ISFIFO(status.st_mode)) wait_for_writer(file.number, path, what);
+  ::fcntl(file.number, F_SETFL, ::fcntl(file.number, F_GETFL) & ~O_NONBLOCK);
+  return read_all(file.number, path, what);
 }
 
 }  // namespace balance
