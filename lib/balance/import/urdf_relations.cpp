@@ -34,12 +34,17 @@ void read_mimic(const XmlElement& element, const XmlElement& mimic, const Elemen
   coupling.ratio = read.number(mimic, "multiplier", 1);
   coupling.offset = read.number(mimic, "offset", 0);
   if (leader.empty()) return;
+  const std::string subject = fmt::format("joint {}", in_quotes(*element.attribute("name")));
+  if (coupling.follower >= 0 && freedom(robot.joints[static_cast<std::size_t>(coupling.follower)].joint.type) == 0) {
+    robot.findings.push_back({Level::note, place_of(element), "mimic", subject,
+                              fmt::format("is fixed and mimics {}: nothing follows from that", in_quotes(leader))});
+    return;
+  }
   if (!has_one_coordinate(robot, coupling.leader) || coupling.leader == coupling.follower)
     return read.fault(mimic, "joint",
                       fmt::format("expected another joint with one coordinate, found {}", in_quotes(leader)));
   if (!has_one_coordinate(robot, coupling.follower))
     return read.fault(mimic, "", "only a joint with one coordinate can mimic");
-  const std::string subject = fmt::format("joint {}", in_quotes(*element.attribute("name")));
   if (coupling.ratio == 0) {
     hold(robot.joints[static_cast<std::size_t>(coupling.follower)], coupling.offset);
     robot.findings.push_back(
