@@ -147,7 +147,9 @@ class Robust(Case):
                         first_order = told_figure["value"] + k * told_figure["deviation"]
                         # the difference is of second order, and that of a vector's deviation to the part along it
                         self.assertGreater(value, 0.98 * first_order)
-                        if told_figure["value"] > 30 * told_figure["deviation"] and quantity == "torque":
+                        # where several moments share a peak, tolerance has the deviation of the largest of them, a design that of one
+                        alone = not told_figure["rival_times"]
+                        if alone and told_figure["value"] > 30 * told_figure["deviation"] and quantity == "torque":
                             self.assertAlmostEqual(value, first_order, delta=1e-2 * value)
 
     def test_the_same_seed_gives_the_same_design_in_time(self):
