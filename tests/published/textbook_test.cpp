@@ -232,13 +232,13 @@ TEST_CASE("a mass sent by bang-bang: every metric in closed form, wherever the j
     Trajectory t = joint_motion({0}, values(0), values(way), T, samples);
     t.law.kind = balance::LawKind::bang_bang;
     const Result r = run(m, t);
-    for (const std::string quantity : {"shaking_force", "torque", "torque[J1]"}) {
+    for (const std::string quantity : {"shaking_force", "torque", "force[J1]"}) {
       CAPTURE(quantity);
       CHECK(metric(r, quantity).peak == doctest::Approx(force).epsilon(1e-13));
       CHECK(metric(r, quantity).rms == doctest::Approx(force).epsilon(1e-13));
       CHECK(metric(r, quantity).mean == doctest::Approx(force).epsilon(1e-13));
     }
-    CHECK(metric(r, "torque[J1]").range == doctest::Approx(2 * force).epsilon(1e-13));
+    CHECK(metric(r, "force[J1]").range == doctest::Approx(2 * force).epsilon(1e-13));
     CHECK(std::abs(metric(r, "shaking_force").range) < 1e-13 * force);
     CHECK(metric(r, "shaking_moment").peak == doctest::Approx(0.1 * force).epsilon(1e-13));
     // the motor gives the mass its kinetic energy and takes it back

@@ -158,8 +158,8 @@ TEST_CASE("before and after are shown at the same of very many samples (C10)") {
 }
 
 TEST_CASE("a page shows round-off as zero (D2)") {
-  const Page page = sample_page("planar-rrr.yaml", 101);
-  REQUIRE(page.trajectories[0].before->shaking_force.cwiseAbs().maxCoeff() > 0);
+  Page page = sample_page("planar-rrr.yaml", 101);
+  page.trajectories[0].before->shaking_force.array() += 1e-15;
   const auto json = nlohmann::json::parse(page_json(page));
   for (const auto& series : json["trajectories"][0]["before"]["series"])
     if (series["quantity"] == "shaking_force")

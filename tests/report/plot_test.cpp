@@ -43,8 +43,8 @@ std::string script_of(const std::vector<std::string>& quantities, const std::str
 }  // namespace
 
 TEST_CASE("a plot draws round-off as zero (D2)") {
-  const Result result = run_of("planar-rrr.yaml", "cycloid");
-  CHECK(result.shaking_force.cwiseAbs().maxCoeff() > 0);
+  Result result = run_of("planar-rrr.yaml", "cycloid");
+  result.shaking_force.array() += 1e-15;
   for (const char* name : {"shaking_force", "shaking_force.x", "com_acceleration", "com_velocity"}) {
     const auto quantity = find_plot_quantity(result, name, VectorView::both);
     REQUIRE(quantity.has_value());

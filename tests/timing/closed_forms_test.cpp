@@ -27,14 +27,14 @@ double bang_bang(double a, double b) { return std::sqrt(2 * distance * (1 / a + 
 }  // namespace
 
 TEST_CASE("a mass under a limited force goes by bang-bang") {
-  const TimedTrajectory timed = time_law(make_slider({.mass = mass}), slide(distance, {{"torque[D]", force}}));
+  const TimedTrajectory timed = time_law(make_slider({.mass = mass}), slide(distance, {{"force[D]", force}}));
   REQUIRE(timed.outcome.status == MotionStatus::done);
   const double a = force / mass;
   CHECK(timed.trajectory.duration == doctest::Approx(bang_bang(a, a)).epsilon(1e-9));
   REQUIRE(timed.found->switches.size() == 1);
   CHECK(timed.found->switches[0] == doctest::Approx(timed.trajectory.duration / 2).epsilon(1e-8));
   REQUIRE(timed.found->stretches.size() == 2);
-  CHECK(timed.found->stretches[0].limit == "torque[D]");
+  CHECK(timed.found->stretches[0].limit == "force[D]");
 }
 
 TEST_CASE("weight and dry friction take their part of the force") {
@@ -80,7 +80,7 @@ TEST_CASE("accelerations, forces and reactions of one mass are the same limit") 
   for (const MotionLimit& limit :
        {MotionLimit{"joint_acceleration", a}, MotionLimit{"tool_acceleration", a}, MotionLimit{"com_acceleration", a},
         MotionLimit{"shaking_force", force}, MotionLimit{"shaking_force[x]", force}, MotionLimit{"ground_force", force},
-        MotionLimit{"torque[D]", force}}) {
+        MotionLimit{"force[D]", force}}) {
     CAPTURE(limit.quantity);
     CHECK(fastest(make_slider({.mass = mass}), slide(distance, {limit})) == doctest::Approx(expected).epsilon(1e-9));
   }
@@ -154,7 +154,7 @@ TEST_CASE("other limits are kept by a gentlest law, or it says what they need") 
 TEST_CASE("what cannot be is refused with its reason") {
   const Mechanism heavy = make_slider({.mass = mass, .gravity = 10});
   const auto reason = [&](const Trajectory& trajectory) { return time_law(heavy, trajectory).outcome.reason; };
-  CHECK(reason(slide(distance, {{"torque", 15}})).find("torque[D] needs 20 N at rest, 5 N more than its limit") !=
+  CHECK(reason(slide(distance, {{"torque", 15}})).find("force[D] needs 20 N at rest, 5 N more than its limit") !=
         std::string::npos);
   CHECK(reason(slide(distance, {{"joint_velocity", 1}})).find("no limit bounds the acceleration") != std::string::npos);
   CHECK(reason(slide(distance, {{"torque", 20}})).find("leave nothing to") != std::string::npos);

@@ -36,7 +36,7 @@ TEST_CASE("a force that may push more than it may pull drives by its own closed 
   const double push = 12, pull = 5, g = 1.5;
   const Mechanism slider = make_slider({.mass = mass, .gravity = g});
   const double a = push / mass - g, b = pull / mass + g;
-  const TimedTrajectory timed = time_law(slider, slide(distance, {{"torque[D]", push, -pull}}));
+  const TimedTrajectory timed = time_law(slider, slide(distance, {{"force[D]", push, -pull}}));
   INFO(timed.outcome.reason);
   REQUIRE(timed.outcome.status == MotionStatus::done);
   CHECK(timed.trajectory.duration == doctest::Approx(std::sqrt(2 * distance * (1 / a + 1 / b))).epsilon(1e-9));
@@ -52,7 +52,7 @@ TEST_CASE("an interval about zero is the limit of the magnitude") {
 TEST_CASE("an interval that rest breaks is refused with what it needs") {
   const Mechanism slider = make_slider({.mass = mass, .gravity = 2});  // 4 N hold it
   const TimedTrajectory timed = time_law(slider, slide(distance, {{"torque", 12, 5.0}}));
-  CHECK(timed.outcome.reason.ends_with("% of the path torque[D] needs 4 N at rest, 1 N less than its limit"));
+  CHECK(timed.outcome.reason.ends_with("% of the path force[D] needs 4 N at rest, 1 N less than its limit"));
   CHECK_THROWS_AS(time_law(slider, slide(distance, {{"torque", 5, 5.0}})), std::invalid_argument);
 }
 

@@ -34,11 +34,11 @@ double round_off_of(const Result& result, Samples Result::*array, Eigen::Index c
 }
 
 void clear_round_off(Samples Result::*array, Result& result) {
-  constexpr double most = 1e-9;
+  constexpr double max_cleared_part = 1e-12;  // of the terms: near a singularity round-off is only estimated, and figures stay
   Samples& values = result.*array;
   for (Eigen::Index c = 0; c < values.cols(); ++c) {
     const double terms = of_column(result, result.term_sizes, array, c);
-    const double least = std::min(round_off_of(result, array, c), most * terms);
+    const double least = std::min(round_off_of(result, array, c), max_cleared_part * terms);
     const auto is_small = [least](double value) { return above(least, value) == 0; };
     if (std::all_of(values.col(c).begin(), values.col(c).end(), is_small)) values.col(c).setZero();
   }
