@@ -26,6 +26,7 @@ TEST_CASE("another word suggests nothing") {
 
 TEST_CASE("the beginning of a name suggests it") {
   CHECK(nearest("sha", {"arm", "shaking_force"}) == "shaking_force");
+  CHECK(nearest("degrees", {"rad", "deg"}) == "deg");
   CHECK(nearest("sh", {"arm", "shaking_force"}).empty());
 }
 

@@ -129,7 +129,8 @@ TEST_CASE("no text is markup, HTML or a terminal's command where a summary is re
   hostile.name = odd;
   const std::string text = summary_markdown(summarise(hostile, {record("a", 10), one, record("c", 30)}));
   const std::string safe =
-      "x &lt;script>alert(1)&lt;/script> \\\\x1b[31m &amp;amp; \\`c\\` \\| \\*b\\* \\_i\\_ [l\\](u) \\$m\\$ \\~s\\~ \\\\\\* ]]>";
+      "x &lt;script>alert(1)&lt;/script> \\x1b[31m &amp;amp; \\`c\\` \\| \\*b\\* \\_i\\_ [l\\](u) \\$m\\$ \\~s\\~ "
+      "\\\\\\* ]]>";
   CHECK(text.find("# " + safe + "\n") == 0);
   CHECK(text.find("- b (mechanism): " + safe + " second line\n") != std::string::npos);
   CHECK(text.find("| `peak(shaking_force, c) < base` |") != std::string::npos);
@@ -148,8 +149,8 @@ TEST_CASE("what failed is named on lines of its own, requirements with value, li
 TEST_CASE("a case's test says how long it took") {
   CaseRecord one = record("b", 5);
   one.seconds = 1.5;
-  const std::string xml = summary_junit(
-      summarise(suite("require: peak(shaking_force) < base"), {record("a", 10), one, record("c", 9)}));
+  const std::string xml =
+      summary_junit(summarise(suite("require: peak(shaking_force) < base"), {record("a", 10), one, record("c", 9)}));
   CHECK(xml.find("<testcase name=\"b\" classname=\"suite.cases\" time=\"1.500000\"/>") != std::string::npos);
   CHECK(xml.find("peak(shaking_force) &lt; base [b]\" classname=\"suite.requirements\"/>") != std::string::npos);
 }

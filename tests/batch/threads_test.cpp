@@ -30,6 +30,12 @@ Plan plan() {
                  BALANCE_CONFIGS "/suite.yaml"));
 }
 
+/// A record without how long it took.
+std::string untimed(CaseRecord record) {
+  record.seconds = 0;
+  return encode(record);
+}
+
 }  // namespace
 
 TEST_CASE("cases are computed in several threads of one process") {
@@ -49,7 +55,7 @@ TEST_CASE("cases are computed in several threads of one process") {
   }
   const Folder other{fs::temp_directory_path() / ("balance-threads-p-" + std::to_string(::getpid()))};
   const BatchOutcome batch = run_batch(all, {.folder = other.path.string(), .jobs = 2});
-  for (std::size_t i = 0; i < records.size(); ++i) CHECK(encode(records[i]) == encode(batch.records[i]));
+  for (std::size_t i = 0; i < records.size(); ++i) CHECK(untimed(records[i]) == untimed(batch.records[i]));
 }
 
 TEST_CASE("eight jobs find what one finds") {
@@ -61,7 +67,7 @@ TEST_CASE("eight jobs find what one finds") {
   REQUIRE(together.records.size() == 60);
   for (std::size_t i = 0; i < alone.records.size(); ++i) {
     CHECK(alone.records[i].status == "done");
-    CHECK(encode(alone.records[i]) == encode(together.records[i]));  // with the SHA-256 of the files
+    CHECK(untimed(alone.records[i]) == untimed(together.records[i]));  // with the SHA-256 of the files
   }
   CHECK(run_batch(all, {.folder = eight.path.string(), .jobs = 3}).progress.reused == 60);
 }

@@ -9,6 +9,7 @@ import subprocess
 import unittest
 
 from _program import CONFIGS, PROGRAM, Case, run
+from _untimed import untimed
 
 WORKFLOW = pathlib.Path(__file__).resolve().parent.parent.parent / "scripts" / "sweep.smk"
 SUITE = """
@@ -38,7 +39,7 @@ class Sweep(Case):
                               timeout=240)
 
     def results(self, folder):
-        return {path.name: path.read_bytes() for path in pathlib.Path(self.path(folder)).iterdir()
+        return {path.name: untimed(path.read_bytes()) for path in pathlib.Path(self.path(folder)).iterdir()
                 if path.is_file() and not path.name.startswith(".") and path.name != "verdict.txt"}
 
     def test_a_killed_shard_is_tried_again_and_the_whole_is_the_same(self):

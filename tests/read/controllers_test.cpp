@@ -123,7 +123,7 @@ TEST_CASE("mistakes in controllers are told with their place and the nearest nam
        "bodies.link1.mass, found 'mm'; nearest is 'm'"},
       {"bodies.lower.com[0]", "bodies.lowr.com[0]",
        "s.yaml:42:95: controllers.d.model.set.bodies.lowr.com[0]: expected a parameter or a "
-       "number of this spec, found 'bodies.lowr.com[0]': there is no 'lowr' in 'bodies'; nearest is 'lower'"},
+       "number of this spec, found 'bodies.lowr.com[0]': there is no 'lowr' in 'bodies'"},
       {"{m: 3, ", "{m: -3, ",
        "s.yaml:42:88: controllers.d.model.set: expected numbers that a mechanism may have, but with these: "},
       {"[1, 4, 5, 6]]", "[1, 4, 5]]", "s.yaml:43:46: controllers.e.table[1]"},

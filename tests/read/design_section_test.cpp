@@ -109,7 +109,7 @@ TEST_CASE("mistakes in what to design for are named") {
        "s.yaml:37:58: design.minimize.along: expected no 'along' with 'of'"},
       {"minimize: added-mass", "minimize: {of: torque}", "s.yaml:37:39: design.minimize.of: expected what to minimize"},
       {"minimize: added-mass", "minimize: {rms: torque, peak: torque}",
-       "s.yaml:37:40: design.minimize.rms: expected a quantity (torque[J1], torque[J2], torque[D.slide], power, "},
+       "s.yaml:37:40: design.minimize.rms: expected a quantity (torque[J1], torque[J2], force[D.slide], power, "},
       {"minimize: added-mass", "minimize: {rms: power, peak: power}",
        "s.yaml:37:53: design.minimize.peak: expected one of 'of', 'peak', 'rms', 'mean' and 'range', found a second "
        "one"},

@@ -26,8 +26,7 @@ TEST_CASE("couplings, actuators and the tool must refer to what is there") {
        "'J2'"},
       {"actuators: [J1, J2, D.slide]", "actuators: J1",
        "s.yaml:17:12: actuators: expected a list of joint coordinates, found 'J1'"},
-      {"tool: lower.H", "tool: lower.G",
-       "s.yaml:18:7: tool: expected a point of lower (B, H or origin), found 'G'; nearest is 'B'"},
+      {"tool: lower.H", "tool: lower.G", "s.yaml:18:7: tool: expected a point of lower (B, H or origin), found 'G'"},
       {"tool: lower.H", "tool: ground.O", "s.yaml:18:7: tool: expected a point of a moving body, found 'ground.O'"},
       {"assembly: {J1: 0.1", "assembly: {J0: 0.1",
        "s.yaml:19:12: assembly.J0: expected a joint coordinate (J1, J2, D.slide or D.angle), found 'J0'; nearest is "
@@ -54,7 +53,7 @@ TEST_CASE("a motion must say how long, from where and to where") {
       {"to: {tool: [0.1, 0.6], angle: 2}", "to: {}",
        "s.yaml:20:77: motion.to: expected a pose {tool: …}, {joints: …} or {com: …}, found an empty mapping"},
       {"to: {tool: [0.1, 0.6], angle: 2}", "to: {tool: [0.1, 0.6], rpy: [0, 0, 2]}",
-       "s.yaml:20:96: motion.to.rpy: unknown key: expected tool, joints, com or angle, found 'rpy'; nearest is 'com'"},
+       "s.yaml:20:96: motion.to.rpy: unknown key: expected tool, joints, com or angle, found 'rpy'"},
       {"tool: lower.H\n", "",
        "s.yaml:19:50: motion.from.tool: expected a spec with a tool ('tool: body.point'), found none; this key is "
        "about the tool's pose"},
@@ -83,7 +82,7 @@ TEST_CASE("a trajectory must give what its law, drive and path need") {
        "s.yaml:24:108: trajectories.via.path.times: expected a list of 1, one time for each waypoint, found 2"},
       {"blend: spline", "blend: smooth",
        "s.yaml:24:93: trajectories.via.path.blend: expected how to pass the waypoints (rest or spline), found "
-       "'smooth'; nearest is 'rest'"},
+       "'smooth'"},
       {"tool: [0.4, 0.4], angle: 1.5", "tool: [0.4, 0.4]",
        "s.yaml:24:53: trajectories.via.path.waypoints[0]: expected the same quantities in all poses of a trajectory, "
        "found one with and one without 'angle'"},
@@ -95,8 +94,7 @@ TEST_CASE("a trajectory must give what its law, drive and path need") {
       {"line: {law: cubic, drive: tool}", "line: {drive: tool, path: {file: nowhere.csv}}",
        "s.yaml:22:36: trajectories.line.path.file: expected a file beside the spec, found none at 'nowhere.csv'"},
       {"line: {law: cubic, drive: tool}", "line: {law: cubic, drive: tool, components: [x, z]}",
-       "s.yaml:22:51: trajectories.line.components[1]: expected a component (x, y or angle), found 'z'; nearest is "
-       "'x'"},
+       "s.yaml:22:51: trajectories.line.components[1]: expected a component (x, y or angle), found 'z'"},
       {"line: {law: cubic, drive: tool}", "line: {law: cubic, drive: com, remaining: [J9]}",
        "s.yaml:22:46: trajectories.line.remaining[0]: expected a joint coordinate (J1, J2, D.slide or D.angle), found "
        "'J9'; nearest is 'J1'"},

@@ -12,14 +12,13 @@ TEST_CASE("the first mistake in a document is reported with its place") {
       {"space: planar\n", "",
        "s.yaml:1:1: missing key: expected 'space', found only name, gravity, parameters, units, ground,"},
       {"space: planar", "space: flat",
-       "s.yaml:2:8: space: expected the kind of space (planar or spatial), found 'flat'; nearest is 'planar'"},
+       "s.yaml:2:8: space: expected the kind of space (planar or spatial), found 'flat'"},
       {"bodies:", "bodeis:",
        "s.yaml:8:1: bodeis: unknown key: expected name, space, gravity, parameters, units, include, ground, bodies,"},
       {"gravity: [0, -9.81]", "gravity: -9.81", "s.yaml:3:10: gravity: expected [x, y], found '-9.81'"},
       {"gravity: [0, -9.81]", "gravity: [0, 0, -9.81]", "s.yaml:3:10: gravity: expected [x, y], found a list of 3"},
       {"gravity: [0, -9.81]", "gravity: [0, down]",
-       "s.yaml:3:14: gravity[1]: expected a number or an expression, found 'down': there is no parameter 'down'; "
-       "nearest is 'l'"},
+       "s.yaml:3:14: gravity[1]: expected a number or an expression, found 'down': there is no parameter 'down'"},
       {"gravity: [0, -9.81]", "gravity: [0, .nan]", "s.yaml:3:14: gravity[1]: expected a finite number, found '.nan'"},
       {"gravity: [0, -9.81]", "gravity: [0, 1e999]",
        "s.yaml:3:14: gravity[1]: expected a finite number, found '1e999'"},
@@ -60,8 +59,7 @@ TEST_CASE("expressions, free numbers, parameters and units that make no sense ar
       {"m: 2, k: \"l / 2\"", "m: \"k + 1\", k: \"m / 2\"",
        "s.yaml:4:25: parameters.m: expected a parameter that does not depend on itself, found the cycle m → k → m"},
       {"k: \"l / 2\"", "k: \"l / b\"",
-       "s.yaml:4:31: parameters.k: expected a number or an expression, found 'l / b': there is no parameter 'b'; "
-       "nearest is 'l'"},
+       "s.yaml:4:31: parameters.k: expected a number or an expression, found 'l / b': there is no parameter 'b'"},
       {"k: \"l / 2\"", "k: \"k\"",
        "s.yaml:4:31: parameters.k: expected a parameter that does not depend on itself, found the cycle k → k"},
       {"k: \"l / 2\"", "pi: 3, k: 1",
@@ -69,13 +67,12 @@ TEST_CASE("expressions, free numbers, parameters and units that make no sense ar
       {"k: \"l / 2\"", "l2..x: 3, k: 1",
        "s.yaml:4:28: parameters.l2..x: expected a name of letters, digits and '_', found 'l2..x'"},
       {"length: m", "length: inch",
-       "s.yaml:5:17: units.length: expected a unit of length (m, dm, cm, mm, um, km, in or ft), found 'inch'; nearest "
-       "is 'in'"},
+       "s.yaml:5:17: units.length: expected a unit of length (m, dm, cm, mm, um, km, in or ft), found 'inch'"},
       {"length: m", "lenght: m",
        "s.yaml:5:9: units.lenght: unknown key: expected length, mass, time, angle or force, found 'lenght'; nearest is "
        "'length'"},
       {"angle: rad", "angle: 3",
-       "s.yaml:5:27: units.angle: expected a unit of angle (rad, mrad, deg or turn), found '3'; nearest is 'rad'"},
+       "s.yaml:5:27: units.angle: expected a unit of angle (rad, mrad, deg or turn), found '3'"},
   };
   specs::check(specs::planar, in_planar);
 }

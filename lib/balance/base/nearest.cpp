@@ -10,7 +10,7 @@ namespace balance {
 namespace {
 
 constexpr std::size_t longest_compared = 64;
-constexpr std::size_t min_prefix = 3;  ///< letters of a name's beginning that suggest it
+constexpr std::size_t min_prefix = 3;  ///< letters that two names must begin with alike
 
 /// Beyond it a word is another word, not a misspelt one. One slip is one in words of two letters, too.
 /// @param length of the longer word
@@ -57,7 +57,7 @@ std::string nearest(std::string_view word, const std::vector<std::string>& names
   }
   if (best != nullptr) return *best;
   const auto begins = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
-    return word.size() >= min_prefix && name.starts_with(word);
+    return std::min(word.size(), name.size()) >= min_prefix && (name.starts_with(word) || word.starts_with(name));
   });
   return begins == names.end() ? "" : *begins;
 }

@@ -12,7 +12,7 @@ namespace balance {
 double edit_distance(std::string_view a, std::string_view b);
 
 /// The name that `word` is a slip of: the nearest one, if less than half of the longer word differs; else the first that begins
-/// with `word`; empty if there is none.
+/// with `word`, or it with that; empty if there is none.
 std::string nearest(std::string_view word, const std::vector<std::string>& names);
 
 /// "nearest is 'crank1'" or, if no name is near, nothing.

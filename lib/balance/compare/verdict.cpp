@@ -89,7 +89,8 @@ std::string in_words(const Verdict& verdict) {
   const std::string left = number(judged->left), right = number(judged->right);
   const double percent = judged->margin_percent(), margin = judged->margin();
   if (std::isnan(margin)) return fmt::format("{} {} {} has no number", left, symbol_of(judged->relation), right);
-  const std::string by = std::isfinite(percent) ? percent_text(std::abs(percent)) : number(std::abs(margin));
+  constexpr double max_percent = 1e6;  // more is a limit that is next to nothing
+  const std::string by = std::abs(percent) < max_percent ? percent_text(std::abs(percent)) : number(std::abs(margin));
   if (verdict.holds) return fmt::format("holds: {} {} {}, margin {}", left, symbol_of(judged->relation), right, by);
   return fmt::format("{} {} {}", left, miss_in_words(judged->relation, margin == 0 ? "" : by), right);
 }
