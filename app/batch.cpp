@@ -26,7 +26,7 @@ std::string in_words(const BatchProgress& progress) {
 }
 
 /// The cases and the files that they are made of, for scripts.
-ExitCode list(const Plan& plan, const BatchCommandOptions& options, const std::optional<Shard>& shard) {
+ExitCode list(const BatchPlan& plan, const BatchCommandOptions& options, const std::optional<Shard>& shard) {
   Json json = {{"suite", plan.suite.name}, {"cases", Json::array()}};
   std::string names;
   for (const SuiteCase& one : plan.suite.cases) {
@@ -77,7 +77,7 @@ ExitCode report_shard(const BatchOutcome& outcome, const BatchCommandOptions& op
   return static_cast<ExitCode>(code);
 }
 
-ExitCode report(const Plan& plan, BatchOutcome outcome, const BatchCommandOptions& options) {
+ExitCode report(const BatchPlan& plan, BatchOutcome outcome, const BatchCommandOptions& options) {
   const Summary summary = summarise(plan.suite, std::move(outcome.records));
   const std::vector<std::string> files = [&] {
     const DeferSignals deferred;
@@ -101,7 +101,7 @@ ExitCode report(const Plan& plan, BatchOutcome outcome, const BatchCommandOption
 ExitCode run(const BatchCommandOptions& options) {
   const std::optional<Shard> shard = parse_shard(options.shard);
   if (options.merge && shard) throw UsageError("--merge is about all cases and does not go with --shard");
-  const Plan plan = make_plan(read_suite_file(options.suite));
+  const BatchPlan plan = make_plan(read_suite_file(options.suite));
   if (options.list) return list(plan, options, shard);
   if (const std::string trouble = input_in_the_way(plan, folder_of(options)); !trouble.empty())
     throw UsageError(trouble);

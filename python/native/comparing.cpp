@@ -53,6 +53,7 @@ py::dict compare(const std::vector<NamedPythonRun>& given, const std::vector<std
 std::shared_ptr<Run> read_result(const std::string& name) {
   RunFile file = patiently([name](Errand&) { return read_result_file(name); });
   auto run = std::make_shared<Run>();
+  run->source = file.path;
   run->result = std::move(file.result);
   run->description = {.title = file.title,
                       .version = file.version,
@@ -86,7 +87,7 @@ struct BatchWords {
 py::dict batch(const BatchWords& words, const py::object& progress) {
   const Summary summary = patiently(
       [words](Errand& errand) {
-        const Plan plan = make_plan(read_suite_file(words.suite));
+        const BatchPlan plan = make_plan(read_suite_file(words.suite));
         BatchOptions options;
         options.folder = words.folder;
         options.jobs = words.jobs;

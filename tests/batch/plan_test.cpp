@@ -26,7 +26,9 @@ struct Folder {
   Folder() { fs::create_directory(path); }
   ~Folder() { fs::remove_all(path); }
   void write(const std::string& name, const std::string& text) const { std::ofstream(path / name) << text; }
-  Plan plan(const std::string& suite) const { return make_plan(read_suite(suite, (path / "suite.yaml").string())); }
+  BatchPlan plan(const std::string& suite) const {
+    return make_plan(read_suite(suite, (path / "suite.yaml").string()));
+  }
   std::string key(const std::string& suite) const { return plan(suite).cases.at(0).key; }
 };
 
@@ -147,7 +149,7 @@ TEST_CASE("pipes and devices do not keep a plan waiting (C1)") {
   const Folder folder;
   REQUIRE(::mkfifo((folder.path / "pipe.yaml").c_str(), 0600) == 0);
   folder.write("endless.yaml", "loads: {p: {file: /dev/zero}, q: {file: pipe.yaml}}\n");
-  const Plan all = folder.plan(
+  const BatchPlan all = folder.plan(
       "cases: {a: {spec: pipe.yaml}, b: {spec: /dev/zero}, c: {spec: endless.yaml}, d: {spec: '-'}, e: {spec: .}}");
   for (const std::size_t i : {0U, 1U, 3U, 4U}) CHECK_FALSE(all.specs[all.cases[i].spec].trouble.empty());
   CHECK(all.specs[all.cases[2].spec].trouble.empty());

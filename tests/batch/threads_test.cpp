@@ -23,7 +23,7 @@ struct Folder {
   ~Folder() { fs::remove_all(path); }
 };
 
-Plan plan() {
+BatchPlan plan() {
   return make_plan(
       read_suite("matrix: {spec: 3rrr.yaml, trajectory: [cycloid, tool-bang], samples: 21, "
                  "set: {xg: {from: -0.09, to: 0.09, count: 30}}}",
@@ -41,7 +41,7 @@ std::string untimed(CaseRecord record) {
 TEST_CASE("cases are computed in several threads of one process") {
   const Folder folder;
   fs::create_directory(folder.path);
-  const Plan all = plan();
+  const BatchPlan all = plan();
   std::vector<CaseRecord> records(all.cases.size());
   std::atomic<std::size_t> next{0};
   {
@@ -60,7 +60,7 @@ TEST_CASE("cases are computed in several threads of one process") {
 
 TEST_CASE("eight jobs find what one finds") {
   const Folder one, eight{fs::temp_directory_path() / ("balance-threads-8-" + std::to_string(::getpid()))};
-  const Plan all = plan();
+  const BatchPlan all = plan();
   const BatchOutcome alone = run_batch(all, {.folder = one.path.string(), .jobs = 1});
   const BatchOutcome together = run_batch(all, {.folder = eight.path.string(), .jobs = 8});
   REQUIRE(alone.records.size() == 60);
@@ -75,7 +75,7 @@ TEST_CASE("eight jobs find what one finds") {
 #ifndef __SANITIZE_ADDRESS__  // its allocator may leave locks held for ever in a process forked from one of several threads
 TEST_CASE("results are read while others are written") {
   const Folder folder;
-  const Plan all = plan();
+  const BatchPlan all = plan();
   run_batch(all, {.folder = folder.path.string(), .jobs = 2});
   const Folder other{fs::temp_directory_path() / ("balance-threads-w-" + std::to_string(::getpid()))};
   std::atomic<int> wrong{0};

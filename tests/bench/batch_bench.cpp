@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 constexpr long cases = 1000;
 constexpr int threads = 2;
 
-Plan plan() {
+BatchPlan plan() {
   const std::string suite = "matrix: {spec: 3rrr.yaml, trajectory: cycloid, set: {xg: {from: -0.09, to: 0.09, count: " +
                             std::to_string(cases) + "}}}\n";
   return make_plan(read_suite(suite, std::string(BALANCE_CONFIGS) + "/bench.yaml"));
@@ -38,7 +38,7 @@ struct Folder {
   std::string path;
 };
 
-void run_bare(const Plan& plan, const std::string& folder, Durability durability) {
+void run_bare(const BatchPlan& plan, const std::string& folder, Durability durability) {
   fs::create_directories(folder);
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
@@ -57,7 +57,7 @@ void run_bare(const Plan& plan, const std::string& folder, Durability durability
 }
 
 void bare(benchmark::State& state) {
-  const Plan all = plan();
+  const BatchPlan all = plan();
   for ([[maybe_unused]] auto _ : state) {
     const Folder folder;
     run_bare(all, folder.path, state.range(0) == 1 ? Durability::wait : Durability::later);
@@ -76,7 +76,7 @@ BENCHMARK(bare)
 void batch(benchmark::State& state) {
   for ([[maybe_unused]] auto _ : state) {
     const Folder folder;
-    const Plan all = plan();
+    const BatchPlan all = plan();
     BatchOptions options;
     options.folder = folder.path;
     options.jobs = threads;

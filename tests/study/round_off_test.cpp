@@ -231,7 +231,7 @@ TEST_CASE("curves that differ by round-off only do not differ, and zeros have no
   const Study study = config("planar-rrr.yaml");
   const Result one = simulate(study.mechanism, study.trajectories.at(0));
   Result other = one;
-  other.shaking_force.setConstant(one.round_off.force[0] / 2);  // another round-off
+  other.shaking_force.setConstant(one.round_off.shaking_force[0] / 2);  // another round-off
   for (const auto& [quantity, difference] : list_differences(one, other)) {
     CAPTURE(quantity);
     CHECK(difference.largest == 0);

@@ -111,7 +111,7 @@ void BatchFolder::sync() const {
   if (!locks_.empty()) ::syncfs(locks_.front());
 }
 
-std::string input_in_the_way(const Plan& plan, const std::string& folder) {
+std::string input_in_the_way(const BatchPlan& plan, const std::string& folder) {
   std::map<FileIdentity, std::string> inputs;  // a batch has too many files to compare each with each
   const auto reads = [&](const std::string& file, const std::string& what) {
     if (const auto identity = identity_of(file)) inputs.emplace(*identity, what + " " + file);

@@ -43,6 +43,6 @@ class BatchFolder {
 
 /// What a batch would replace although it reads it: a file of the suite's that has the identity of one that the batch writes into the
 /// folder, whatever the names are. A sentence about the first that is found; empty if there is none.
-std::string input_in_the_way(const Plan& plan, const std::string& folder);
+std::string input_in_the_way(const BatchPlan& plan, const std::string& folder);
 
 }  // namespace balance

@@ -81,8 +81,8 @@ std::string key_of(const SuiteCase& one, std::string all) {
 
 }  // namespace
 
-Plan make_plan(Suite suite) {
-  Plan plan;
+BatchPlan make_plan(Suite suite) {
+  BatchPlan plan;
   const fs::path folder = fs::path(suite.file).parent_path();
   const std::string build = build_identity();
   std::map<std::string, std::size_t> index;

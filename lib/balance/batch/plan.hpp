@@ -17,13 +17,13 @@ struct SpecSource {
 };
 
 struct PlannedCase {
-  std::size_t spec = 0;  ///< index into Plan::specs
+  std::size_t spec = 0;  ///< index into BatchPlan::specs
   /// SHA-256 of everything that the result depends on: the spec's text, the tables and parts that it is read with, the parameters, trajectory,
   /// controller, samples and design of the case, the program's version and build.
   std::string key;
 };
 
-struct Plan {
+struct BatchPlan {
   Suite suite;
   std::vector<SpecSource> specs;   ///< each once, in the order in which cases name them
   std::vector<PlannedCase> cases;  ///< one per suite.cases
@@ -31,7 +31,7 @@ struct Plan {
 
 /// Reads the specs. A spec that cannot be read is trouble of its cases, not of the plan.
 /// @throws SystemError if the program cannot read itself
-Plan make_plan(Suite suite);
+BatchPlan make_plan(Suite suite);
 
 /// A part of the cases, 1 ≤ index ≤ count.
 struct Shard {

@@ -23,7 +23,8 @@ namespace {
 /// Looks for what is finished in threads, then computes the others in processes, which are started when there are no threads any more.
 class WorkerPool {
  public:
-  WorkerPool(const Plan& plan, const BatchOptions& options, const BatchFolder& folder, std::vector<std::size_t> cases)
+  WorkerPool(const BatchPlan& plan, const BatchOptions& options, const BatchFolder& folder,
+             std::vector<std::size_t> cases)
       : plan_(plan), options_(options), folder_(folder), cases_(std::move(cases)), records_(cases_.size()) {
     progress_.total = cases_.size();
     const std::size_t most = std::max<std::size_t>(cases_.size(), 1);
@@ -191,7 +192,7 @@ class WorkerPool {
     if (options_.progress) options_.progress(progress_);
   }
 
-  const Plan& plan_;
+  const BatchPlan& plan_;
   const BatchOptions& options_;
   const BatchFolder& folder_;
   const std::vector<std::size_t> cases_;
@@ -206,7 +207,7 @@ class WorkerPool {
 
 }  // namespace
 
-BatchOutcome run_batch(const Plan& plan, const BatchOptions& options) {
+BatchOutcome run_batch(const BatchPlan& plan, const BatchOptions& options) {
   if (const std::string trouble = input_in_the_way(plan, options.folder); !trouble.empty())
     throw std::invalid_argument(trouble);
   std::vector<std::size_t> cases;
@@ -223,7 +224,7 @@ BatchOutcome run_batch(const Plan& plan, const BatchOptions& options) {
   return outcome;
 }
 
-BatchOutcome collect_batch(const Plan& plan, const std::string& folder) {
+BatchOutcome collect_batch(const BatchPlan& plan, const std::string& folder) {
   if (!std::filesystem::is_directory(folder)) throw SystemError(folder + ": there is no such folder to merge in");
   BatchOutcome outcome;
   outcome.progress.total = plan.cases.size();

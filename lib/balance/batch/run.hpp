@@ -44,9 +44,9 @@ struct BatchOutcome {
 /// @throws SystemError if the folder cannot be used; failures of cases are in their records
 /// @throws Cancelled if options.cancelled says so: what is finished is kept
 /// @throws std::invalid_argument if it would replace what it reads: see input_in_the_way
-BatchOutcome run_batch(const Plan& plan, const BatchOptions& options);
+BatchOutcome run_batch(const BatchPlan& plan, const BatchOptions& options);
 
 /// What shards have computed. A case that none has is "missing". @throws SystemError as above
-BatchOutcome collect_batch(const Plan& plan, const std::string& folder);
+BatchOutcome collect_batch(const BatchPlan& plan, const std::string& folder);
 
 }  // namespace balance

@@ -17,6 +17,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <filesystem>
 #include <new>
 #include <stdexcept>
@@ -32,7 +33,8 @@ struct Unable : std::runtime_error {
 
 class CaseRun {
  public:
-  CaseRun(const Plan& plan, std::size_t index, const std::string& folder, Keep keep, LastSpec& last, CaseRecord& record)
+  CaseRun(const BatchPlan& plan, std::size_t index, const std::string& folder, Keep keep, LastSpec& last,
+          CaseRecord& record)
       : wanted_(plan.suite.cases[index]),
         spec_(plan.specs[plan.cases[index].spec]),
         folder_(folder),
@@ -50,6 +52,17 @@ class CaseRun {
     });
     record_.title = study.mechanism.name;
     record_.warnings = study.warnings;
+    // a design needs no motion: its figures are all there is then
+    if (!record_.design || !study.trajectories.empty() || !wanted_.trajectory.empty() || !wanted_.controller.empty())
+      move(study);
+    record_.status = "done";
+    if (!record_.design || record_.design->status == "balanced" || record_.design->status == "not-asked") return;
+    record_.status = "compromise";
+    record_.message = "the design is not balanced: " + record_.design->reason;
+  }
+
+ private:
+  void move(const Study& study) {
     const Trajectory trajectory = choose_trajectory(study);
     record_.trajectory = trajectory.name;
     record_.samples = trajectory.samples;
@@ -59,13 +72,8 @@ class CaseRun {
     record_.metrics = std::move(table.metrics);
     record_.energy = table.energy;
     if (keep_ == Keep::series) write(result, describe(study, trajectory));
-    record_.status = "done";
-    if (!record_.design || record_.design->status == "balanced" || record_.design->status == "not-asked") return;
-    record_.status = "compromise";
-    record_.message = "the design is not balanced: " + record_.design->reason;
   }
 
- private:
   std::string path_of(const std::string& file) const { return (std::filesystem::path(folder_) / file).string(); }
 
   void note_file(const std::string& file) { record_.files.push_back({file, sha256_of_file(path_of(file))}); }
@@ -195,21 +203,13 @@ class CaseRun {
     record_.design = {name_of(outcome.status), outcome.reason, report.mass_before, report.mass_after,
                       report.added_mass};
     record_.notes = report.notes;  // those of the designed motion come with its own run
-    const std::string text = designed_spec(space, report);
+    const auto [text, refusal] = designed_spec(space, report);
+    if (refusal) throw Unable(refusal.reason);
     PendingFile file(path_of(balanced_file(wanted_.name)), Existing::replace, temporary_mark);
     file.write(text);
     file.commit(Durability::later);
     note_file(balanced_file(wanted_.name));
-    try {
-      return read_spec(text, spec_.path);
-    } catch (const SpecError& error) {
-      // A mass may have become zero, which no spec may say.
-      record_.notes.push_back("the designed spec needs a change before it can be read: " + error.brief());
-      if (!wanted_.controller.empty()) throw;  // what its controllers believe would be of the spec before the design
-      Study study = std::move(report.study_after);
-      study.spec_text = text;
-      return study;
-    }
+    return read_spec(text, spec_.path);
   }
 
   const SuiteCase& wanted_;
@@ -222,10 +222,11 @@ class CaseRun {
 
 }  // namespace
 
-CaseRecord run_case(const Plan& plan, std::size_t index, const std::string& folder, Keep keep, LastSpec& last) {
+CaseRecord run_case(const BatchPlan& plan, std::size_t index, const std::string& folder, Keep keep, LastSpec& last) {
   CaseRecord record;
   record.name = plan.suite.cases[index].name;
   record.key = plan.cases[index].key;
+  const auto begin = std::chrono::steady_clock::now();
   const auto failed = [&record](const char* status, const std::string& message) {
     record.status = status;
     record.message = message;
@@ -243,6 +244,7 @@ CaseRecord run_case(const Plan& plan, std::size_t index, const std::string& fold
   } catch (const std::exception& error) {
     failed("system", std::string("internal error: ") + error.what());
   }
+  record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return record;
 }
 

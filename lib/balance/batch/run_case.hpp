@@ -18,13 +18,13 @@ enum class Keep {
 
 /// The spec of the last case, parsed: the next one often has the same.
 struct LastSpec {
-  std::size_t index = 0;  ///< into Plan::specs
+  std::size_t index = 0;  ///< into BatchPlan::specs
   std::optional<SpecDocument> document;
 };
 
 /// Computes a case and writes its result into the folder, and its balanced spec if it is designed. Whatever goes wrong is told by
 /// the record, but for a lack of memory. May run in several threads at once, each with a `last` of its own.
 /// @throws std::bad_alloc
-CaseRecord run_case(const Plan& plan, std::size_t index, const std::string& folder, Keep keep, LastSpec& last);
+CaseRecord run_case(const BatchPlan& plan, std::size_t index, const std::string& folder, Keep keep, LastSpec& last);
 
 }  // namespace balance

@@ -57,8 +57,9 @@ TermMeter<S>::TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const t
   for (auto* values : {&now_.effort, &now_.power}) values->setZero(size(mechanism.actuators));
   for (auto* values : {&now_.joint_force, &now_.joint_moment}) values->setZero(size(mechanism.joints));
   now_.constraint_force.setZero(size(mechanism.constraints));
-  for (auto* value : {&now_.com_position, &now_.com_velocity, &now_.com_acceleration, &now_.force, &now_.moment,
-                      &now_.moment_com, &now_.total_effort, &now_.kinetic_energy, &now_.potential_energy})
+  for (auto* value :
+       {&now_.com_position, &now_.com_velocity, &now_.com_acceleration, &now_.shaking_force, &now_.shaking_moment,
+        &now_.force, &now_.moment, &now_.moment_com, &now_.total_effort, &now_.kinetic_energy, &now_.potential_energy})
     value->setZero(1);
   if (!mechanism.tool) return;
   now_.tool_position.setZero(1);
@@ -166,18 +167,23 @@ void TermMeter<S>::read_motion(const Sample& seen) {
   if constexpr (S::dimension == 2) now_.tool_angle[0] = std::max(1.0, std::abs(seen.tool_angle));
 }
 
+/// What accelerates a node's bodies, about its point.
+template <class S>
+ForceSize TermMeter<S>::inertial_size(const NodeSize& node) {
+  const double turn = node.turning_rate + node.turning * node.turning;
+  return {node.mass * node.acceleration + turn * node.first,
+          (S::dimension == 2 ? node.turning_rate : turn) * node.second + node.first * node.acceleration};
+}
+
 /// Inwards: forces, moments, and what they come to along every coordinate.
 template <class S>
 void TermMeter<S>::collect(const Instant<S>& now) {
   std::fill(tau_.begin(), tau_.end(), 0);
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     NodeSize& node = nodes_[n];
-    const double turn = node.turning_rate + node.turning * node.turning;
-    node.force = external_sizes_[n].force;
-    node.moment = external_sizes_[n].moment;
-    if (n == 0 || node.mass == 0) continue;
-    node.force += node.mass * node.acceleration + turn * node.first;
-    node.moment += (S::dimension == 2 ? node.turning_rate : turn) * node.second + node.first * node.acceleration;
+    const ForceSize inertia = n == 0 ? ForceSize{} : inertial_size(node);
+    node.force = external_sizes_[n].force + inertia.force;
+    node.moment = external_sizes_[n].moment + inertia.moment;
   }
   for (std::size_t n = nodes_.size(); n-- > 1;) {
     const Node<S>& joint = tree_.nodes[n];
@@ -206,8 +212,11 @@ void TermMeter<S>::add_in_joints(const Instant<S>& now, const Sample& seen) {
 /// What is summed over all nodes.
 template <class S>
 void TermMeter<S>::read_sums(const Instant<S>& now) {
-  double place = 0, momentum = 0, energy = 0;
+  double place = 0, momentum = 0, energy = 0, force = 0, moment = 0;
   for (const NodeSize& node : nodes_) {
+    const ForceSize inertia = inertial_size(node);
+    force += inertia.force;
+    moment += inertia.moment + node.place * inertia.force;
     const double spin = node.turning * node.first;
     place += node.mass * node.place + node.first;
     momentum += node.mass * node.speed + spin;
@@ -216,10 +225,12 @@ void TermMeter<S>::read_sums(const Instant<S>& now) {
   }
   now_.com_position[0] = place / tree_.mass;
   now_.com_velocity[0] = momentum / tree_.mass;
+  now_.shaking_force[0] = force;
+  now_.shaking_moment[0] = moment + about_ * force;
+  now_.moment_com[0] = now_.shaking_moment[0] + (now_.com_position[0] + about_) * force;
   now_.force[0] = nodes_[0].force;
   now_.moment[0] = nodes_[0].moment + about_ * nodes_[0].force;
-  now_.moment_com[0] = now_.moment[0] + (now_.com_position[0] + about_) * now_.force[0];
-  now_.com_acceleration[0] = nodes_[0].force / tree_.mass;
+  now_.com_acceleration[0] = force / tree_.mass;
   now_.kinetic_energy[0] = energy;
   now_.potential_energy[0] = gravity_ * place + external_.energy_size(now.state, now.y);
 }

@@ -58,6 +58,7 @@ class TermMeter {
 
   double size_of(double value, double scale) const;
   void size_rates(const Instant<S>& now);
+  static ForceSize inertial_size(const NodeSize& node);
   void move(const Instant<S>& now);
   void read_motion(const Sample& seen);
   void read_sums(const Instant<S>& now);

@@ -16,8 +16,9 @@ struct TermSizes {
   VectorX total_effort;                                  ///< single, of all efforts together
   VectorX com_position, com_velocity, com_acceleration;  ///< single, as all down to potential_energy
   VectorX tool_position, tool_angle;
-  VectorX force, moment;  ///< of everything: shaking force and moment, what the frame feels
-  VectorX moment_com;     ///< the same about the centre of mass
+  VectorX shaking_force, shaking_moment;  ///< of the inertia of all bodies
+  VectorX moment_com;                     ///< the same about the centre of mass
+  VectorX force, moment;                  ///< of inertia, loads and springs: what the ground feels
   VectorX kinetic_energy, potential_energy;
   VectorX joint_force, joint_moment;  ///< per joint
   VectorX constraint_force;           ///< per constraint on speeds
@@ -28,25 +29,12 @@ struct TermSizes {
 };
 
 /// All members, for what is done to every one of them.
-inline constexpr std::array all_term_sizes = {&TermSizes::position,
-                                              &TermSizes::velocity,
-                                              &TermSizes::acceleration,
-                                              &TermSizes::effort,
-                                              &TermSizes::power,
-                                              &TermSizes::com_position,
-                                              &TermSizes::com_velocity,
-                                              &TermSizes::com_acceleration,
-                                              &TermSizes::tool_position,
-                                              &TermSizes::tool_angle,
-                                              &TermSizes::force,
-                                              &TermSizes::moment,
-                                              &TermSizes::kinetic_energy,
-                                              &TermSizes::potential_energy,
-                                              &TermSizes::joint_force,
-                                              &TermSizes::joint_moment,
-                                              &TermSizes::constraint_force,
-                                              &TermSizes::sliding_variable,
-                                              &TermSizes::total_effort,
-                                              &TermSizes::moment_com};
+inline constexpr std::array all_term_sizes = {
+    &TermSizes::position,      &TermSizes::velocity,     &TermSizes::acceleration,     &TermSizes::effort,
+    &TermSizes::power,         &TermSizes::com_position, &TermSizes::com_velocity,     &TermSizes::com_acceleration,
+    &TermSizes::tool_position, &TermSizes::tool_angle,   &TermSizes::shaking_force,    &TermSizes::shaking_moment,
+    &TermSizes::force,         &TermSizes::moment,       &TermSizes::kinetic_energy,   &TermSizes::potential_energy,
+    &TermSizes::joint_force,   &TermSizes::joint_moment, &TermSizes::constraint_force, &TermSizes::sliding_variable,
+    &TermSizes::total_effort,  &TermSizes::moment_com};
 
 }  // namespace balance

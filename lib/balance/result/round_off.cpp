@@ -34,7 +34,7 @@ double round_off_of(const Result& result, Samples Result::*array, Eigen::Index c
 }
 
 void clear_round_off(Samples Result::*array, Result& result) {
-  constexpr double max_cleared_part = 1e-12;  // of the terms: near a singularity round-off is only estimated, and figures stay
+  constexpr double max_cleared_part = 1e-9;  // of the terms: near a singularity round-off is only estimated
   Samples& values = result.*array;
   for (Eigen::Index c = 0; c < values.cols(); ++c) {
     const double terms = of_column(result, result.term_sizes, array, c);

@@ -32,7 +32,7 @@ inline double above(double round_off, double value) {
 Samples above_round_off(const Result& result, Samples Result::*array);
 
 /// Columns of the array that are nothing but round-off become 0. What they are the small sum of is known: near a singularity, where errors
-/// grow, columns above 1e-12 of that are left alone.
+/// grow, columns above 1e-9 of that are left alone.
 void clear_round_off(Samples Result::*array, Result& result);
 /// The same of all arrays.
 void clear_round_off(Result& result);
