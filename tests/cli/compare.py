@@ -68,17 +68,34 @@ class Compare(Case):
         self.assertEqual(len(report["notes"]), 2)
         self.assertIn("equal fractions", report["notes"][1])
 
+    def test_a_spec_is_run_first(self):
+        """The same figures as those of its result files, under the same names as in plot."""
+        names = {name: self.path(name + ".h5") for name in ("cycloid", "bang-bang")}
+        for name, file in names.items():
+            self.assert_quiet_success(run("simulate", SPEC, "-t", name, "-q", "-o", file))
+        files = json.loads(run("compare", *names.values(), "--json").stdout)
+        done = run("compare", SPEC + ":cycloid", SPEC + ":bang-bang", "--json")
+        self.assert_quiet_success(done)
+        specs = json.loads(done.stdout)
+        self.assertEqual([(one["name"], one["trajectory"], one["law"], one["drive"]) for one in specs["runs"]],
+                         [("cycloid", "cycloid", "cycloidal", "tool"), ("bang-bang", "bang-bang", "bang-bang", "com")])
+        for mine, theirs in zip(specs["quantities"], files["quantities"]):
+            self.assertEqual(mine["runs"]["bang-bang"], theirs["runs"]["bang-bang"])
+        mixed = run("compare", names["cycloid"], SPEC, "--require", "peak(shaking_force) == base")
+        self.assertEqual(mixed.returncode, 0, mixed.stderr)
+        self.assertIn("note: no --trajectory given: 'cycloid' is the first in the spec", mixed.stderr)
+
     def test_a_requirement_that_holds_ends_with_0(self):
         done = self.compare("original", "bang-bang", options=["--require", LESS])
         self.assert_quiet_success(done)
-        self.assertIn("ok     " + LESS + " [bang-bang]: holds: 549.253 <= ", done.stdout)
+        self.assertIn("ok     " + LESS + " [bang-bang]: holds: 549.253 N <= ", done.stdout)
         self.assertIn("1 of 1 requirement met", done.stdout)
 
     def test_a_requirement_that_fails_ends_with_1_and_says_by_how_much(self):
         done = self.compare("original", "bang-bang", "coarse", options=["--require", LESS, "--require", "energy() < 1.001 * base"])
         self.assertEqual((done.returncode, done.stderr), (1, ""))
         # coarse samples, but figures of the whole motion
-        self.assertRegex(done.stdout, r"FAILED peak\(shaking_force\) <= 0.9 \* base \[coarse\]: missed by 11.1 %: 869.7")
+        self.assertRegex(done.stdout, r"FAILED peak\(shaking_force\) <= 0.9 \* base \[coarse\]: 869.7\d+ N is 11.1 % above the limit of 782.\d+ N")
         self.assertIn("4 of 4" if "FAILED" not in done.stdout else "3 of 4 requirements met", done.stdout)
 
     def test_names_with_signs_and_runs_by_name(self):
@@ -115,15 +132,16 @@ class Compare(Case):
 
     def test_wrong_calls(self):
         self.assert_failure(self.compare("original"), 2, "two files at least")
-        self.assert_failure(run("compare"), 2, "files is required")
+        self.assert_failure(run("compare"), 2, "which run? ")
         self.assert_failure(self.compare("original", "nowhere"), 5, "nowhere.h5")
-        self.assert_failure(run("compare", self.file("original"), SPEC), 5, SPEC)
+        self.assert_failure(run("compare", SPEC, self.path("none.yaml")), 5, "none.yaml")
+        self.assert_failure(run("compare", SPEC, self.file("original"), "-o", SPEC, "--force"), 2, "would replace")
         self.assert_failure(self.compare("original", "slow", options=["--format", "yaml"]), 2, "--format")
         self.assert_failure(self.compare("original", "slow", options=["--format", "junit"]), 2, "--require")
 
     def test_csv_has_every_figure_of_every_quantity(self):
         done = self.compare("original", "bang-bang", options=["--format", "csv", "--require", "energy() < 0"])
-        self.assert_failure(done, 1, "not met: energy() < 0: missed by ")
+        self.assert_failure(done, 1, "FAILED energy() < 0 [bang-bang]: ", " J above the limit of 0 J")
         rows = list(csv.DictReader(io.StringIO(done.stdout)))
         report = json.loads(self.compare("original", "bang-bang", options=["--json"]).stdout)
         values = {(row["quantity"], row["figure"], row["run"]): row["value"] for row in rows}
@@ -150,13 +168,13 @@ class Compare(Case):
                  for one in suite.findall("testcase")]
         self.assertEqual(cases, [("bang-bang", LESS, False), ("coarse", LESS, True),
                                  ("requirements", "1 < 2 && peak(torque, base) > 0", False)])
-        self.assertIn("missed by 11.1 %", suite.find("testcase/failure").get("message"))
+        self.assertIn(" N is 11.1 % above the limit of ", suite.find("testcase/failure").get("message"))
 
     def test_markdown(self):
         done = self.compare("original", "bang-bang", options=["--format", "markdown", "--require", LESS])
         self.assert_quiet_success(done)
         self.assertTrue(done.stdout.startswith("# Comparison with original\n"))
-        self.assertIn("| ok | `" + LESS + "` | bang-bang | holds: 549.253 &lt;= ", done.stdout)
+        self.assertIn("| ok | `" + LESS + "` | bang-bang | holds: 549.253 N &lt;= ", done.stdout)
 
     def test_reactions_of_every_joint_are_shown_when_asked_for(self):
         self.assertNotIn("joint_force[B2]", self.compare("original", "slow").stdout)
@@ -173,7 +191,7 @@ class Compare(Case):
             self.assert_quiet_success(self.compare("original", "slow", options=["-o", out, "--force", "--format", "csv"]))
         self.assertEqual(sorted(os.listdir(self.folder)), ["a", "a.csv", "a.json", "a.md", "a.txt"])
         done = self.compare("original", "slow", options=["-o", self.file("slow"), "--force"])
-        self.assert_failure(done, 2, "would replace a result")
+        self.assert_failure(done, 2, "would replace what it is made from")
         self.assert_quiet_success(self.compare("original", "slow"))
 
     def test_files_of_the_same_name_are_told_apart(self):

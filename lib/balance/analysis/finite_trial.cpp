@@ -13,10 +13,8 @@ namespace balance {
 Trial finite_trial(const DesignSpace& space, const VectorX& x) {
   Trial trial = space.trial(x);
   const Mechanism& m = trial.mechanism;
-  const auto fail = [](const char* message) {
-    Mistake mistake;
-    mistake.message = message;
-    throw SpecError(std::move(mistake));
+  const auto fail = [&](const char* message) {
+    throw SpecError({.place = {.file = space.start.spec_file}, .message = message});
   };
   const bool finite = designing::features(m, {}).allFinite() && designing::geometry(m, {}).allFinite() &&
                       std::all_of(m.assembly.begin(), m.assembly.end(),
