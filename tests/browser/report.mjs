@@ -210,6 +210,36 @@ await test("focus is visible, and every control has a name", "5r-design", async 
   assert.equal(await page.locator("table:not(:has(caption))").count(), 0);
 });
 
+await test("names of strangers are text, whatever they look like", "names", async (page) => {
+  const title = await page.title();
+  assert.match(title, /<\/script><script>document\.title='PWNED1'/);
+  assert.equal(await page.evaluate(() => document.querySelectorAll("img, script[src], iframe, object").length), 0);
+  const text = await page.locator("main").innerText();
+  for (const name of ["constructor", "hasOwnProperty", "valueOf", "prototype", "innerHTML"]) assert.ok(text.includes(name), name);
+  await page.evaluate(() => document.querySelectorAll("details").forEach((d) => (d.open = true)));
+  await page.click('.segment[data-value="document"]');
+  await page.click('[data-layer="labels"]');
+  assert.equal(await page.title(), title);
+}, {spec: `name: "</script><script>document.title='PWNED1'</script><img src=x onerror=\\"document.title='PWNED2'\\">\${alert(1)} {{7*7}} <!-- ]]> \\u2028 & \\" '"
+space: planar
+gravity: [0, -9.81]
+ground: {points: {O: [0, 0], onerror: [0.1, 0]}}
+bodies:
+  constructor: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {A: [0, 0], B: [0.3, 0]}}
+  hasOwnProperty: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {B: [0, 0], toString: [0.3, 0]}}
+joints:
+  valueOf: {type: revolute, connects: [ground.O, constructor.A]}
+  prototype: {type: revolute, connects: [constructor.B, hasOwnProperty.B]}
+actuators: [valueOf, prototype]
+tool: hasOwnProperty.toString
+counterweights: {alert: {body: constructor, at: [-0.1, 0], mass: {free: [0, 5]}}}
+payloads: {eval: {body: hasOwnProperty, at: toString, mass: 0.2}}
+loads: {script: {body: constructor, at: B, force: [1, 0]}}
+motion: {duration: 0.5, samples: 21, from: {joints: {valueOf: 0, prototype: 0.3}}, to: {joints: {valueOf: 0.5, prototype: 1}}}
+trajectories: {innerHTML: {law: cycloidal, drive: joints}, document: {law: cubic, drive: joints}}
+design: {goal: static}
+`});
+
 await test("a narrow window has no sideways scrolling", "5r-design", async (page) => {
   const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
   assert.ok(wide <= 0, `${wide} px too wide`);

@@ -9,10 +9,9 @@
 namespace balance {
 std::string summary_text(const Summary& summary) {
   std::string text = summary.name + "\n\n" + format_table(case_table(summary));
-  Table requirements{
-      {"requirement", "case", "status", "verdict"}, {Align::left, Align::left, Align::left, Align::left}, {}};
+  Table requirements{{"requirement", "case", "verdict"}, {Align::left, Align::left, Align::left}, {}};
   for (const RequirementOutcome& one : summary.requirements)
-    requirements.rows.push_back({one.text, one.run, name_of(one.status), one.message});
+    requirements.rows.push_back({one.text, one.run, one.message});
   if (!requirements.rows.empty()) text += "\n" + format_table(requirements);
   bool first = true;
   for (const CaseRecord& record : summary.cases) {
