@@ -134,6 +134,28 @@ void ExternalForces<S>::add_sizes(const State<S>& state, const Scalar& time, std
 }
 
 template <class S>
+ForceSize ExternalForces<S>::sum_magnitudes(const State<S>& state, const Scalar& time) const {
+  ForceSize sum;
+  const auto add = [&](const FixedFrame<S>& at, double force, double moment) {
+    if (at.node == 0) return;
+    sum.force += force;
+    sum.moment += moment + value_of(position(state, at).norm()) * force;
+  };
+  for (const PlacedLoad& placed : loads_) {
+    Vector3Of<Scalar> force, moment;
+    load_at(*placed.load, time, force, moment);
+    add(placed.frame, value_of(force.norm()), value_of(moment.norm()));
+  }
+  for (const PlacedSpring& spring : springs_) {
+    const double length = value_of((position(state, spring.second) - position(state, spring.first)).norm());
+    const double tension = value_of(spring.stiffness) * std::abs(length - value_of(spring.free_length));
+    add(spring.first, tension, 0);
+    add(spring.second, tension, 0);
+  }
+  return sum;
+}
+
+template <class S>
 double ExternalForces<S>::JointSpring::coordinate_size(const Scalar* y) const {
   const double size = std::abs(value_of(coordinate->value(y)));
   return coordinate->is_length ? size : std::max(1.0, size);

@@ -38,7 +38,9 @@ class ExternalForces {
   /// Adds to every node's entry how large the terms of its external wrenches are: a spring's tension is a difference of lengths,
   /// which are differences of places.
   void add_sizes(const State<S>& state, const Scalar& time, std::vector<ForceSize>& sizes) const;
-  /// The same of add_joint_springs(), per tree coordinate.
+  /// Magnitudes of all external wrenches, about the world's origin: what is left of where the same wrenches are added and subtracted.
+  ForceSize sum_magnitudes(const State<S>& state, const Scalar& time) const;
+  /// The same as add_sizes() of add_joint_springs(), per tree coordinate.
   void add_joint_sizes(const Scalar* y, std::vector<double>& tau) const;
   /// The same of the springs' energy [J].
   double energy_size(const State<S>& state, const Scalar* y) const;

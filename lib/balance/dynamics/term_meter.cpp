@@ -212,7 +212,8 @@ void TermMeter<S>::add_in_joints(const Instant<S>& now, const Sample& seen) {
 /// What is summed over all nodes.
 template <class S>
 void TermMeter<S>::read_sums(const Instant<S>& now) {
-  double place = 0, momentum = 0, energy = 0, force = 0, moment = 0;
+  double place = 0, momentum = 0, energy = 0;
+  auto [force, moment] = external_.sum_magnitudes(now.state, now.time);
   for (const NodeSize& node : nodes_) {
     const ForceSize inertia = inertial_size(node);
     force += inertia.force;

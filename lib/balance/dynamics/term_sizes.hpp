@@ -16,7 +16,7 @@ struct TermSizes {
   VectorX total_effort;                                  ///< single, of all efforts together
   VectorX com_position, com_velocity, com_acceleration;  ///< single, as all down to potential_energy
   VectorX tool_position, tool_angle;
-  VectorX shaking_force, shaking_moment;  ///< of the inertia of all bodies
+  VectorX shaking_force, shaking_moment;  ///< of the inertia of all bodies, and of what is added and subtracted
   VectorX moment_com;                     ///< the same about the centre of mass
   VectorX force, moment;                  ///< of inertia, loads and springs: what the ground feels
   VectorX kinetic_energy, potential_energy;
