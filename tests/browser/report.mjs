@@ -56,6 +56,7 @@ await test("play moves the mechanism and the playheads, pause stops both", "3rrr
 });
 
 await test("scrubbing, clicking a chart and keys all set the one time", "3rrr", async (page) => {
+  await page.locator("#scrub").scrollIntoViewIfNeeded();
   const box = await page.locator("#scrub").boundingBox();
   await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
   assert.ok(Math.abs((await clock(page)).sample - 500) < 15);
@@ -209,6 +210,11 @@ await test("focus is visible, and every control has a name", "5r-design", async 
   assert.deepEqual(nameless, []);
   assert.equal(await page.locator("table:not(:has(caption))").count(), 0);
 });
+
+await test("beside the charts the animation fills the window", "3rrr", async (page) => {
+  const left = await page.evaluate(() => innerHeight - document.querySelector(".player").offsetHeight);
+  assert.ok(left >= 16 && left < 80, `${left} px around it`);
+}, {viewport: {width: 1400, height: 900}});
 
 await test("names of strangers are text, whatever they look like", "names", async (page) => {
   const title = await page.title();
