@@ -2,6 +2,7 @@
 
 #include "failure.hpp"
 
+#include "balance/answers/designed_spec.hpp"
 #include "balance/base/error.hpp"
 
 #include <stdexcept>
@@ -24,6 +25,12 @@ DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions&
     // The library was asked something that the spec should not have asked.
     throw SpecError({.place = {.file = space.start.spec_file, .key = "design"}, .message = error.what()});
   }
+}
+
+std::string designed_spec_or_throw(const DesignSpace& space, const DesignReport& report) {
+  DesignedSpec spec = designed_spec(space, report);
+  if (spec.refusal) throw MechanismFailure(spec.refusal.status, spec.refusal.reason);
+  return std::move(spec.text);
 }
 
 }  // namespace balance::app

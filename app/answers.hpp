@@ -15,4 +15,7 @@ ConditionsView conditions_or_throw(const GoalOptions& goal, const DesignSpace& s
 /// @throws MechanismFailure if the mechanism has no design; SpecError if the spec asks for what makes no sense
 DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions& options);
 
+/// @throws MechanismFailure if what was read back is not the design
+std::string designed_spec_or_throw(const DesignSpace& space, const DesignReport& report);
+
 }  // namespace balance::app

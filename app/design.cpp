@@ -5,7 +5,6 @@
 #include "signals.hpp"
 #include "watched_search.hpp"
 
-#include "balance/answers/designed_spec.hpp"
 #include "balance/present/design_hdf5.hpp"
 #include "balance/present/design_json.hpp"
 #include "balance/present/design_text.hpp"
@@ -50,7 +49,7 @@ ExitCode run(const DesignCommandOptions& options) {
                      [&](const DesignStudyOptions& watched) { return design_or_throw(space, watched); });
   const DesignStatus status = report.outcome.status;
   const bool done = status == DesignStatus::balanced || status == DesignStatus::not_asked;
-  const std::string spec = designed_spec(space, report);
+  const std::string spec = designed_spec_or_throw(space, report);
   DesignView view = make_view(wanted, space, spec, std::move(report));
   view.interrupted = interrupted;
   const std::vector<std::string> files = write_files(options, space, spec, view);
@@ -84,9 +83,9 @@ Command setup_design(CLI::App& program) {
       "files are written all the same.\n\n"
       "Examples:\n"
       "  balance design 5r.yaml -o balanced.yaml\n"
-      "  balance design 5r.yaml --goal static --minimize '{rms: torque, along: cycloid}' --h5 design.h5\n"
+      "  balance design 5r.yaml --goal static --minimize added-mass --h5 design.h5\n"
       "  balance design 5r.yaml --strategy modular --json\n"
-      "  balance design four-bar-front.yaml --csv front.csv --point middle -o balanced.yaml");
+      "  balance design front.yaml --csv front.csv --point middle -o middle.yaml");
   return {parser, [options] { return run(*options); }};
 }
 

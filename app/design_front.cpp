@@ -6,7 +6,6 @@
 #include "signals.hpp"
 #include "watched_search.hpp"
 
-#include "balance/answers/designed_spec.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/present/design_json.hpp"
@@ -40,7 +39,7 @@ struct Chosen {
 Chosen show(const DesignStudyOptions& wanted, const DesignSpace& space, const FrontPoint& point) {
   Chosen chosen;
   DesignReport report = front_design(space, point, wanted.trajectories);
-  chosen.spec = designed_spec(space, report);
+  chosen.spec = designed_spec_or_throw(space, report);
   const DesignView view = make_view(wanted, point.space, chosen.spec, std::move(report));
   chosen.text = design_text(view);
   chosen.json = design_json(view, {});

@@ -3,7 +3,12 @@
 
 #include "balance/study/design_space.hpp"
 
+#include <string>
+
 namespace balance {
+
+/// The first fault (validate) of a mechanism, a sentence; empty: there is none.
+std::string first_fault(const Mechanism& mechanism);
 
 /// The mechanism and its trajectories at values of the free numbers.
 /// @throws SpecError if an expression of the mechanism has no value there

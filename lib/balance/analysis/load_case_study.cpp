@@ -125,6 +125,7 @@ DesignProblem state_cases(const DesignSpace& space, const DesignStudyOptions& op
   for (Choice& choice : problem.choices)
     for (OptionalElement& element : choice.elements) element.numbers = in_all_cases(cases, element.numbers);
   problem.mechanism_at = [together](const VectorX& x) { return together->mechanism(x); };
+  problem.fault = [together](const VectorX& x) { return together->fault(x); };
   problem.obstacle = [together](const VectorX& x) { return together->obstacle(x); };
   problem.options.loose_springs = find_loose_springs(problem);
   const std::vector<FigureLimit>& limits = space.start.design.subject_to;
@@ -161,6 +162,12 @@ class LoadCaseStudy::Together {
     for (std::size_t k = 0; k < duties_.size(); ++k)
       all.push_back(labelled(assembled_at(trial(k, x).mechanism, duties_[k].coordinates()), k));
     return side_by_side(all);
+  }
+  std::string fault(const VectorX& x) const {
+    for (std::size_t k = 0; k < duties_.size(); ++k)
+      if (const std::string why = first_fault(trial(k, x).mechanism); !why.empty())
+        return fmt::format("in case {}, {}", k + 1, why);
+    return "";
   }
   std::string obstacle(const VectorX& x) const {
     for (std::size_t k = 0; k < duties_.size(); ++k)

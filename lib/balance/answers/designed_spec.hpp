@@ -2,13 +2,19 @@
 /// The spec of a designed mechanism as it is written.
 
 #include "balance/analysis/design_study.hpp"
+#include "balance/answers/views.hpp"
 
 #include <string>
 
 namespace balance {
 
+struct DesignedSpec {
+  std::string text;
+  Refusal refusal;  ///< why the text is no spec of the design; none: it was read back and says the same mechanism
+};
+
 /// balanced_spec with the laws of adapted numbers, and without the elements that the design leaves out; they stay, with masses of zero,
-/// where something else in the spec names them.
-std::string designed_spec(const DesignSpace& space, const DesignReport& report);
+/// where something else in the spec names them. The text is read back.
+DesignedSpec designed_spec(const DesignSpace& space, const DesignReport& report);
 
 }  // namespace balance

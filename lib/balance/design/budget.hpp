@@ -32,6 +32,16 @@ class Budget {
     stopped = stopped || interrupted_;
     return interrupted_;
   }
+  /// From here on it is searched, until finish().
+  void begin_search() { searching_ = true; }
+  void finish_search() { searching_ = false; }
+  /// What is searched for now comes too late: evaluations give nothing, so that whoever asks for them ends. Before and after a search
+  /// they take what they take.
+  bool over() {
+    const bool late = searching_ && (interrupted_ || computing_time() >= end_ + grace);
+    stopped = stopped || late;
+    return late;
+  }
   /// For searches that ask others.
   std::function<bool()> stopper() {
     return [this] { return interrupted(); };
@@ -47,10 +57,12 @@ class Budget {
 
  private:
   static constexpr double least = 1e-3;
+  /// After the end [s]: where nothing is left to begin with, there is still a first look.
+  static constexpr double grace = 0.2;
 
   std::function<bool(const SearchProgress&)> watch_;
   double begin_, end_, next_ = 0;
-  bool interrupted_ = false;
+  bool interrupted_ = false, searching_ = false;
 };
 
 }  // namespace balance::designing

@@ -5,6 +5,12 @@
 
 namespace balance::designing {
 
+namespace {
+
+constexpr const char* out_of_time = "the time ran out";
+
+}  // namespace
+
 Context::Context(const DesignProblem& p, Budget& b)
     : problem(p),
       budget(b),
@@ -25,7 +31,18 @@ Context::Context(const DesignProblem& p, Budget& b)
 
 Context::~Context() = default;
 
-bool Context::allows(const VectorX& u) const { return physical.holds(map.exact(u)) && limits->hold(u); }
+std::string Context::fault(const VectorX& u) const {
+  if (!problem.fault) return "";
+  try {
+    return problem.fault(box.numbers(u));
+  } catch (const SpecError& error) {
+    return error.what();
+  }
+}
+
+bool Context::is_physical(const VectorX& u) const { return physical.holds(map.exact(u)) && fault(u).empty(); }
+
+bool Context::allows(const VectorX& u) const { return is_physical(u) && limits->hold(u); }
 
 int Context::inequalities() const { return physical.size() + limits->size(); }
 
@@ -56,6 +73,11 @@ Conditions Context::derive(const Mechanism& mechanism) const {
 
 Conditions Context::conditions_at(const VectorX& u) const {
   Conditions none;
+  if (budget.over()) {
+    none.status = ConditionsStatus::not_assembled;
+    none.reason = out_of_time;
+    return none;
+  }
   try {
     return derive(mechanism(u));
   } catch (const SpecError& error) {
@@ -67,6 +89,7 @@ Conditions Context::conditions_at(const VectorX& u) const {
 
 std::string Context::obstacle(const VectorX& u) const {
   if (!problem.obstacle) return "";
+  if (budget.over()) return out_of_time;
   try {
     return problem.obstacle(box.numbers(u));
   } catch (const SpecError& error) {

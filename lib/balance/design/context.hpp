@@ -22,7 +22,11 @@ struct Context {
   Conditions conditions_at(const VectorX& u) const;
   /// Why there is no design at u; empty: there may be one.
   std::string obstacle(const VectorX& u) const;
-  /// All bodies are physical, judged by the mechanism itself, and all limits are kept.
+  /// Why the numbers make no mechanism, as a reader of its spec would say; empty: they make one.
+  std::string fault(const VectorX& u) const;
+  /// All bodies are physical, judged by the mechanism itself.
+  bool is_physical(const VectorX& u) const;
+  /// The same, and all limits are kept.
   bool allows(const VectorX& u) const;
   /// What is allowed as inequalities g(u) ≥ 0, and their derivatives unless null.
   int inequalities() const;

@@ -104,7 +104,9 @@ DiscreteBounds::Answer DiscreteBounds::operator()(const Branch& branch, const Na
                                                           : here->relaxation->least_residual(part);
   answer.x = design.x;
   answer.possible = design.possible && !(wanted == Wanted::exact && design.residual > can_be_met);
-  const double least = wanted == Wanted::residual ? std::hypot(design.residual, here->fixed_left) : design.figure;
+  double least = wanted == Wanted::residual ? std::hypot(design.residual, here->fixed_left) : design.figure;
+  if (wanted != Wanted::residual && problem_.objective && !(least >= problem_.objective->least))
+    least = problem_.objective->least;
   if (std::isfinite(least)) answer.least = least;
   return answer;
 }

@@ -22,6 +22,8 @@ class FigureOfMerit {
   bool simulated() const { return static_cast<bool>(objective_.of_variables); }
   /// Convex in the free numbers: convex in parameters that are affine in the numbers wherever it depends on them.
   bool convex() const { return convex_; }
+  /// No value is below it.
+  double least() const { return objective_.least; }
 
  private:
   bool depends_affinely() const;

@@ -69,7 +69,9 @@ class Designer {
     };
     const bool convex = affine && context_.convex();
     convex_ = convex && merit_ && merit_->convex();
-    const VectorX u = search(equations, exact, convex, proved_impossible);
+    budget_.begin_search();
+    const VectorX u = without_fault(search(equations, exact, convex, proved_impossible));
+    budget_.finish_search();
     if (!finish(u)) return;
     const bool unmet = out_.status == DesignStatus::compromise || out_.status == DesignStatus::impossible;
     if (unmet && !out_.proof && !context_.problem.inner) {
@@ -93,13 +95,15 @@ class Designer {
     Equations equations = out_.conditions.rank > 0 ? geometric_equations(context_, *anchor)
                                                    : fixed_equations(context_, none, {}, VectorX(0));
     const Conditions at_start = *anchor == start_ ? out_.conditions : Conditions{};
+    budget_.begin_search();
     GeometricDesign design = search_geometry(context_, *anchor, equations, merit_ ? &*merit_ : nullptr);
+    budget_.finish_search();
     if (design.valueless) return give_up(*design.valueless, "for any numbers that were found to meet the conditions");
     if (!design.found && merit_ && !finite_value(*anchor)) return give_up(*anchor, "for any lengths that were tried");
     if (design.by_residual) note_compromise();
     aim_ = merit_ && !design.by_residual ? Aim::objective : design.balanced ? Aim::nothing : Aim::residual;
     equations = equations_near(context_, design.u, equations);
-    const VectorX u = tidy(equations, design.u);
+    const VectorX u = without_fault(tidy(equations, design.u));
     out_.conditions = context_.conditions_at(u);
     if (out_.conditions.status != ConditionsStatus::done) return finish_without_list(equations, u);
     if (!finish(u)) return;
@@ -128,6 +132,11 @@ class Designer {
     ExactSearch found = find_exact(context_, equations, effort(convex, proved_impossible));
     const auto back = [&](const VectorX& u) { return polished(equations, u, exact); };
     if (found.solutions.empty() && !found.unusable.empty()) {
+      budget_.finish_search();  // it may have been the time that was missing
+      if (finite_value(found.unusable.front())) {
+        aim_ = Aim::objective;
+        return tidy(equations, found.unusable.front());
+      }
       give_up(found.unusable.front(), "for any numbers that were found to meet the conditions");
       return start_;
     }
@@ -255,9 +264,18 @@ class Designer {
     return term_values(context_.mechanism(u), context_.options.loose_springs);
   }
 
-  /// @return false if there is no design, because the objective has no value there
+  /// The start values in place of numbers that make no mechanism.
+  VectorX without_fault(const VectorX& u) const { return context_.fault(u).empty() ? u : start_; }
+
+  /// @return false if there is no design, because there is no mechanism or the objective has no value
   bool finish(const VectorX& u) {
     if (given_up_) return false;
+    if (const std::string fault = context_.fault(u); !fault.empty()) {
+      out_.status = DesignStatus::unsolved;
+      out_.reason = "no numbers were found that make a mechanism: " + fault;
+      given_up_ = true;
+      return false;
+    }
     out_.x = context_.box.numbers(u);
     if (merit_) {
       out_.objective_start = (*merit_)(start_, nullptr);

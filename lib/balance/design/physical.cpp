@@ -11,6 +11,8 @@ namespace {
 
 /// Bodies keep this part of their largest mass or inertia: enough to be told from none, too little to matter.
 constexpr double strictly = 1e-6;
+/// What an expression may not be below zero by is kept this part of its size above it, more than its round-off.
+constexpr double not_negative = 1e-12;
 /// Violations below this part of a quantity's size are round-off.
 constexpr double cone_round_off = 1e-13;
 
@@ -36,7 +38,9 @@ Physical::Physical(const ParameterMap& map, const Survey& survey, const VectorX&
   for (const Element& element : list_elements(survey.at_base, survey.loose)) {
     const bool body = element.bearer == Bearer::body;
     add(map, survey, start, element.mass, false, body);
-    if (element.inertia >= 0)
+    const bool as_given =
+        body && survey.at_base.bodies[static_cast<std::size_t>(element.index)].inertia_as_given;  // whatever it is
+    if (element.inertia >= 0 && !as_given)
       add(map, survey, start, element.inertia, survey.at_base.space == SpaceKind::spatial, body);
   }
 }
@@ -62,8 +66,11 @@ void Physical::add(const ParameterMap& map, const Survey& survey, const VectorX&
     item.margin = at_start > -strictly * item.size && (matrix || at_start > 0)
                       ? std::min(strictly, at_start / item.size)
                       : strictly;
+  } else if (!matrix) {
+    item.margin = std::clamp(start[feature] / item.size, 0.0, not_negative);
   }
-  if (!matrix && map.polynomial() && map.polynomial()->least(feature) >= (item.margin - cone_round_off) * item.size &&
+  const double demanded = (body ? item.margin : 0) - cone_round_off;
+  if (!matrix && map.polynomial() && map.polynomial()->least(feature) >= demanded * item.size &&
       (!body || map.polynomial()->least(feature) > 0))
     return;
   convex_ = convex_ && affine;

@@ -56,6 +56,7 @@ struct Objective {
       false;  ///< of the design (added mass), not of its motion: smallest when nothing is balanced at all, so that
               ///< a compromise first meets the conditions as well as it can
   bool constant = false;  ///< of_parameters is, whatever the parameters
+  double least = -std::numeric_limits<double>::infinity();  ///< no value is below it, whatever the numbers
 };
 
 /// A figure that a design must keep to.
@@ -82,6 +83,9 @@ struct DesignProblem {
   std::vector<Variable> variables;
   /// The mechanism at values of the free numbers within their bounds; not checked for physical sense.
   std::function<Mechanism(const VectorX& x)> mechanism_at;
+  /// The first fault (validate) of the mechanism there, a sentence: such numbers are no design. Empty: there is none. Null: nothing is
+  /// asked.
+  std::function<std::string(const VectorX& x)> fault;
   std::vector<Choice> choices;  ///< what may be left out
   std::vector<Goal> goals;      ///< none: only the objective is asked for
   ConditionOptions options;

@@ -45,6 +45,7 @@ DesignProblem at_fixed_geometry(const Context& context, const VectorX& x, double
     part.variables.push_back(std::move(variable));
   }
   part.mechanism_at = [&whole, all](const VectorX& u) { return whole.mechanism_at(all(u)); };
+  if (whole.fault) part.fault = [&whole, all](const VectorX& u) { return whole.fault(all(u)); };
   part.options = context.options;
   part.obstacle = {};
   part.objective_at = {};

@@ -1,6 +1,7 @@
 #include "balance/design/two_levels.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/base/extrema.hpp"
 #include "balance/design/inner_problem.hpp"
 #include "balance/design/limits.hpp"
 #include "balance/design/nlopt_search.hpp"
@@ -90,7 +91,7 @@ class TwoLevels {
       } catch (const std::invalid_argument&) {
         return {};
       }
-      const double largest = rows.colwise().norm().maxCoeff();
+      const double largest = max_abs(rows.colwise().norm());
       for (std::size_t k = 0; k < matters.size(); ++k)
         matters[k] = rows.col(static_cast<Eigen::Index>(k)).norm() > 1e-12 * largest;
     }
@@ -162,11 +163,12 @@ class TwoLevels {
     return std::min_element(ends_.begin(), ends_.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
   }
 
-  /// Of the local searches so far those that end as well as the best does.
-  int count_alike() const {
-    const auto best = best_end();
-    return static_cast<int>(std::count_if(ends_.begin(), ends_.end(), [&](const InnerSolution& end) {
-      return std::abs(end.value - best->value) <= same_end * std::abs(best->value);
+  /// Of the local searches those that end as well as the best of them does.
+  static int count_alike(const std::vector<double>& values) {
+    if (values.empty()) return 0;
+    const double best = *std::min_element(values.begin(), values.end());
+    return static_cast<int>(std::count_if(values.begin(), values.end(), [best](double value) {
+      return std::abs(value - best) <= same_end * std::abs(best);
     }));
   }
 
@@ -211,11 +213,14 @@ class TwoLevels {
     std::vector<InnerSolution> all = points;
     for (const InnerSolution& end : ends_) all.push_back(end);
     const int count = std::min(most_figure_descents, 1 + static_cast<int>(model_->outer().size()));
+    std::vector<double> values;
     for (const VectorX& v : best_apart(all, count, [](const auto& p) { return p.value; })) {
       if (context_.budget.spent()) break;
-      keep(down_from(v));
+      const InnerSolution end = down_from(v);
+      if (end.found) values.push_back(end.value);
+      keep(end);
     }
-    context_.budget.alike = count_alike();
+    context_.budget.alike = count_alike(values);
     for (const InnerSolution& point : points) keep(point);
     const auto best = best_end();
     if (best != ends_.end() && !context_.budget.spent()) keep(polished_end(outer_of(best->u)));
@@ -243,7 +248,7 @@ class TwoLevels {
   double beyond(const InnerSolution& end) const {
     VectorX g;
     context_.limits->evaluate(model_->recovered(end.u, end.unknowns), g, nullptr);
-    return g.size() == 0 ? 0 : g.allFinite() ? -g.minCoeff() : std::numeric_limits<double>::infinity();
+    return g.size() == 0 ? 0 : g.allFinite() ? -min_coefficient(g) : std::numeric_limits<double>::infinity();
   }
 
   /// From the best end on, with as much to spare as it is beyond the limits.
@@ -299,8 +304,7 @@ class TwoLevels {
     for (const InnerSolution& end : ends_) {
       const VectorX u = model_->recovered(end.u, end.unknowns);
       std::vector<VectorX>& list = end.residual < met_by_search ? designs.balanced : designs.others;
-      const bool known =
-          std::any_of(list.begin(), list.end(), [&](const VectorX& k) { return (k - u).cwiseAbs().maxCoeff() < 1e-6; });
+      const bool known = std::any_of(list.begin(), list.end(), [&](const VectorX& k) { return max_abs(k - u) < 1e-6; });
       if (!known && list.size() < 6) list.push_back(u);
     }
   }

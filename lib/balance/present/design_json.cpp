@@ -11,6 +11,15 @@
 namespace balance {
 namespace {
 
+const char* name_of(FreeNumber::StartFrom from) {
+  switch (from) {
+    case FreeNumber::StartFrom::spec: return "start";
+    case FreeNumber::StartFrom::none: return "none";
+    case FreeNumber::StartFrom::middle: return "middle";
+  }
+  return "";
+}
+
 Json numbers_list(const DesignReport& report) {
   Json list = Json::array();
   for (std::size_t i = 0; i < report.numbers.size(); ++i) {
@@ -22,6 +31,7 @@ Json numbers_list(const DesignReport& report) {
                     {"lower", number.lower},
                     {"upper", number.upper},
                     {"before", report.before[k]},
+                    {"before_from", name_of(number.start_from)},
                     {"value", value},
                     {"sizes", number.sizes.empty() ? Json(nullptr) : Json(number.sizes)},
                     {"at_bound", bound < 0 ? Json("lower") : (bound > 0 ? Json("upper") : Json(nullptr))}});

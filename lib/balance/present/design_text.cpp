@@ -179,6 +179,14 @@ std::string remark(const FreeNumber& number, int bound) {
   return bound < 0 ? "at its lower bound" : (bound > 0 ? "at its upper bound" : "");
 }
 
+/// What "before" is where nobody has said it.
+std::string before_text(const std::vector<FreeNumber>& numbers) {
+  std::string middle;
+  for (const FreeNumber& number : numbers)
+    if (number.start_from == FreeNumber::StartFrom::middle) middle += (middle.empty() ? "" : ", ") + number.path;
+  return middle.empty() ? "" : fmt::format("before: in the middle of the bounds, for want of a 'start': {}\n", middle);
+}
+
 std::string numbers_text(const DesignView& view) {
   const DesignReport& report = view.report;
   Table table{{"free number [SI]", "lower", "upper", "before (start)", "value", ""},
@@ -194,7 +202,7 @@ std::string numbers_text(const DesignView& view) {
     table.rows.push_back({number.path, fmt::format("{:g}", number.lower), fmt::format("{:g}", number.upper),
                           number_text(report.before[k]), number_text(zero ? 0 : value), remark(number, bound)});
   }
-  return format_table(table) + "\n";
+  return format_table(table) + before_text(report.numbers) + "\n";
 }
 
 std::string residual_text(double residual) {

@@ -79,6 +79,12 @@ void check_start(const Cursor& map, FreeValue& free) {
 
 }  // namespace
 
+void FreeValue::start_at_none() {
+  if (start_from != FreeNumber::StartFrom::middle || lower > 0 || upper < 0) return;
+  start_near(0);
+  start_from = FreeNumber::StartFrom::none;
+}
+
 void FreeValue::start_near(double value) { start = sizes.empty() ? value : nearest_of(sizes, value); }
 
 FreeValue read_free_value(const Cursor& map, const Number& number, const std::vector<Field>& others) {
@@ -103,7 +109,7 @@ FreeValue read_free_value(const Cursor& map, const Number& number, const std::ve
     free.lower = free.sizes.front();
     free.upper = free.sizes.back();
   }
-  free.start_given = start.has_value();
+  if (start) free.start_from = FreeNumber::StartFrom::spec;
   free.start_near(free.lower + (free.upper - free.lower) / 2);
   if (start) free.start = *start;
   check_start(map, free);

@@ -2,6 +2,7 @@
 /// `{free: [lower, upper], start: v}`, and numbers that come in sizes: `{free: [lower, upper], step: s}`, `{free: {values: […]}}`.
 
 #include "balance/spec/cursor.hpp"
+#include "balance/study/study.hpp"
 
 #include <functional>
 #include <vector>
@@ -12,8 +13,10 @@ namespace balance::read {
 struct FreeValue {
   double lower = 0, upper = 0, start = 0;
   std::vector<double> sizes;  ///< the only values, increasing; empty: any
-  bool start_given = false;
+  FreeNumber::StartFrom start_from = FreeNumber::StartFrom::middle;
 
+  /// Starts at 0 where the bounds allow it and nobody has said otherwise.
+  void start_at_none();
   /// Starts as near to a value as it can.
   void start_near(double value);
 };

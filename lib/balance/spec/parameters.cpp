@@ -145,8 +145,9 @@ class Resolver {
 
 }  // namespace
 
-Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& overrides, Recording& recording,
-                       Problems& problems) {
+Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& overrides,
+                       std::set<std::string> of_added_amounts, Recording& recording, Problems& problems)
+    : of_added_amounts_(std::move(of_added_amounts)) {
   std::vector<Member> all;
   if (section) problems.guard([&] { all = members(*section, "a mapping of parameters"); });
   for (const Member& member : all) names_.push_back(member.name);
@@ -208,13 +209,15 @@ void Parameters::define(const Member& member, Recording& recording) {
     plain = names_in(member.value.node().text).values.empty();
     value = plain ? add_input(value.value()) : Expression::named(recording.graph, value);
   } else {
-    const FreeValue free = evaluate_free(member.value);
+    FreeValue free = evaluate_free(member.value);
+    if (of_added_amounts_.contains(member.name)) free.start_at_none();
     value = add_input(free.start);
     free_numbers_.push_back({&member.value.node(),
                              {.path = member.value.path(),
                               .lower = free.lower,
                               .upper = free.upper,
                               .start = free.start,
+                              .start_from = free.start_from,
                               .sizes = free.sizes},
                              value});
   }
@@ -247,6 +250,7 @@ Expression Parameters::evaluate_expression(const Cursor& scalar, const std::stri
                  .found = in_quotes(text),
                  .hint = why});
   };
+  if (const std::string comma = decimal_comma_hint(text); !comma.empty()) wrong(comma.substr(2));
   const std::string unit = unit_behind(text);
   if (!unit.empty() && known_.count(unit) == 0)
     wrong(fmt::format("there is no place for {} behind a number: 'units:' states the units of all of them",

@@ -28,8 +28,9 @@ class Parameters {
   /// Evaluates all parameters, in whatever order they depend on each other. Problems are collected.
   /// @param section null if the spec has none
   /// @param recording where they get an input or a node each
-  Parameters(const std::optional<Cursor>& section, const Overrides& overrides, Recording& recording,
-             Problems& problems);
+  /// @param of_added_amounts those that start at 0 (parameters_of_added_amounts)
+  Parameters(const std::optional<Cursor>& section, const Overrides& overrides, std::set<std::string> of_added_amounts,
+             Recording& recording, Problems& problems);
 
   /// A number or an expression, in the spec's units. Fails unless it is finite.
   Expression evaluate(const Cursor& scalar);
@@ -48,6 +49,7 @@ class Parameters {
   void define(const Member& member, Recording& recording);
   void override_values(const Overrides& overrides, std::vector<Member>& members, Problems& problems);
 
+  std::set<std::string> of_added_amounts_;
   std::size_t expressions_size_ = 0;
   std::vector<std::string> names_;  ///< in the document's order, for messages
   std::set<std::string> known_;     ///< the same, to look up

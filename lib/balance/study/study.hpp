@@ -22,8 +22,15 @@ namespace balance {
 
 /// A number that the designer left open: `{free: [lower, upper], start: …}`. The study holds its start value.
 struct FreeNumber {
+  /// Where its start is from.
+  enum class StartFrom {
+    spec,    ///< it says `start`
+    none,    ///< what is added to balance a mechanism is not there to begin with
+    middle,  ///< of the bounds, or the size nearest to it: nobody has said it
+  };
   std::string path;  ///< key path in the spec, `counterweights.cw2.mass`, or the parameter's: `parameters.x`
   double lower = 0, upper = 0, start = 0;  ///< SI, except free parameters: as written
+  StartFrom start_from = StartFrom::spec;
   double unit = 1;                         ///< SI value of the spec's unit here; 1 for parameters
   std::size_t begin = 0, end = 0;  ///< bytes of spec_text that `{free: …}`, or the alias that stands for it, takes up
   std::vector<double> sizes =

@@ -115,6 +115,13 @@ export function designSection(data) {
     h("dl", {class: "facts"}, facts.map(([n, t]) => [h("dt", {}, n), h("dd", {}, t)]).flat()),
     h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Free numbers"),
       h("thead", {}, h("tr", {}, ["Number", "Before", "Designed", "From", unseen("Between the bounds"), "To", unseen("At a bound")].map((t, i) =>
-        h("th", {scope: "col", class: [1, 2, 3, 5].includes(i) ? "number" : ""}, t)))), h("tbody", {}, rows))));
+        h("th", {scope: "col", class: [1, 2, 3, 5].includes(i) ? "number" : ""}, t)))), h("tbody", {}, rows))),
+    unstated(design.free_numbers));
+}
+
+/** What "before" is where nobody has said it. */
+function unstated(numbers) {
+  const paths = numbers.filter((n) => n.before_from === "middle").map((n) => n.path);
+  return paths.length ? h("p", {class: "note"}, `Before: in the middle of the bounds, for want of a start: ${paths.join(", ")}.`) : null;
 }
 
