@@ -135,8 +135,11 @@ std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vec
     DesignReport report = design_study(*spec->space, watched);
     all.refusal = refusal_of(report);
     if (all.refusal) return all;
+    DesignedSpec spec_of_design = designed_spec(*spec->space, report);
+    all.refusal = spec_of_design.refusal;
+    if (all.refusal) return all;
     all.design = std::make_shared<Design>();
-    all.design->spec_text = designed_spec(*spec->space, report);
+    all.design->spec_text = std::move(spec_of_design.text);
     all.design->view = make_view(options, *spec->space, all.design->spec_text, std::move(report));
     return all;
   });
@@ -145,6 +148,7 @@ std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vec
   made.design->description.version = version();
   made.design->description.spec_text = spec->study().spec_text;
   made.design->description.command_line = command;
+  made.design->source = spec->file;
   return made.design;
 }
 
@@ -186,11 +190,14 @@ std::shared_ptr<Design> front_point(const FoundFront& front, std::size_t k) {
   const FrontPoint& point = points[k];
   auto made = std::make_shared<Design>();
   DesignReport report = front_design(*front.spec->space, point, true);
-  made->spec_text = designed_spec(*front.spec->space, report);
+  DesignedSpec spec_of_design = designed_spec(*front.spec->space, report);
+  if (spec_of_design.refusal) refuse(spec_of_design.refusal);
+  made->spec_text = std::move(spec_of_design.text);
   made->view = make_view(front.options, point.space, made->spec_text, std::move(report));
   made->description.title = front.spec->study().mechanism.name;
   made->description.version = version();
   made->description.spec_text = front.spec->study().spec_text;
+  made->source = front.spec->file;
   made->description.command_line = fmt::format("{} --point {}", front.command, k + 1);
   return made;
 }
@@ -216,6 +223,7 @@ py::dict runs_of(const Design& design, bool after) {
         run->description =
             describe_simulation(study, trajectory, {.spec_file = study.spec_file, .trajectory = one.trajectory});
     run->description.title = design.description.title;
+    run->source = design.source;
     run->description.spec_text = after ? design.spec_text : design.description.spec_text;
     all[py::str(one.trajectory)] = run;
   }
@@ -269,6 +277,7 @@ void bind_balancing(py::module_& m) {
             WriteOptions options;
             options.existing = force ? Existing::replace : Existing::keep;
             options.cancelled = [] { return PyErr_CheckSignals() != 0; };
+            keep_sources(path, one.description.spec_text, one.source);
             write_design(path, one.view, one.description, options);
           },
           py::arg("path"), py::arg("force"));

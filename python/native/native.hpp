@@ -41,6 +41,7 @@ struct Spec {
 struct Run {
   Result result;
   FileDescription description;
+  std::string source = {};  ///< the file that it comes from, a spec or a result; empty: none
 };
 
 /// A design with everything that is told of it, never changed.
@@ -48,6 +49,7 @@ struct Design {
   DesignView view;
   std::string spec_text;  ///< balanced
   FileDescription description;
+  std::string source = {};  ///< the spec's file; empty: none
 };
 
 /// A mechanism that keeps alive what it is a part of.
@@ -62,6 +64,9 @@ struct GoalWords {
 
 /// @throws std::invalid_argument for names that do not exist
 BalanceQuestion question_of(const GoalWords& words, const Study& study);
+
+/// @throws SystemError if a file of this path would replace the source, or a table or a part that the spec in it is read with
+void keep_sources(const std::string& path, const std::string& spec_text, const std::string& source);
 
 void bind_errors(py::module_& m);
 void bind_patience(py::module_& m);

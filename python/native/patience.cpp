@@ -2,6 +2,10 @@
 
 #include "native.hpp"
 
+#include <cxxabi.h>
+#include <unistd.h>
+
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
@@ -15,6 +19,19 @@ namespace balance::python {
 namespace {
 
 using namespace std::chrono_literals;
+
+std::atomic<std::thread::id> ending_thread;  ///< that ends the interpreter; none: it goes on
+std::atomic<int> calls_without_lock = 0;
+
+[[noreturn]] void stay() {
+  while (true) ::pause();
+}
+
+/// Nobody will hear of what this thread finds, and what it would use is going.
+bool is_left_alone() {
+  const std::thread::id ending = ending_thread;
+  return ending != std::thread::id() && ending != std::this_thread::get_id();
+}
 
 /// What the thread that works and the one that waits both know.
 struct Shared {
@@ -31,7 +48,7 @@ struct Shared {
   }
   /// Without the interpreter's lock. @return whether it is done
   bool wait(std::chrono::milliseconds time) {
-    const py::gil_scoped_release free;
+    const WithoutLock free;
     std::unique_lock lock(mutex);
     return ended.wait_for(lock, time, [this] { return done; });
   }
@@ -41,6 +58,12 @@ struct LeftBehind {
   std::thread thread;
   std::shared_ptr<Shared> shared;
 };
+
+/// Work whose callers wait. Guarded by the interpreter's lock.
+std::vector<std::shared_ptr<Shared>>& under_way() {
+  static std::vector<std::shared_ptr<Shared>> all;
+  return all;
+}
 
 /// Threads whose callers were interrupted. The process must not end under them. Guarded by the interpreter's lock.
 std::vector<LeftBehind>& left_behind() {
@@ -52,25 +75,38 @@ std::vector<LeftBehind>& left_behind() {
 void leave(std::thread thread, std::shared_ptr<Shared> shared, Leaving leaving) {
   shared->errand.abandon();
   if (leaving == Leaving::never || shared->wait(1s)) {
-    const py::gil_scoped_release free;
+    const WithoutLock free;
     thread.join();
     return;
   }
   left_behind().push_back({std::move(thread), std::move(shared)});
 }
 
+void wait_for(Shared& work) {
+  while (!work.wait(50ms))
+    if (PyErr_CheckSignals() != 0) std::_Exit(130);
+}
+
 /// At the end of the interpreter. Whoever presses Ctrl-C once more does not want to wait for it.
 void join_left_behind() {
+  ending_thread = std::this_thread::get_id();
+  const std::vector<std::shared_ptr<Shared>> works =
+      under_way();  // daemon threads, which the interpreter does not wait for, called them
+  for (const auto& work : works) work->errand.abandon();
+  for (const auto& work : works) wait_for(*work);
+  while (calls_without_lock > 0) {
+    const py::gil_scoped_release free;
+    std::this_thread::sleep_for(1ms);
+  }
   for (LeftBehind& one : left_behind()) {
-    while (!one.shared->wait(50ms))
-      if (PyErr_CheckSignals() != 0) std::_Exit(130);
+    wait_for(*one.shared);
     one.thread.join();
   }
   left_behind().clear();
 }
 
 /// @return whether the caller still wants it; else Python's error is set
-bool look_up(Errand& errand, const py::object& progress, double& told) {
+bool look_up(Errand& errand, const py::object& progress, double& told) try {
   if (PyErr_CheckSignals() != 0) return false;
   const double part = errand.part();
   if (progress.is_none() || part == told) return true;
@@ -81,9 +117,28 @@ bool look_up(Errand& errand, const py::object& progress, double& told) {
     return false;
   }
   return true;
+} catch (abi::__forced_unwind&) {
+  stay();  // the interpreter has ended in Python's code
 }
 
 }  // namespace
+
+WithoutLock::WithoutLock() : state_(PyEval_SaveThread()) {
+  ++calls_without_lock;
+  if (!is_left_alone()) return;
+  --calls_without_lock;
+  stay();
+}
+
+WithoutLock::~WithoutLock() {
+  --calls_without_lock;
+  if (is_left_alone()) stay();
+  try {
+    PyEval_RestoreThread(state_);
+  } catch (abi::__forced_unwind&) {
+    stay();
+  }
+}
 
 void run_patiently(std::function<void(Errand&)> work, const py::object& progress, Leaving leaving) {
   auto shared = std::make_shared<Shared>();
@@ -96,13 +151,16 @@ void run_patiently(std::function<void(Errand&)> work, const py::object& progress
     work = nullptr;  // what it holds is gone before anybody goes on
     shared->finish();
   });
+  under_way().push_back(shared);
   double told = 0;
   while (!shared->wait(50ms)) {
     if (look_up(shared->errand, progress, told)) continue;
     const py::error_already_set error;
+    std::erase(under_way(), shared);
     leave(std::move(thread), std::move(shared), leaving);
     throw error;
   }
+  std::erase(under_way(), shared);
   thread.join();
   if (shared->trouble) std::rethrow_exception(shared->trouble);
 }

@@ -13,6 +13,20 @@ namespace balance::python {
 
 namespace py = pybind11;
 
+/// The caller's thread gives the interpreter's lock away for as long as this lives. The interpreter may end meanwhile: it does not wait for
+/// daemon threads, and ends those that ask for its lock by unwinding their stack, which no destructor survives. Such a thread stays where
+/// it is until the process ends.
+class WithoutLock {
+ public:
+  WithoutLock();
+  ~WithoutLock();
+  WithoutLock(const WithoutLock&) = delete;
+  WithoutLock& operator=(const WithoutLock&) = delete;
+
+ private:
+  PyThreadState* state_;
+};
+
 /// Nobody waits for the work any more.
 struct Abandoned {};
 

@@ -1,9 +1,12 @@
 #include "arrays.hpp"
 #include "native.hpp"
 
+#include "balance/base/error.hpp"
 #include "balance/motion/names.hpp"
 #include "balance/result/quantities.hpp"
 #include "balance/result/round_off.hpp"
+#include "balance/spec/named_files.hpp"
+#include "balance/write/file_identity.hpp"
 #include "balance/write/json.hpp"
 #include "balance/write/result_csv.hpp"
 #include "balance/write/result_hdf5.hpp"
@@ -139,6 +142,14 @@ WriteOptions write_options(bool force, bool compress) {
 
 }  // namespace
 
+void keep_sources(const std::string& path, const std::string& spec_text, const std::string& source) {
+  if (source.empty()) return;
+  std::vector<InputFile> inputs;
+  for (std::string& file : files_of_spec(spec_text, source)) inputs.push_back({std::move(file), ""});
+  if (const InputFile* replaced = find_replaced(path, inputs))
+    throw SystemError("cannot write " + path + ": it would replace what it is made from: " + replaced->path);
+}
+
 void bind_run(py::module_& m) {
   py::class_<Run, SharedRun>(m, "Run")
       .def_property_readonly("status", [](const Run& run) { return name_of(run.result.outcome.status); })
@@ -160,12 +171,14 @@ void bind_run(py::module_& m) {
       .def(
           "write_hdf5",
           [](const Run& run, const std::string& path, bool force, bool compress) {
+            keep_sources(path, run.description.spec_text, run.source);
             write_result(path, run.result, run.description, write_options(force, compress));
           },
           py::arg("path"), py::arg("force"), py::arg("compress"))
       .def(
           "write_csv",
           [](const Run& run, const std::string& path, bool force) {
+            keep_sources(path, run.description.spec_text, run.source);
             write_csv(path, run.result, write_options(force, false));
           },
           py::arg("path"), py::arg("force"))

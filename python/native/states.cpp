@@ -23,7 +23,7 @@ struct Door {
   /// Without the interpreter's lock, and alone.
   template <class Work>
   auto alone(Work work) {
-    const py::gil_scoped_release free;
+    const WithoutLock free;
     const std::lock_guard lock(mutex);
     return work(inverse);
   }
@@ -38,7 +38,7 @@ InverseOptions options_of(const std::vector<std::string>& independent, const std
 
 std::shared_ptr<Door> open_door(const std::shared_ptr<Mechanism>& mechanism,
                                 const std::vector<std::string>& independent, const std::vector<double>& about) {
-  const py::gil_scoped_release free;
+  const WithoutLock free;
   return std::make_shared<Door>(mechanism, InverseDynamics(*mechanism, options_of(independent, about)));
 }
 
@@ -64,7 +64,7 @@ py::tuple efforts(const std::shared_ptr<Mechanism>& mechanism, const std::vector
   const EffortQuestion question = question_of(q, dq, ddq, time);
   const InverseOptions options = options_of(independent, {});
   if (question.q.rows() <= 64) {
-    const py::gil_scoped_release free;  // done before a thread is made
+    const WithoutLock free;  // done before a thread is made
     answers = InverseDynamics(*mechanism, options).effort_rows(question.q, question.dq, question.ddq, question.time);
   } else {
     answers = patiently(
