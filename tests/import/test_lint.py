@@ -133,7 +133,7 @@ class Mistakes(ImportCase):
         self.assert_failure(run("import", self.path("nowhere.urdf")), 5, "nowhere.urdf")
 
     def test_options(self):
-        self.refused(arm(), "--actuate", "nearest is 'J'", arguments=("--actuate", "K"), code=2)
+        self.refused(arm(), "--actuate", "expected a joint that moves (J), found 'K'", arguments=("--actuate", "K"), code=2)
         self.refused(arm(), "--base", arguments=("--base", "loose"), code=2)
         path = self.write("r.urdf", arm())
         self.assert_failure(run("import", path, "-o", path, "--force"), 2, "would replace what it is made from")

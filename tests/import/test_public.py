@@ -48,6 +48,13 @@ class PublicRobots(ImportCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("is fixed and mimics 'j1': nothing follows from that", done.stderr)
 
+    def test_names_of_any_length_make_a_spec(self):
+        for size in (199, 1023, 5000, 500_000):
+            name = "x" * size
+            joints = [("j", "continuous", "world", name + "a", ""), ("J", "continuous", name + "a", name + "b", "")]
+            spec = self.imported(self.write("robot.urdf", robot(joints)))
+            self.assertEqual(len(spec["bodies"]), 2, size)
+
     def test_time_is_in_proportion_to_size(self):
         """Each took minutes when every place was counted from the file's beginning, or every attribute compared with all others."""
         many = " ".join(f'a{i}=""' for i in range(380_000))

@@ -64,8 +64,8 @@ Study read_own(const std::string& spec, const std::string& file) {
     return read_spec(spec, file);
   } catch (const SpecError& error) {
     const Mistake& first = error.mistakes().front();
-    throw SpecError(
-        {.place = {file, 1, 1, ""}, .message = "no spec can be made of it: " + first.place.key + ": " + first.message});
+    const std::string where = first.place.key.empty() ? "" : first.place.key + ": ";
+    throw SpecError({.place = {file, 1, 1, ""}, .message = "no spec can be made of it: " + where + first.message});
   }
 }
 

@@ -23,7 +23,7 @@ class Names {
   std::map<std::string, int> next_;  ///< number to try behind a name
 };
 
-/// Characters that a name cannot have become `_`; nothing else changes.
+/// Characters that a name cannot have become `_`, and what no name has room for is cut off.
 std::string as_name(const std::string& wanted);
 
 }  // namespace balance::foreign
