@@ -3,8 +3,8 @@
 
 #include "../inverse/every_config.hpp"
 
-#include "balance/inverse/configuration.hpp"
 #include "balance/equations/equation_terms.hpp"
+#include "balance/inverse/configuration.hpp"
 
 #include <cmath>
 

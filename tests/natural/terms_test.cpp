@@ -2,8 +2,8 @@
 
 #include "../inverse/every_config.hpp"
 
-#include "balance/inverse/configuration.hpp"
 #include "balance/equations/equation_terms.hpp"
+#include "balance/inverse/configuration.hpp"
 #include "balance/inverse/inverse_dynamics.hpp"
 #include "balance/natural/terms.hpp"
 

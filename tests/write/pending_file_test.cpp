@@ -159,7 +159,8 @@ TEST_CASE("behind a folder that is still to be made a path means what it will me
   const Folder folder;
   put(folder / "out", "old");
   std::filesystem::create_directory_symlink(folder / ".", folder / "link");
-  for (const std::string name : {"out", "./out", "new/../out", "new/er/../../out", "link/out", "new/../link/new/../out"}) {
+  for (const std::string name :
+       {"out", "./out", "new/../out", "new/er/../../out", "link/out", "new/../link/new/../out"}) {
     CHECK(same_file(folder / name, folder / "out"));
     CHECK_THROWS_AS(check_writable(folder / name, Existing::keep), SystemError);
   }

@@ -31,7 +31,7 @@ struct FreeNumber {
   std::string path;  ///< key path in the spec, `counterweights.cw2.mass`, or the parameter's: `parameters.x`
   double lower = 0, upper = 0, start = 0;  ///< SI, except free parameters: as written
   StartFrom start_from = StartFrom::spec;
-  double unit = 1;                         ///< SI value of the spec's unit here; 1 for parameters
+  double unit = 1;                 ///< SI value of the spec's unit here; 1 for parameters
   std::size_t begin = 0, end = 0;  ///< bytes of spec_text that `{free: …}`, or the alias that stands for it, takes up
   std::vector<double> sizes =
       {};  ///< the only values that it may have, increasing [as the bounds]; empty: any between them
