@@ -73,8 +73,9 @@ class Uses {
     if (found == uses_.end() || found->second.other || !above.insert(name).second) return false;
     const Use& use = found->second;
     return (use.added || !use.parameters.empty()) &&
-           std::all_of(use.parameters.begin(), use.parameters.end(),
-                       [&](const std::string& parameter) { return only_added(parameter, above); });
+           std::all_of(use.parameters.begin(), use.parameters.end(), [&](const std::string& parameter) {
+             return !uses_.contains(parameter) || only_added(parameter, above);  // what nobody uses feeds nothing
+           });
   }
 
   std::map<std::string, Use> uses_;
