@@ -50,8 +50,8 @@ class Wishes(Case):
         self.assert_failure(run("report", SPEC, "-o", SPEC, "--force"), 2, "would replace the spec")
         self.assertFalse(os.path.exists(page))
 
-    def test_a_folder_that_does_not_exist_ends_with_5(self):
-        self.assert_failure(run("report", SPEC, "-o", self.path("none/page.html")), 5)
+    def test_a_file_in_the_place_of_a_folder_ends_with_5(self):
+        self.assert_failure(run("report", SPEC, "-o", os.path.join(self.write("none", ""), "page.html")), 5)
 
 
 class Page(Case):

@@ -97,8 +97,7 @@ class ResultFiles(Case):
 
     def test_places_where_no_file_can_be_are_named(self):
         self.write("file", "")
-        for place, reason in ((self.path("none/a.h5"), "No such file or directory"),
-                              (self.path("file/a.h5"), "Not a directory"), (self.folder, "it is a folder"),
+        for place, reason in ((self.path("file/a.h5"), ""), (self.folder, "it is a folder"),
                               ("/dev/full", "it is not a regular file"), ("/proc/a.h5", "")):
             for option in ("-o", "--csv"):
                 done = self.simulate(option, place, "--force")
