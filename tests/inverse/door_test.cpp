@@ -3,6 +3,7 @@
 #include "every_config.hpp"
 
 #include "balance/inverse/inverse_dynamics.hpp"
+#include "balance/result/quantities.hpp"
 
 #include <doctest/doctest.h>
 
@@ -123,6 +124,28 @@ TEST_CASE("where the way meets a singularity the answer says so, and the state b
   CHECK(out.outcome.status == MotionStatus::unreachable);
   CHECK(out.outcome.reason.rfind("the loops cannot be closed with these independent coordinates: ", 0) == 0);
   CHECK(door.at(numbers({0.34}), zero, zero));
+}
+
+TEST_CASE("rows without an answer are NaN wherever they stand, and leave the others as they are") {
+  const Mechanism five_bar = doors::config("5r.yaml").mechanism;
+  const Samples zero = Samples::Zero(4, 2);
+  Samples q(4, 2);
+  q << 3.1, 0, 2.2, 0.8, 3.1, 0, 2.2, 0.8;  // cranks that point away from each other are too far apart for the arms
+  InverseDynamics door(five_bar);
+  const StateAnswers found = door.at_rows(q, zero, zero, numbers({1, 2, 3, 4}));
+  REQUIRE(found.failures.size() == 2);
+  InverseDynamics other(five_bar);
+  const StateAnswers reached = other.at_rows(Samples(q.bottomRows(1)), Samples::Zero(1, 2), Samples::Zero(1, 2));
+  REQUIRE(reached.failures.empty());
+  CHECK(found.result.time == numbers({1, 2, 3, 4}));
+  for (const Eigen::Index k : {0, 2}) {
+    CHECK(found.failures[static_cast<std::size_t>(k / 2)].row == k);
+    for (const Quantity& quantity : list_quantities(found.result))
+      CHECK_MESSAGE((found.result.*quantity.member).row(k).array().isNaN().all(), quantity.name);
+    CHECK(found.result.newton_iterations[k] == 0);
+    // there Newton's method starts where it ended
+    CHECK((found.result.torque.row(k + 1) - reached.result.torque.row(0)).norm() < 1e-9);
+  }
 }
 
 TEST_CASE("a state beyond reach of the one before is told at once") {

@@ -91,6 +91,17 @@ class States(Case):
             mechanism.inverse_dynamics(q, zero, zero, failures="raise")
         self.assertNotEqual(caught.exception.status, "done")
 
+    def test_a_first_state_without_an_answer_is_told_like_any_other(self):
+        door = bm.InverseDynamics(bm.load(config("5r.yaml")).mechanism)
+        far, near, zero = numpy.array([3.1, 0]), numpy.array([2.2, 0.8]), numpy.zeros(2)  # arms end too far from each other
+        with self.assertRaises(bm.MotionError):
+            door.at(far, zero, zero)
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            run = door.rows(numpy.array([far, near]), zero, zero)
+        self.assertIn("1 of 2 states have no answer; the first, 0:", str(said[0].message))
+        self.assertEqual(numpy.isnan(run.torque).all(axis=1).tolist(), [True, False])
+
     def test_the_ways_to_the_efforts_agree(self):
         for name in ("3rrr.yaml", "spatial-rrr.yaml"):
             mechanism = bm.load(config(name)).mechanism

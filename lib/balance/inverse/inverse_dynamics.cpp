@@ -163,8 +163,11 @@ StateAnswers InverseDynamics::at_rows(const Eigen::Ref<const Samples>& q, const 
     const StateNumbers state = states.row(k);
     MotionOutcome outcome = engine_->observe(state, sample);
     sample.time = state.time;
-    recorder.write(sample, k, result);
-    if (outcome.status != MotionStatus::done) {
+    if (outcome.status == MotionStatus::done) {
+      recorder.write(sample, k, result);
+    } else {  // the sample is the state's before, or empty
+      result.time[k] = state.time;
+      result.newton_iterations[k] = 0;
       for (const Quantity& quantity : list_quantities(result)) (result.*quantity.member).row(k).setConstant(none);
       table.failures.push_back({k, std::move(outcome)});
     }
