@@ -2,13 +2,13 @@
 
 #include "balance/base/factorizations.hpp"
 #include "balance/dynamics/actuation.hpp"
+#include "balance/kinematics/assembly_modes.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
 #include "balance/motion/missing_start.hpp"
 #include "balance/motion/wording.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace balance {
 
@@ -16,14 +16,6 @@ namespace {
 
 /// Coordinates times steps that the search for assembly modes may take: a second or two. Mechanisms of a thousand coordinates need less.
 constexpr long most_work = 1'500'000;
-
-/// @param scale what counts as one: a radian, the characteristic length
-/// @param unit what the spec tells it in
-std::string rounded(double value, double scale, double unit) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", std::abs(value) < 1e-6 * scale ? 0.0 : value / unit);
-  return text;
-}
 
 template <class S>
 class Checker {
@@ -153,69 +145,29 @@ class Checker {
   /// Other ways to close the loops at the same start pose.
   void find_modes(const VectorX& selected) {
     if (tree_.closures.empty() && from_.drive.linear.size() == static_cast<std::size_t>(tree_.columns)) return;
-    add_mode(selected);
+    AssemblyModes<S> modes(mechanism_, tree_, system_, from_.target, selected);
     const int restarts = tree_.columns > 100 ? 24 : std::clamp(6000 / (tree_.columns * tree_.columns + 1), 24, 400);
     long spent = 0;
-    for (int seed = 1; seed <= restarts; ++seed) {
+    for (int start = 1; start <= restarts; ++start) {
       if (spent > most_work) {
-        report_.notes.push_back("the search for assembly modes stopped after " + std::to_string(seed - 1) + " of " +
+        report_.notes.push_back("the search for assembly modes stopped after " + std::to_string(start - 1) + " of " +
                                 std::to_string(restarts) + " random starts: the mechanism is large");
         break;
       }
-      if (progress_) progress_(static_cast<double>(seed - 1) / restarts);
-      const Solution other =
-          solve(system_, random_coordinates(tree_, 1000 + static_cast<std::uint64_t>(seed)), from_.target, 60);
-      spent += static_cast<long>(other.iterations) * tree_.columns;
-      if (other.found) add_mode(other.y);
+      if (progress_) progress_(static_cast<double>(start - 1) / restarts);
+      spent += modes.search_from(static_cast<std::uint64_t>(start));
+    }
+    // a pose that leaves freedoms open has a continuum of solutions, not modes
+    const bool distinct = from_.drive.rows() >= report_.configuration_freedoms;
+    for (const std::vector<double>& mode : modes.all()) {
+      if (!distinct && !report_.modes.empty()) break;
+      report_.modes.push_back({.coordinates = mode, .selected = report_.modes.empty()});
     }
     std::sort(report_.modes.begin() + 1, report_.modes.end(),
               [](const AssemblyMode& a, const AssemblyMode& b) { return a.coordinates < b.coordinates; });
-    for (AssemblyMode& mode : report_.modes) mode.assembly_line = assembly_line(mode.coordinates);
-  }
-
-  void add_mode(const VectorX& y) {
-    // a pose that leaves freedoms open has a continuum of solutions, not modes
-    if (from_.drive.rows() < report_.configuration_freedoms && !report_.modes.empty()) return;
-    AssemblyMode mode;
-    mode.coordinates = read_coordinates(mechanism_, tree_, y);
-    mode.selected = report_.modes.empty();
-    for (const AssemblyMode& known : report_.modes)
-      if (same(known.coordinates, mode.coordinates)) return;
-    report_.modes.push_back(mode);
-  }
-
-  bool same(const std::vector<double>& a, const std::vector<double>& b) const {
-    for (std::size_t c = 0; c < a.size(); ++c) {
-      const bool angle = mechanism_.coordinates[c].kind == CoordinateKind::angle;
-      const double off = angle ? unwrapped(a[c], b[c]) - b[c] : (a[c] - b[c]) / tree_.length;
-      if (std::abs(off) > 1e-4) return false;
-    }
-    return true;
-  }
-
-  /// The coordinates that tell the modes apart: those of the tree that the pose does not state itself.
-  std::string assembly_line(const std::vector<double>& values) const {
-    std::string line;
-    for (std::size_t c = 0; c < values.size(); ++c) {
-      if (!tree_.sources[c].depends() || stated(static_cast<int>(c)) || follows(static_cast<int>(c))) continue;
-      const bool length = mechanism_.coordinates[c].kind == CoordinateKind::length;
-      const double unit = length ? study_.units.length : study_.units.angle;
-      line += (line.empty() ? "" : ", ") + mechanism_.coordinates[c].name + ": " +
-              rounded(values[c], length ? tree_.length : 1, unit);
-    }
-    return "assembly: {" + line + "}";
-  }
-
-  bool stated(CoordinateId coordinate) const {
-    const LinearQuantity& source = tree_.sources[coordinate];
-    return std::any_of(from_.drive.linear.begin(), from_.drive.linear.end(), [&](const LinearQuantity& quantity) {
-      return quantity.depends_on_one() && source.depends_on_one() && quantity.terms[0].first == source.terms[0].first;
-    });
-  }
-
-  bool follows(CoordinateId coordinate) const {
-    return std::any_of(mechanism_.couplings.begin(), mechanism_.couplings.end(),
-                       [&](const Coupling& coupling) { return coupling.follower == coordinate; });
+    for (AssemblyMode& mode : report_.modes)
+      mode.assembly_line =
+          assembly_line(mechanism_, tree_, from_.drive, mode.coordinates, study_.units.length, study_.units.angle);
   }
 
   void judge_actuators() {
