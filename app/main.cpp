@@ -7,6 +7,7 @@
 #include "help_text.hpp"
 #include "signals.hpp"
 
+#include "balance/base/computing_time.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/base/version.hpp"
@@ -158,6 +159,9 @@ ExitCode translate(int argc, char** argv) {
   } catch (const MechanismRefused& error) {
     return fail(ExitCode::mechanism, std::string("error: ") + error.what(),
                 json ? error_json("mechanism", error.outcome) : "");
+  } catch (const OutOfTime& error) {
+    return fail(ExitCode::mechanism, std::string("error: ") + error.what(),
+                json ? error_json("mechanism", error.what(), "stopped") : "");
   } catch (const SystemError& error) {
     return failed(ExitCode::system, "system", std::string("error: ") + error.what(), error.what());
   } catch (const Cancelled& error) {

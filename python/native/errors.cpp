@@ -1,5 +1,6 @@
 #include "native.hpp"
 
+#include "balance/base/computing_time.hpp"
 #include "balance/base/error.hpp"
 #include "balance/write/pending_file.hpp"
 
@@ -39,6 +40,8 @@ void translate(std::exception_ptr pointer) {
     if (pointer) std::rethrow_exception(pointer);
   } catch (const SpecError& error) {
     raise(error);
+  } catch (const OutOfTime& error) {
+    PyErr_SetString(PyExc_TimeoutError, error.what());
   } catch (const SystemError& error) {
     PyErr_SetString(PyExc_OSError, error.what());
   } catch (const Cancelled& error) {

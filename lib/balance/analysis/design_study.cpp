@@ -8,6 +8,7 @@
 #include "balance/analysis/objective_pieces.hpp"
 #include "balance/analysis/offered.hpp"
 #include "balance/analysis/start_pose.hpp"
+#include "balance/base/computing_time.hpp"
 #include "balance/conditions/modular.hpp"
 #include "balance/conditions/proportion.hpp"
 #include "balance/simulation/simulate.hpp"
@@ -31,7 +32,9 @@ struct Weight {
 
 }  // namespace
 
-DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& options) {
+namespace {
+
+DesignProblem state(const DesignSpace& space, const DesignStudyOptions& options) {
   DesignProblem problem;
   for (const FreeNumber& number : space.start.free_numbers)
     problem.variables.push_back({number.path, number.lower, number.upper, number.start, number.sizes});
@@ -76,6 +79,22 @@ DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& 
     return build_objective(space.held(x, kept), terms, x(kept), loose);
   };
   return problem;
+}
+
+}  // namespace
+
+DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& options) {
+  constexpr double min_seconds = 5;  // for the first look at each motion, however short the search is to be
+  const double seconds = std::max(min_seconds, options.search.seconds);
+  try {
+    const Deadline deadline(seconds);
+    return state(space, options);
+  } catch (const OutOfTime&) {
+    throw OutOfTime(fmt::format(
+        "{:g} s ran out while the motions of the spec were tried with its start values: give the search more "
+        "(--seconds, or seconds: of search:), or leave out trajectories that do not matter",
+        seconds));
+  }
 }
 
 namespace {

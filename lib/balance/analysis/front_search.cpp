@@ -3,7 +3,7 @@
 #include "balance/analysis/case_objective.hpp"
 #include "balance/analysis/objective.hpp"
 #include "balance/analysis/offered.hpp"
-#include "balance/design/computing_time.hpp"
+#include "balance/base/computing_time.hpp"
 #include "balance/design/least_violation.hpp"
 #include "balance/result/tracks.hpp"
 
@@ -59,7 +59,7 @@ FrontSearch::FrontSearch(const DesignSpace& space, const DesignStudyOptions& opt
     : request_(space.start.design.front),
       base_(without_front(space)),
       options_(own_terms(options)),
-      begin_(designing::computing_time()),
+      begin_(computing_time()),
       planned_(planned) {
   if (has_cases()) cases_.emplace(base_, options_);
   problem_ = has_cases() ? cases_->problem() : state_problem(base_, options_);
@@ -96,7 +96,7 @@ DesignSpace FrontSearch::space_for(const FrontWish& wish) const {
 /// Its share of what is left; the first ones leave to the others what they do not need.
 DesignStudyOptions FrontSearch::options_for_one() {
   DesignStudyOptions one = options_;
-  const double left = options_.search.seconds - (designing::computing_time() - begin_);
+  const double left = options_.search.seconds - (computing_time() - begin_);
   one.search.seconds = std::max(least_seconds, left / std::max(1, planned_ - searches_));
   if (!options_.watch) return one;
   one.watch = [this](const SearchProgress& progress) {
@@ -149,7 +149,7 @@ DesignReport FrontSearch::failure() const {
 }
 
 std::optional<FrontPoint> FrontSearch::find(const FrontWish& wish) {
-  before_ = designing::computing_time() - begin_;
+  before_ = computing_time() - begin_;
   stopped_ = stopped_ || (searches_ > 0 && before_ >= options_.search.seconds);
   if (stopped_) return std::nullopt;
   FrontPoint point;

@@ -14,7 +14,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <memory>
 #include <stdexcept>
+#include <utility>
 
 namespace balance {
 
@@ -102,9 +105,23 @@ std::function<double(const VectorX&, VectorX*)> sum_of_parameters(std::vector<Pa
   };
 }
 
+/// A search asks for a simulated figure at the same numbers again and again: the last few values are kept.
+std::function<double(const VectorX&)> with_memory(std::function<double(const VectorX&)> figure) {
+  constexpr std::size_t max_kept = 16;
+  using Known = std::deque<std::pair<VectorX, double>>;
+  return [figure = std::move(figure), known = std::make_shared<Known>()](const VectorX& x) {
+    for (const auto& [at, value] : *known)
+      if (at == x) return value;
+    const double value = figure(x);
+    known->emplace_front(x, value);
+    if (known->size() > max_kept) known->pop_back();
+    return value;
+  };
+}
+
 std::function<double(const VectorX&)> sum_of_variables(const DesignSpace& space, std::vector<Part> parts,
                                                        const LooseSprings& loose) {
-  return [space, parts = std::move(parts), loose](const VectorX& x) {
+  return with_memory([space, parts = std::move(parts), loose](const VectorX& x) {
     const Trial trial = finite_trial(space, x);
     const VectorX parameters = parameter_values(trial.mechanism, loose);
     double sum = 0;
@@ -114,7 +131,7 @@ std::function<double(const VectorX&)> sum_of_variables(const DesignSpace& space,
                             : part.run         ? run_figure(trial.mechanism, *part.run, part.term)
                                                : by_simulation(trial, part.term));
     return sum;
-  };
+  });
 }
 
 /// The first trajectory of the terms that cannot be followed, and why.
@@ -235,7 +252,7 @@ Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveT
   objective.convex = objective.size = true;
   // magnitudes, distances and masses
   if (std::all_of(terms.begin(), terms.end(), [](const ObjectiveTerm& term) { return term.weight >= 0; }))
-    objective.least = 0;
+    objective.lower_bound = 0;
   for (const ObjectiveTerm& term : terms) {
     const bool size = term.size != ObjectiveTerm::Size::none;
     Part part{term.weight,

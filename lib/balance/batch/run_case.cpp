@@ -3,6 +3,7 @@
 #include "balance/analysis/control.hpp"
 #include "balance/analysis/design_study.hpp"
 #include "balance/answers/designed_spec.hpp"
+#include "balance/base/computing_time.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/compare/metric_table.hpp"
@@ -236,6 +237,8 @@ CaseRecord run_case(const BatchPlan& plan, std::size_t index, const std::string&
   } catch (const SpecError& error) {
     failed("spec", error.brief());
   } catch (const Unable& error) {
+    failed("mechanism", error.what());
+  } catch (const OutOfTime& error) {
     failed("mechanism", error.what());
   } catch (const std::bad_alloc&) {
     throw;

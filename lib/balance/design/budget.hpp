@@ -1,11 +1,12 @@
 #pragma once
 /// What a design may spend, and what it has done with it. Private to design.
 
-#include "balance/design/computing_time.hpp"
+#include "balance/base/computing_time.hpp"
 #include "balance/design/problem.hpp"
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 #include <utility>
 
 namespace balance::designing {
@@ -33,9 +34,15 @@ class Budget {
     return interrupted_;
   }
   /// From here on it is searched, until finish().
-  void begin_search() { searching_ = true; }
-  void finish_search() { searching_ = false; }
-  /// What is searched for now comes too late: evaluations give nothing, so that whoever asks for them ends. Before and after a search
+  void begin_search() {
+    searching_ = true;
+    deadline_.emplace(end_ + grace - computing_time());
+  }
+  void finish_search() {
+    searching_ = false;
+    deadline_.reset();
+  }
+  /// What is searched for now comes too late: evaluations give nothing, so that searches end. Before and after a search
   /// they take what they take.
   bool over() {
     const bool late = searching_ && (interrupted_ || computing_time() >= end_ + grace);
@@ -63,6 +70,7 @@ class Budget {
   std::function<bool(const SearchProgress&)> watch_;
   double begin_, end_, next_ = 0;
   bool interrupted_ = false, searching_ = false;
+  std::optional<Deadline> deadline_;  ///< of the search
 };
 
 }  // namespace balance::designing

@@ -94,6 +94,8 @@ std::string Context::obstacle(const VectorX& u) const {
     return problem.obstacle(box.numbers(u));
   } catch (const SpecError& error) {
     return error.what();
+  } catch (const OutOfTime&) {
+    return out_of_time;
   }
 }
 

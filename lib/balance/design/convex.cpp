@@ -34,8 +34,10 @@ class ConvexSearch {
       : context_(context), merit_(merit), conditions_(conditions), back_(back), n_(start.size()) {
     best_.u = start;
     best_.value = merit_(start, &slope_);
-    best_.bound = merit_.least();
-    size_ = std::max({std::abs(best_.value), 1e-6 * std::abs(merit_(context.box.start(), nullptr)), 1e-300});
+    best_.bound = merit_.lower_bound();
+    const double before = std::abs(merit_(context.box.start(), nullptr));
+    size_ = std::max({std::abs(best_.value), 1e-6 * before, 1e-300});
+    round_off_ = before > 0 ? figure_round_off * before : 0;
     scale_ = size_;
   }
 
@@ -53,7 +55,7 @@ class ConvexSearch {
   }
 
  private:
-  double tolerance() const { return std::max(agreement * std::abs(best_.value), of_start * size_); }
+  double tolerance() const { return std::max({agreement * std::abs(best_.value), of_start * size_, round_off_}); }
   bool done() const { return best_.value - best_.bound <= tolerance(); }
 
   /// A bound above the value by more than round-off contradicts the convexity that it rests on.
@@ -232,6 +234,7 @@ class ConvexSearch {
   Optimum best_;
   VectorX slope_;
   double size_;   ///< of the objective where the search began
+  double round_off_;
   double scale_;  ///< of what the programs are solved in
   double curvature_ = 1;
   std::vector<Tangent> tangents_;

@@ -1,5 +1,6 @@
 #include "balance/design/figure_of_merit.hpp"
 
+#include "balance/base/computing_time.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/extrema.hpp"
 
@@ -38,6 +39,8 @@ double FigureOfMerit::by_simulation(const VectorX& u) const {
     return std::numeric_limits<double>::quiet_NaN();  // an expression of the spec has no value here
   } catch (const std::invalid_argument&) {
     return std::numeric_limits<double>::quiet_NaN();  // nor is there a motion
+  } catch (const OutOfTime&) {
+    return std::numeric_limits<double>::quiet_NaN();
   }
 }
 
@@ -54,6 +57,8 @@ std::optional<std::vector<MaximumTerm>> FigureOfMerit::pieces(const VectorX& u) 
   } catch (const SpecError&) {
     return std::nullopt;
   } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  } catch (const OutOfTime&) {
     return std::nullopt;
   }
 }

@@ -5,6 +5,9 @@
 
 namespace balance::designing {
 
+/// Of a figure, in parts of its value at the start.
+inline constexpr double figure_round_off = 1e-12;
+
 class FigureOfMerit {
  public:
   /// @param objective must outlive it, as the context must
@@ -23,7 +26,7 @@ class FigureOfMerit {
   /// Convex in the free numbers: convex in parameters that are affine in the numbers wherever it depends on them.
   bool convex() const { return convex_; }
   /// No value is below it.
-  double least() const { return objective_.least; }
+  double lower_bound() const { return objective_.lower_bound; }
 
  private:
   bool depends_affinely() const;

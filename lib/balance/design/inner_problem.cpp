@@ -1,5 +1,6 @@
 #include "balance/design/inner_problem.hpp"
 
+#include "balance/base/computing_time.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/extrema.hpp"
 #include "balance/base/factorizations.hpp"
@@ -69,7 +70,11 @@ std::optional<InnerData> InnerProblem::data(const VectorX& u) const {
     data.right = -rows * data.terms.constant;
     if (!data.rows.allFinite() || !data.right.allFinite()) return std::nullopt;
   }
-  if (wants_figure() && !add_figures(u, data)) return std::nullopt;
+  try {
+    if (wants_figure() && !add_figures(u, data)) return std::nullopt;
+  } catch (const OutOfTime&) {
+    return std::nullopt;
+  }
   return data;
 }
 

@@ -1,6 +1,6 @@
 #include "balance/design/nlopt_search.hpp"
 
-#include "balance/design/computing_time.hpp"
+#include "balance/base/computing_time.hpp"
 
 #include <nlopt.h>
 
@@ -105,6 +105,9 @@ class Run {
         nlopt_force_stop(get());
       }
       work();
+    } catch (const OutOfTime&) {
+      out_of_time_ = true;
+      nlopt_force_stop(get());
     } catch (...) {
       if (!trouble_) trouble_ = std::current_exception();
       nlopt_force_stop(get());

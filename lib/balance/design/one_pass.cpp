@@ -280,6 +280,7 @@ class Designer {
     if (merit_) {
       out_.objective_start = (*merit_)(start_, nullptr);
       out_.objective = (*merit_)(u, nullptr);
+      if (std::abs(out_.objective) < figure_round_off * std::abs(out_.objective_start)) out_.objective = 0;
       if (!std::isfinite(out_.objective)) {
         give_up(u, "for any numbers that were tried");
         return false;

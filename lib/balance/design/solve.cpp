@@ -1,7 +1,7 @@
 #include "balance/design/solve.hpp"
 
+#include "balance/base/computing_time.hpp"
 #include "balance/base/error.hpp"
-#include "balance/design/computing_time.hpp"
 #include "balance/design/discrete.hpp"
 #include "balance/design/least_violation.hpp"
 #include "balance/design/limits.hpp"

@@ -1,5 +1,6 @@
 #include "balance/design/trial.hpp"
 
+#include "balance/base/computing_time.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/extrema.hpp"
 #include "balance/design/restricted.hpp"
@@ -78,6 +79,8 @@ Trial Trials::at(const VectorX& u) const {
   } catch (const SpecError&) {
     trial.possible = false;  // an expression of the spec has no value here
   } catch (const std::invalid_argument&) {
+    trial.possible = false;
+  } catch (const OutOfTime&) {
     trial.possible = false;
   }
   return trial;

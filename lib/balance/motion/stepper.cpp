@@ -1,5 +1,6 @@
 #include "balance/motion/stepper.hpp"
 
+#include "balance/base/computing_time.hpp"
 #include "balance/base/factorizations.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
 
@@ -157,10 +158,12 @@ typename Stepper<S>::Attempt Stepper<S>::step(double time) {
     set_direct(time);
     return Attempt::done;
   }
+  if (--evaluations_left_ < 0) return Attempt::exhausted;
+  if (evaluations_left_ % evaluations_per_look == 0) Deadline::check();
   if (!rolls_)
     predict(time);
   else if (!integrate(time))
-    return rate_evaluations_left_ < 0 ? Attempt::exhausted : Attempt::no_convergence;
+    return evaluations_left_ < 0 ? Attempt::exhausted : Attempt::no_convergence;
   trial_ = predicted_;
   if (!newton(trial_)) return Attempt::no_convergence;
   const std::vector<double>& scale = equations_.column_scale();
@@ -262,8 +265,9 @@ void Stepper<S>::accelerate(Side side) {
 
 template <class S>
 bool Stepper<S>::advance(double time) {
+  Deadline::check();
   if (direct_) return step(time) == Attempt::done;
-  rate_evaluations_left_ += rate_evaluations_per_stop;
+  evaluations_left_ += evaluations_per_stop;
   const double smallest = halved * std::min(time - now_.time, plan_.schedule->duration() / 1024);
   double size = std::min(time - now_.time, stride_);
   int total = 0;
@@ -278,7 +282,7 @@ bool Stepper<S>::advance(double time) {
       stride_ = size *= 2;
       if (now_.time < refill_time_) continue;
       refill_time_ = now_.time + plan_.schedule->duration() / 1000;
-      rate_evaluations_left_ = std::max(rate_evaluations_left_, max_rate_evaluations);
+      evaluations_left_ = std::max(evaluations_left_, max_evaluations);
     } else if (attempt == Attempt::exhausted || (size = std::min(size, next - now_.time) / 2) < smallest) {
       stop(attempt, smallest);
       return false;

@@ -23,9 +23,10 @@ template <class S>
 class Stepper {
  public:
   static constexpr int newton_steps = 8;  ///< for one configuration, at most
-  /// Evaluations of rates, where something rolls, for a thousandth of the motion, and how many more with every stop: on the way into a
-  /// singularity steps become shorter without end.
-  static constexpr long max_rate_evaluations = 500'000, rate_evaluations_per_stop = 200;
+  /// Tried steps, and where something rolls evaluations of rates, for a thousandth of the motion, and how many more with every stop: on
+  /// the way into a singularity steps become shorter without end.
+  static constexpr long max_evaluations = 500'000, evaluations_per_stop = 200;
+  static constexpr long evaluations_per_look = 64;   ///< at the deadline
   static constexpr double longest_correction = 0.1;  ///< of a prediction, in radians or characteristic lengths
 
   /// @param tree, plan must outlive the stepper; the plan must be done. The stepper may rereference the tree's spherical joints.
@@ -80,7 +81,7 @@ class Stepper {
     no_convergence,
     far,        ///< from what was predicted
     singular,   ///< or may have been on the way
-    exhausted,  ///< evaluations of rates
+    exhausted,  ///< all evaluations
     not_held    ///< the guarded matrix is singular or may have been
   };
 
@@ -106,7 +107,7 @@ class Stepper {
   Equations<S> equations_;
   bool direct_ = false;
   bool rolls_ = false;  ///< there are closures of rates alone
-  long rate_evaluations_left_ = max_rate_evaluations;
+  long evaluations_left_ = max_evaluations;
   double refill_time_ = 0;  ///< when they are counted anew [s]
   double round_off_;
   State<S> state_;

@@ -14,7 +14,7 @@ constexpr double way_error = 1e-13;  // of a step, in radians or characteristic 
 /// Rates that the closures and the drive determine, at any configuration.
 template <class S>
 bool Stepper<S>::rates_at(double time, const VectorX& y, VectorX& dy) {
-  if (--rate_evaluations_left_ < 0) return false;
+  if (--evaluations_left_ < 0) return false;
   DriveSample sample;
   plan_.schedule->at(time, Side::after, sample);
   poses(tree_, y.data(), state_);

@@ -26,7 +26,7 @@ void Stepper<S>::locate(Attempt attempt, double smallest) {
   const double duration = plan_.schedule->duration();
   // Round-off moves a configuration by 1e-16 / pivot of what determines it, so that the pivot itself is no better known than this.
   floor_ = hold ? 1e-11 : 2e-8;
-  rate_evaluations_left_ = max_rate_evaluations / 10;
+  evaluations_left_ = max_evaluations / 10;
   const auto pivot = [&] { return hold ? guard_->look(equations_) : equations_.regularity(); };
   double size = smallest, least = INFINITY;
   MotionMoment nearest = now_;
@@ -37,7 +37,7 @@ void Stepper<S>::locate(Attempt attempt, double smallest) {
       if (reached > 2 * least) break;
       if (reached < least) least = reached, nearest = now_;
       size *= 2;
-    } else if ((size = std::min(size, next - now_.time) / 2) < smallest) {
+    } else if (evaluations_left_ < 0 || (size = std::min(size, next - now_.time) / 2) < smallest) {
       break;
     }
   }
