@@ -35,7 +35,7 @@ double parse_seconds(const std::string& text) {
   throw UsageError(complaint);
 }
 
-constexpr double least_case_memory = 16;  // MiB: what a process has before it reads its spec
+constexpr double min_case_memory = 16;  // MiB: what a process has before it reads its spec
 
 std::uintmax_t parse_bytes(const std::string& text) {
   const std::string complaint =
@@ -57,9 +57,9 @@ std::uintmax_t parse_bytes(const std::string& text) {
                                     {"TB", 1e12}}) {
     if (unit != name) continue;
     if (number * bytes > 1e18) throw UsageError(complaint);
-    if (number > 0 && number * bytes < least_case_memory * mebi)
+    if (number > 0 && number * bytes < min_case_memory * mebi)
       throw UsageError(fmt::format("--case-memory {}: expected at least {:g} MiB, without which no case can begin",
-                                   in_quotes(text), least_case_memory));
+                                   in_quotes(text), min_case_memory));
     return static_cast<std::uintmax_t>(number * bytes);
   }
   throw UsageError(complaint);

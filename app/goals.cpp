@@ -35,7 +35,7 @@ void add_goal_options(CLI::App& parser, GoalOptions& o) {
   suggest_words(without->type_name("NAMES")->allow_extra_args(false), sections_to_leave_out);
   parser.add_option("--seed", o.seed, "of random configurations and searches")
       ->type_name("N")
-      ->check(whole_number(0, most_seed));
+      ->check(whole_number(0, max_seed));
 }
 
 std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, WithoutGoal without) {

@@ -12,7 +12,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace balance::app {
@@ -68,7 +67,6 @@ void add_pose_options(CLI::App& parser, PoseOptions& o, const std::string& at_he
 }
 
 SingleState read_state(const PoseOptions& options, const Study& study) {
-  if (!std::isfinite(options.time)) throw UsageError("--time needs a finite number of seconds");
   SingleState state;
   if (!options.rates.empty()) state.rates = read_rates(options.rates, "--rates", study);
   if (!options.accelerations.empty()) state.accelerations = read_rates(options.accelerations, "--accelerations", study);

@@ -107,12 +107,10 @@ void check_formulation(const SimulateOptions& options, const Study& study) {
 }
 
 InverseOptions choose_state_options(const SimulateOptions& options, const Study& study) {
-  InverseOptions of_state{.independent = options.state.independent, .about = Vector3::Zero(), .time_scale = 1};
-  if (!study.trajectories.empty() || !options.trajectory.empty()) {
-    const Trajectory trajectory = choose_trajectory(options, study);
-    of_state.about = trajectory.about;
-    if (trajectory.duration > 0) of_state.time_scale = trajectory.duration;
-  }
+  std::optional<Trajectory> trajectory;
+  if (!study.trajectories.empty() || !options.trajectory.empty()) trajectory = choose_trajectory(options, study);
+  InverseOptions of_state = state_options(trajectory ? &*trajectory : nullptr);
+  of_state.independent = options.state.independent;
   if (!options.about.empty()) of_state.about = parse_about(options.about, study.mechanism.space);
   return of_state;
 }

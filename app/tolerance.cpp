@@ -93,7 +93,6 @@ ToleranceView look(const ToleranceOptions& options, const TolerancedSpace& spec)
   if (view.report->outcome.status != MotionStatus::done) throw MotionFailure(view.report->outcome);
   if (options.draws == 0) return view;
   const Tolerances drawn = without_openings(spec.tolerances, view.report->openings);
-  if (drawn.empty()) throw std::invalid_argument("every number opens a joint, so that there is nothing to draw");
   ProgressLine line(false);
   view.sampling = sample_tolerance(spec.space, drawn, trajectory, options.of, view.draws,
                                    [&](double part) { line.draw_part("draws", part); });
@@ -141,7 +140,7 @@ void add_tolerance_options(CLI::App& parser, ToleranceOptions& o) {
           ->check(whole_number(2, most_tolerance_draws));
   parser.add_option("--seed", o.seed, "of the draws")
       ->type_name("S")
-      ->check(whole_number(0, most_seed))
+      ->check(whole_number(0, max_seed))
       ->needs(draws)
       ->capture_default_str();
   CLI::Option* output =

@@ -34,16 +34,6 @@ struct Wish {
   long steps = 0;
 };
 
-/// @throws std::invalid_argument, with the argument's name before what `change` finds wrong with it
-template <class Change>
-void change_argument(const char* name, const Change& change) {
-  try {
-    change();
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(std::string(name) + ": " + error.what());
-  }
-}
-
 Vector3 point_of(const std::vector<double>& about, SpaceKind space) {
   const std::size_t axes = space == SpaceKind::planar ? 2 : 3;
   Vector3 point = Vector3::Zero();
@@ -153,9 +143,8 @@ Result observe(const Spec& spec, const StateCall& call, const StateWish& wish) {
   SingleState state{std::move(place.coordinates), {}, {}, wish.time};
   if (!call.rates.empty()) state.rates = read_rates(call.rates, "rates", study);
   if (!call.accelerations.empty()) state.accelerations = read_rates(call.accelerations, "accelerations", study);
-  InverseOptions options{.independent = wish.independent, .about = Vector3::Zero(), .time_scale = 1};
-  if (trajectory != nullptr) options.about = trajectory->about;
-  if (trajectory != nullptr && trajectory->duration > 0) options.time_scale = trajectory->duration;
+  InverseOptions options = state_options(trajectory);
+  options.independent = wish.independent;
   if (wish.about) options.about = point_of(*wish.about, study.mechanism.space);
   Result result = observe_state(study.mechanism, state, options);
   if (wish.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);

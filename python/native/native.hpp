@@ -13,6 +13,7 @@
 
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,6 +65,16 @@ struct GoalWords {
 
 /// @throws std::invalid_argument for names that do not exist
 BalanceQuestion question_of(const GoalWords& words, const Study& study);
+
+/// @throws std::invalid_argument, with the argument's name before what `change` finds wrong with it
+template <class Change>
+void change_argument(const char* name, const Change& change) {
+  try {
+    change();
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string(name) + ": " + error.what());
+  }
+}
 
 /// @throws SystemError if a file of this path would replace the source, or a table or a part that the spec in it is read with
 void keep_sources(const std::string& path, const std::string& spec_text, const std::string& source);

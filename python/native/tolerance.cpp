@@ -45,11 +45,7 @@ void require_quantities(const std::vector<std::string>& of, const Mechanism& mec
 
 Trajectory trajectory_of(const Spec& spec, const std::string& name, std::optional<long> samples) {
   Trajectory trajectory = spec.trajectory(name);
-  try {
-    if (samples) change_samples(trajectory, *samples);
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(std::string("samples: ") + error.what());
-  }
+  if (samples) change_argument("samples", [&] { change_samples(trajectory, *samples); });
   return trajectory;
 }
 
@@ -62,7 +58,6 @@ void look_along(const TolerancedSpace& toleranced, const ToleranceWish& wish, Er
   told.view.report = std::move(report);
   if (wish.draws.count == 0) return;
   const Tolerances drawn = without_openings(toleranced.tolerances, told.view.report->openings);
-  if (drawn.empty()) throw std::invalid_argument("every number opens a joint, so that there is nothing to draw");
   told.view.sampling = sample_tolerance(toleranced.space, drawn, trajectory, wish.of, wish.draws,
                                         [&](double part) { errand.tell(part); });
 }

@@ -174,7 +174,7 @@ Objective build(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms,
   objective.unit = each.front().unit;
   objective.convex = all([](const Objective& one) { return one.convex; });
   objective.size = all([](const Objective& one) { return one.size; });
-  objective.least = each.front().least;
+  objective.lower_bound = each.front().lower_bound;
   if (all([](const Objective& one) { return bool(one.of_parameters); }))
     objective.of_parameters = [cases](const VectorX& p, VectorX* gradient) {
       return cases->of_parameters(p, gradient);

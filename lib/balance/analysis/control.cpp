@@ -58,12 +58,12 @@ std::vector<Event> list_events(double step, long samples, const Controller& cont
 /// With the moments at which stated efforts are not smooth, which may be their largest.
 std::vector<Event> with_knots(std::vector<Event> events, const EffortCourse& course) {
   std::vector<Event> out;
-  const double same = 1e-9 * (events.size() > 1 ? events[1].time - events[0].time : 1);
+  const double time_tolerance = 1e-9 * (events.size() > 1 ? events[1].time - events[0].time : 1);
   auto knot = course.knots().begin();
   const auto end = course.knots().end();
   for (const Event& event : events) {
-    for (; knot != end && *knot < event.time - same; ++knot)
-      if (!out.empty() && *knot > out.back().time + same) out.push_back({*knot, event.sample, false, false});
+    for (; knot != end && *knot < event.time - time_tolerance; ++knot)
+      if (!out.empty() && *knot > out.back().time + time_tolerance) out.push_back({*knot, event.sample, false, false});
     out.push_back(event);
   }
   return out;

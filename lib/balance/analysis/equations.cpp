@@ -61,10 +61,7 @@ class Report {
 
   void place() {
     const std::vector<CoordinateId>& own = terms_.independent();
-    at_.q = VectorX::Zero(terms_.degrees_of_freedom());
-    for (const CoordinateValue& value : query_.configuration)
-      for (std::size_t k = 0; k < own.size(); ++k)
-        if (own[k] == value.coordinate) at_.q[static_cast<Eigen::Index>(k)] = value.value;
+    at_.q = independent_positions(own, query_.configuration);
     at_.dq = independent_rates(mechanism_, own, query_.rates);
     at_.ddq = independent_rates(mechanism_, own, query_.accelerations);
   }

@@ -12,11 +12,11 @@ namespace balance {
 namespace {
 
 /// A moment that is smaller by so many deviations of the difference is never the largest.
-constexpr double reach = 4;
+constexpr double max_deviations = 4;
 /// Moments whose slopes differ by no more than this part of theirs are one.
 constexpr double slope_resolution = 0.03;
 /// A deviation's standard error is then some half of a hundredth.
-constexpr int draws = 16384;
+constexpr int draw_count = 16384;
 constexpr std::uint64_t draw_seed = 1961;
 /// Parts of the draws and of the duration.
 constexpr double min_wins = 0.02, neighbourhood = 0.02;
@@ -48,15 +48,15 @@ std::vector<ExtremeFigure::Rival> ExtremeFigure::find_rivals(const std::vector<L
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return heights[a].value > heights[b].value; });
   const Height& leader = heights[order.front()];
-  near_zero_ =
-      sign < 0 && moments.front().value.size() > 1 && -leader.value < reach * moments[order.front()].change.norm();
+  near_zero_ = sign < 0 && moments.front().value.size() > 1 &&
+               -leader.value < max_deviations * moments[order.front()].change.norm();
   for (const std::size_t i : order) {
     const Height& one = heights[i];
     if (near_zero_) {  // a magnitude has no slope there
-      if (-one.value < reach * moments[i].change.norm()) kept.push_back(i);
+      if (-one.value < max_deviations * moments[i].change.norm()) kept.push_back(i);
       continue;
     }
-    if (leader.value - one.value > reach * (one.slope - leader.slope).norm()) continue;
+    if (leader.value - one.value > max_deviations * (one.slope - leader.slope).norm()) continue;
     const double resolution = slope_resolution * std::max(one.slope.norm(), leader.slope.norm());
     const auto alike = [&](std::size_t k) { return (one.slope - heights[k].slope).norm() <= resolution; };
     if (std::none_of(kept.begin(), kept.end(), alike)) kept.push_back(i);
@@ -129,7 +129,7 @@ void meet_draws(std::vector<ExtremeFigure*>& figures, const Tolerances& numbers)
   if (figures.empty()) return;
   ToleranceSampler random(draw_seed);
   VectorX z(static_cast<Eigen::Index>(numbers.size()));
-  for (int draw = 0; draw < draws; ++draw) {
+  for (int draw = 0; draw < draw_count; ++draw) {
     for (std::size_t i = 0; i < numbers.size(); ++i)
       z[static_cast<Eigen::Index>(i)] = random.draw_standard(numbers[i].spread);
     for (ExtremeFigure* figure : figures) figure->meet(z);

@@ -142,9 +142,8 @@ FigureSlopes figure_slopes(const DesignSpace& space, const VectorX& x, const std
 }
 
 const QuantitySlopes* find_quantity(const FigureSlopes& slopes, const std::string& quantity) {
-  const auto found = std::find_if(slopes.quantities.begin(), slopes.quantities.end(), [&](const QuantitySlopes& one) {
-    return one.quantity == quantity || one.quantity == force_name(quantity);
-  });
+  const auto found = std::find_if(slopes.quantities.begin(), slopes.quantities.end(),
+                                  [&](const QuantitySlopes& one) { return is_name_of(quantity, one.quantity); });
   return found == slopes.quantities.end() ? nullptr : &*found;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace balance {
 
@@ -19,6 +20,7 @@ Tolerances without_openings(const Tolerances& numbers, const std::vector<NumberO
   for (std::size_t i = 0; i < numbers.size(); ++i)
     if (std::none_of(openings.begin(), openings.end(), [i](const NumberOpening& one) { return one.number == i; }))
       rest.push_back(numbers[i]);
+  if (rest.empty()) throw std::invalid_argument("every number opens a joint, so that there is nothing to draw");
   return rest;
 }
 

@@ -24,7 +24,8 @@ struct NumberOpening {
 void add_openings(const JointOpenings& found, std::size_t number, const std::string& path, double deviation,
                   const Mechanism& mechanism, std::vector<NumberOpening>& openings);
 
-/// The numbers that open nothing.
+/// The numbers that open nothing, of which mechanisms can be drawn.
+/// @throws std::invalid_argument if every number opens a joint
 Tolerances without_openings(const Tolerances& numbers, const std::vector<NumberOpening>& openings);
 
 /// "… cannot follow ground.points.A[2] by itself: its deviation would open D by 0.0001 m".

@@ -148,9 +148,7 @@ RobustFigure worst_of(const TolerancedRun& off, const Tolerances& numbers, const
   std::optional<RobustFigure> worst;
   double nominal = 0;
   for (const Track& track : list_tracks(off.run())) {
-    if (track.quantity != term.quantity && track.quantity != force_name(term.quantity) &&
-        track.of_worst != term.quantity)
-      continue;
+    if (!is_name_of(term.quantity, track.quantity) && track.of_worst != term.quantity) continue;
     const RobustFigure found = RobustTrack(off, numbers, track).look(term.figure, *term.plus);
     nominal = std::max(nominal, found.nominal);
     if (!worst || found.value > worst->value) worst = found;

@@ -77,8 +77,7 @@ double run_figure(const Mechanism& mechanism, const Result& run, const Objective
       return min_coefficient(run.mobility);
     case ObjectiveTerm::Run::figure:
       for (const Metric& metric : run.metrics)
-        if (metric.quantity == term.quantity || metric.quantity == force_name(term.quantity))
-          return figure_of(metric, term.figure);
+        if (is_name_of(term.quantity, metric.quantity)) return figure_of(metric, term.figure);
       break;
   }
   throw std::invalid_argument("a run along '" + term.trajectory + "' has no quantity '" +

@@ -20,7 +20,7 @@ namespace {
 /// A magnitude below so many of its deviations is not taken for linear in the numbers.
 constexpr double clear_of_zero = 3;
 /// Other moments that change a deviation by less are no rivals.
-constexpr double rivalry = 0.02;
+constexpr double rival_tolerance = 0.02;
 constexpr double no_deviation = std::numeric_limits<double>::quiet_NaN();
 
 class Deviations {
@@ -49,8 +49,8 @@ class Deviations {
     }
     settle_rivals(tracks, out.quantities);
     for (QuantityTolerance& one : out.quantities) drop_round_off(one);
-    out.energy = figure([](const FigureGradients& all) { return all.energy; },
-                        [](const FigureGradients& all) { return all.d_energy; });
+    out.energy = figure([](const FigureGradients& one) { return one.energy; },
+                        [](const FigureGradients& one) { return one.d_energy; });
     drop_round_off(out.energy);
     return out;
   }
@@ -78,11 +78,7 @@ class Deviations {
           array.array() += (off_.deviations()[i] * change.array()).square();
       }
       array = array.cwiseSqrt();
-      for (Eigen::Index c = 0; c < array.cols(); ++c) {
-        const double round_off = round_off_of(nominal_, kind.member, c);
-        const auto is_small = [&](double value) { return above(round_off, value) == 0; };
-        if (std::all_of(array.col(c).begin(), array.col(c).end(), is_small)) array.col(c).setZero();
-      }
+      for (Eigen::Index c = 0; c < array.cols(); ++c) clear_column(array, c, round_off_of(nominal_, kind.member, c));
     }
     return out;
   }
@@ -130,7 +126,7 @@ class Deviations {
     meet_draws(extremes, numbers_);
     for (const auto& [figure, extreme] : contests) {
       const double deviation = extreme.deviation();
-      if (std::abs(deviation - figure->deviation) <= rivalry * figure->deviation) continue;
+      if (std::abs(deviation - figure->deviation) <= rival_tolerance * figure->deviation) continue;
       figure->deviation = deviation;
       figure->by_number = extreme.by_number();
       figure->rivals = extreme.times();

@@ -85,8 +85,8 @@ double EffortCourse::uncut(const Piece& piece, std::size_t actuator, double time
 
 double EffortCourse::cut(std::size_t actuator, double effort) const {
   if (limit_.size() == 0) return effort;
-  const double most = limit_[static_cast<Eigen::Index>(actuator)];
-  return std::clamp(effort, -most, most);
+  const double limit = limit_[static_cast<Eigen::Index>(actuator)];
+  return std::clamp(effort, -limit, limit);
 }
 
 /// The ends, and between them where the derivative is zero.

@@ -14,8 +14,8 @@ namespace {
 
 using Rank = SizedDesign::Rank;
 
-/// What a design that was found takes to be told of, where the search has used up its time [s].
-constexpr double retelling = 0.2;
+/// For the solution that a search ends with, where it has used up its time [s].
+constexpr double min_final_seconds = 0.2;
 
 std::string several(int n, const char* one, const char* many) { return fmt::format("{} {}", n, n == 1 ? one : many); }
 
@@ -114,7 +114,7 @@ class Discrete {
       branch.lower[k] = problem_.variables[i].lower;
       branch.upper[k] = problem_.variables[i].upper;
     }
-    DesignProblem part = within(problem_, branch, std::max(retelling, budget_.left()));
+    DesignProblem part = within(problem_, branch, std::max(min_final_seconds, budget_.left()));
     for (std::size_t i = 0; i < part.variables.size(); ++i)
       part.variables[i].start =
           std::clamp(design.outcome.x[static_cast<Eigen::Index>(i)], part.variables[i].lower, part.variables[i].upper);
@@ -203,7 +203,7 @@ class Discrete {
 
   std::string reason(bool none, std::string why, DesignOutcome& outcome) {
     const Branch all = Branching(problem_, 0).root();
-    const DesignOutcome plain = solve(within(problem_, all, std::max(retelling, budget_.left())));
+    const DesignOutcome plain = solve(within(problem_, all, std::max(min_final_seconds, budget_.left())));
     if (plain.status == DesignStatus::impossible) {
       outcome.proof = plain.proof;
       return plain.reason;
@@ -216,7 +216,8 @@ class Discrete {
   }
 
   DesignOutcome without_design() {
-    DesignOutcome outcome = solve(within(problem_, Branching(problem_, 0).root(), std::max(retelling, budget_.left())));
+    DesignOutcome outcome =
+        solve(within(problem_, Branching(problem_, 0).root(), std::max(min_final_seconds, budget_.left())));
     if (outcome.status == DesignStatus::unsolved) return outcome;
     outcome.status = DesignStatus::unsolved;
     outcome.reason =

@@ -105,8 +105,8 @@ DiscreteBounds::Answer DiscreteBounds::operator()(const Branch& branch, const Na
   answer.x = design.x;
   answer.possible = design.possible && !(wanted == Wanted::exact && design.residual > can_be_met);
   double least = wanted == Wanted::residual ? std::hypot(design.residual, here->fixed_left) : design.figure;
-  if (wanted != Wanted::residual && problem_.objective && !(least >= problem_.objective->least))
-    least = problem_.objective->least;
+  if (wanted != Wanted::residual && problem_.objective && !(least >= problem_.objective->lower_bound))
+    least = problem_.objective->lower_bound;
   if (std::isfinite(least)) answer.least = least;
   return answer;
 }

@@ -32,7 +32,7 @@ Objective largest_violation(std::vector<DesignLimit> limits, const DesignProblem
   const auto all = [&](const auto& holds) { return std::all_of(limits.begin(), limits.end(), holds); };
   Objective objective;
   objective.name = "largest violation of a limit";
-  objective.least = -enough;
+  objective.lower_bound = -enough;
   objective.convex = all([](const DesignLimit& l) { return l.figure.constant || (l.figure.convex && !l.at_least); });
   if (all([](const DesignLimit& l) { return static_cast<bool>(l.figure.of_parameters); })) {
     objective.of_parameters = [limits](const VectorX& parameters, VectorX* gradient) {

@@ -12,7 +12,7 @@ namespace {
 /// Bodies keep this part of their largest mass or inertia: enough to be told from none, too little to matter.
 constexpr double strictly = 1e-6;
 /// What an expression may not be below zero by is kept this part of its size above it, more than its round-off.
-constexpr double not_negative = 1e-12;
+constexpr double nonnegative_margin = 1e-12;
 /// Violations below this part of a quantity's size are round-off.
 constexpr double cone_round_off = 1e-13;
 
@@ -67,7 +67,7 @@ void Physical::add(const ParameterMap& map, const Survey& survey, const VectorX&
                       ? std::min(strictly, at_start / item.size)
                       : strictly;
   } else if (!matrix) {
-    item.margin = std::clamp(start[feature] / item.size, 0.0, not_negative);
+    item.margin = std::clamp(start[feature] / item.size, 0.0, nonnegative_margin);
   }
   const double demanded = (body ? item.margin : 0) - cone_round_off;
   if (!matrix && map.polynomial() && map.polynomial()->least(feature) >= demanded * item.size &&

@@ -55,8 +55,8 @@ struct Objective {
   bool size =
       false;  ///< of the design (added mass), not of its motion: smallest when nothing is balanced at all, so that
               ///< a compromise first meets the conditions as well as it can
-  bool constant = false;                                    ///< of_parameters is, whatever the parameters
-  double least = -std::numeric_limits<double>::infinity();  ///< no value is below it, whatever the numbers
+  bool constant = false;                                          ///< of_parameters is, whatever the parameters
+  double lower_bound = -std::numeric_limits<double>::infinity();  ///< no value is below it, whatever the numbers
 };
 
 /// A figure that a design must keep to.

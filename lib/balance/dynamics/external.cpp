@@ -114,44 +114,47 @@ double ExternalForces<S>::length_size(const State<S>& state, const PlacedSpring&
 }
 
 template <class S>
-void ExternalForces<S>::add_sizes(const State<S>& state, const Scalar& time, std::vector<ForceSize>& sizes) const {
-  const auto add = [&](const FixedFrame<S>& at, double force, double moment) {
-    if (at.node == 0) return;
-    ForceSize& size = sizes[static_cast<std::size_t>(at.node)];
-    size.force += force;
-    size.moment += moment + value_of(at.p_N.norm()) * force;
+template <class Tension, class Add>
+void ExternalForces<S>::visit_magnitudes(const Scalar& time, const Tension& tension, const Add& add) const {
+  const auto visit = [&](const FixedFrame<S>& at, double force, double moment) {
+    if (at.node != 0) add(at, force, moment);
   };
   for (const PlacedLoad& placed : loads_) {
     Vector3Of<Scalar> force, moment;
     load_at(*placed.load, time, force, moment);
-    add(placed.frame, value_of(force.norm()), value_of(moment.norm()));
+    visit(placed.frame, value_of(force.norm()), value_of(moment.norm()));
   }
   for (const PlacedSpring& spring : springs_) {
-    const double tension = value_of(spring.stiffness) * length_size(state, spring);
-    add(spring.first, tension, 0);
-    add(spring.second, tension, 0);
+    const double force = value_of(spring.stiffness) * tension(spring);
+    visit(spring.first, force, 0);
+    visit(spring.second, force, 0);
   }
+}
+
+template <class S>
+void ExternalForces<S>::add_sizes(const State<S>& state, const Scalar& time, std::vector<ForceSize>& sizes) const {
+  visit_magnitudes(
+      time, [&](const PlacedSpring& spring) { return length_size(state, spring); },
+      [&](const FixedFrame<S>& at, double force, double moment) {
+        ForceSize& size = sizes[static_cast<std::size_t>(at.node)];
+        size.force += force;
+        size.moment += moment + value_of(at.p_N.norm()) * force;
+      });
 }
 
 template <class S>
 ForceSize ExternalForces<S>::sum_magnitudes(const State<S>& state, const Scalar& time) const {
   ForceSize sum;
-  const auto add = [&](const FixedFrame<S>& at, double force, double moment) {
-    if (at.node == 0) return;
-    sum.force += force;
-    sum.moment += moment + value_of(position(state, at).norm()) * force;
-  };
-  for (const PlacedLoad& placed : loads_) {
-    Vector3Of<Scalar> force, moment;
-    load_at(*placed.load, time, force, moment);
-    add(placed.frame, value_of(force.norm()), value_of(moment.norm()));
-  }
-  for (const PlacedSpring& spring : springs_) {
-    const double length = value_of((position(state, spring.second) - position(state, spring.first)).norm());
-    const double tension = value_of(spring.stiffness) * std::abs(length - value_of(spring.free_length));
-    add(spring.first, tension, 0);
-    add(spring.second, tension, 0);
-  }
+  visit_magnitudes(
+      time,
+      [&](const PlacedSpring& spring) {
+        const Scalar length = (position(state, spring.second) - position(state, spring.first)).norm();
+        return std::abs(value_of(length) - value_of(spring.free_length));
+      },
+      [&](const FixedFrame<S>& at, double force, double moment) {
+        sum.force += force;
+        sum.moment += moment + value_of(position(state, at).norm()) * force;
+      });
   return sum;
 }
 

@@ -62,6 +62,10 @@ class ExternalForces {
     double coordinate_size(const Scalar* y) const;
   };
 
+  /// Calls add(frame, force, moment) with the magnitudes of every wrench on a body that moves.
+  /// @param tension of a spring, per unit of its stiffness
+  template <class Tension, class Add>
+  void visit_magnitudes(const Scalar& time, const Tension& tension, const Add& add) const;
   static double length_size(const State<S>& state, const PlacedSpring& spring);
   void apply(const State<S>& state, const FixedFrame<S>& at, const typename S::Vector& force,
              typename S::Angular moment, std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const;

@@ -19,7 +19,7 @@ constexpr int state_count = 5;
 constexpr std::size_t program_states_elsewhere = 2;
 
 /// Round-off of a program is far below, a wrong term far above.
-constexpr double agreement_of_programs = 1e-9;
+constexpr double program_tolerance = 1e-9;
 
 /// A tree's joint that closes a loop carries a massless copy of its body.
 void split_body(Mechanism& mechanism, const TreeEdge& edge) {
@@ -101,7 +101,7 @@ struct Difference {
       scale = std::max(scale, std::abs(expected[i]));
     }
   }
-  bool agrees() const { return off <= agreement_of_programs * scale; }
+  bool agrees() const { return off <= program_tolerance * scale; }
 };
 
 /// @param numbers whose values the ring has at present

@@ -10,14 +10,14 @@ namespace balance::formulas {
 
 namespace {
 
-constexpr double reach = 0.3;
-/// Of what remains of the reach after a draw at which nothing could be compared.
-constexpr double shrinking = 0.8;
+constexpr double max_change = 0.3;
+/// What remains of the change after a draw at which nothing could be compared.
+constexpr double shrink_factor = 0.8;
 
 }  // namespace
 
 OtherNumbers::OtherNumbers(const Ring& ring, const NumberModel& model)
-    : model_(model), zero_reach_(model.inputs().size(), reach) {
+    : model_(model), zero_reach_(model.inputs().size(), max_change) {
   std::map<SymbolKind, double> largest;
   for (const Symbol& symbol : ring.symbols()) {
     exist_ = exist_ || !symbol.source.is_constant();
@@ -34,19 +34,19 @@ OtherNumbers::OtherNumbers(const Ring& ring, const NumberModel& model)
       const double unit =
           std::abs(NumberModel::value(symbol.source, after) - NumberModel::value(symbol.source, before));
       if (!std::isfinite(unit) || unit == 0 || largest[symbol.kind] == 0) continue;
-      zero_reach_[i] = reach * largest[symbol.kind] / unit;
+      zero_reach_[i] = max_change * largest[symbol.kind] / unit;
       break;
     }
   }
 }
 
 std::vector<double> OtherNumbers::draw(std::mt19937_64& random, int draws_before) const {
-  const double share = elementary::pow(shrinking, draws_before);
+  const double share = elementary::pow(shrink_factor, draws_before);
   std::uniform_real_distribution<double> any(-1, 1);
   std::vector<double> inputs = model_.inputs();
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const double x = share * any(random);
-    inputs[i] = inputs[i] == 0 ? std::abs(x) * zero_reach_[i] : inputs[i] * (1 + reach * x);
+    inputs[i] = inputs[i] == 0 ? std::abs(x) * zero_reach_[i] : inputs[i] * (1 + max_change * x);
   }
   return inputs;
 }

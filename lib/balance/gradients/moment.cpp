@@ -9,7 +9,7 @@ namespace {
 
 /// Parts of what a number asks of the loops that are no larger are what rounding leaves of a change that they follow: places are good to
 /// 1e-13 and multiplied by the inverse of the mobility, twice.
-constexpr double followed_part = 1e-8;
+constexpr double closure_round_off_part = 1e-8;
 
 }  // namespace
 
@@ -99,7 +99,7 @@ void DualMoment<S>::measure_gaps(const PerNumber& followed) {
       for (std::size_t k = 0; k < dual_width && !tree_.closures[c].of_rates(); ++k) {
         const double left = x_[row].d[k];
         const double unscaled = left / equations_.row_scale()[row];
-        if (std::abs(left) > followed_part * asked[k]) squares[k] += unscaled * unscaled;
+        if (std::abs(left) > closure_round_off_part * asked[k]) squares[k] += unscaled * unscaled;
       }
       ++row;
     }

@@ -12,13 +12,13 @@ namespace balance::foreign {
 
 namespace {
 
-constexpr std::size_t longest_name = 200;  // bytes; YAML knows no keys of more than 1024
+constexpr std::size_t max_name_bytes = 200;  // bytes; YAML knows no keys of more than 1024
 
 }  // namespace
 
 std::string as_name(const std::string& wanted) {
   std::string name;
-  for (std::size_t i = 0; i < wanted.size() && name.size() < longest_name;) {
+  for (std::size_t i = 0; i < wanted.size() && name.size() < max_name_bytes;) {
     const std::size_t bytes = std::max<std::size_t>(1, first_character(std::string_view(wanted).substr(i)).bytes);
     const std::string character = wanted.substr(i, bytes);
     name += is_name("a" + character) ? character : "_";

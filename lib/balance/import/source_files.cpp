@@ -15,14 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t most_documents = 200;
+constexpr std::size_t max_documents = 200;
 
 bool names_file(const std::string& key) { return key.find("file") != key.npos || key == "uri" || key == "url"; }
 
 class SourceListing {
  public:
   void read(const std::string& text, const fs::path& folder) {
-    if (++documents_ > most_documents) return;
+    if (++documents_ > max_documents) return;
     try {
       const std::size_t first = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");
       if (first != std::string::npos && text[first] == '<')
@@ -30,7 +30,7 @@ class SourceListing {
       else
         read_yaml(text, folder);
     } catch (const SpecError&) {
-      // whoever reads the file says what is wrong with it
+      // what is wrong with it is the reader's to say
     } catch (const read::Problem&) {
     }
   }

@@ -30,7 +30,7 @@ struct XmlElement {
   const XmlDocument* document = nullptr;     ///< that it stands in
   std::size_t offset = 0;                    ///< byte of its name
   int line = 0;                              ///< from 1
-  std::vector<const XmlDefaults*> defaults;  ///< the nearest first; of whoever made the element
+  std::vector<const XmlDefaults*> defaults;  ///< the nearest first; owned by the maker of the element
 
   /// Null if there is none of that name.
   const XmlElement* child(std::string_view wanted) const;

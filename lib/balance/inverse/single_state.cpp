@@ -28,10 +28,8 @@ class SingleStateObservation {
     const std::vector<CoordinateId>& independent = engine_.branch().independent();
     const VectorX dq = independent_rates(mechanism, independent, state_.rates),
                   ddq = independent_rates(mechanism, independent, state_.accelerations);
-    VectorX q = VectorX::Zero(dq.size()), coordinates;
-    for (const CoordinateValue& one : state_.configuration)
-      for (std::size_t k = 0; k < independent.size(); ++k)
-        if (independent[k] == one.coordinate) q[static_cast<Eigen::Index>(k)] = one.value;
+    const VectorX q = independent_positions(independent, state_.configuration);
+    VectorX coordinates;
     Result result;
     result.outcome = engine_.assemble(q.data(), state_.configuration, coordinates);
     if (result.outcome.status != MotionStatus::done) return result;
@@ -79,6 +77,14 @@ class SingleStateObservation {
 
 }  // namespace
 
+InverseOptions state_options(const Trajectory* trajectory) {
+  InverseOptions options{.about = Vector3::Zero(), .time_scale = 1};
+  if (trajectory == nullptr) return options;
+  options.about = trajectory->about;
+  if (trajectory->duration > 0) options.time_scale = trajectory->duration;
+  return options;
+}
+
 VectorX independent_rates(const Mechanism& mechanism, const std::vector<CoordinateId>& independent,
                           const std::vector<CoordinateValue>& values) {
   VectorX rates = VectorX::Zero(static_cast<Eigen::Index>(independent.size()));
@@ -91,6 +97,15 @@ VectorX independent_rates(const Mechanism& mechanism, const std::vector<Coordina
     rates[at - independent.begin()] = value.value;
   }
   return rates;
+}
+
+VectorX independent_positions(const std::vector<CoordinateId>& independent,
+                              const std::vector<CoordinateValue>& configuration) {
+  VectorX q = VectorX::Zero(static_cast<Eigen::Index>(independent.size()));
+  for (const CoordinateValue& one : configuration)
+    for (std::size_t k = 0; k < independent.size(); ++k)
+      if (independent[k] == one.coordinate) q[static_cast<Eigen::Index>(k)] = one.value;
+  return q;
 }
 
 Result observe_state(const Mechanism& mechanism, const SingleState& state, const InverseOptions& options) {

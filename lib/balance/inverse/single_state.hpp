@@ -4,6 +4,7 @@
 
 #include "balance/inverse/inverse_dynamics.hpp"
 #include "balance/model/mechanism.hpp"
+#include "balance/motion/trajectory.hpp"
 #include "balance/result/result.hpp"
 
 #include <vector>
@@ -17,11 +18,19 @@ struct SingleState {
   double time = 0;                                    ///< of loads that change, of payloads that come and go [s]
 };
 
+/// What a state is looked at with: the moments' point and the length of time of a trajectory.
+/// @param trajectory null: the origin, a second
+InverseOptions state_options(const Trajectory* trajectory);
+
 /// Values of coordinates in the order of the independent ones; 0 for those not named.
 /// @param independent coordinates of the mechanism
 /// @throws std::invalid_argument if another coordinate is named
 VectorX independent_rates(const Mechanism& mechanism, const std::vector<CoordinateId>& independent,
                           const std::vector<CoordinateValue>& values);
+
+/// The configuration's values of the independent coordinates, in their order.
+VectorX independent_positions(const std::vector<CoordinateId>& independent,
+                              const std::vector<CoordinateValue>& configuration);
 
 /// @return one row at the state's time, without metrics; angles keep the whole turns of the configuration. Where the efforts cannot be
 ///         found (mismatch, actuation_singularity), the arrays of what depends on them are empty, a note tells why, and the outcome is

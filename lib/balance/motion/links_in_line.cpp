@@ -48,7 +48,7 @@ std::vector<std::vector<LinkEnd>> list_link_ends(const Mechanism& mechanism, con
 
 /// Some end of the one link, the joint and some end of the other lie on a straight line.
 bool are_in_line(const std::vector<LinkEnd>& first, const std::vector<LinkEnd>& second, JointId joint,
-                 double least_length) {
+                 double min_length) {
   const auto at = [joint](const LinkEnd& end) { return end.joint == joint; };
   const auto a = std::find_if(first.begin(), first.end(), at), b = std::find_if(second.begin(), second.end(), at);
   for (const LinkEnd& from : first)
@@ -56,7 +56,7 @@ bool are_in_line(const std::vector<LinkEnd>& first, const std::vector<LinkEnd>& 
       if (at(from) || at(to)) continue;
       const Vector3 u = from.place - a->place, v = to.place - b->place;
       const double lengths = u.norm() * v.norm();
-      if (std::min(u.norm(), v.norm()) > least_length && u.cross(v).norm() <= parallel_tolerance * lengths) return true;
+      if (std::min(u.norm(), v.norm()) > min_length && u.cross(v).norm() <= parallel_tolerance * lengths) return true;
     }
   return false;
 }

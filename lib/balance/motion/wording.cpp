@@ -77,13 +77,13 @@ MotionOutcome numbers_overflow(double time, const std::string& what, const Mecha
 }
 
 std::string flat_disc(const Mechanism& mechanism, const std::vector<double>& coordinates) {
-  constexpr int lean = 3;               // which of a disc's coordinates
-  constexpr double least_cosine = 0.1;  // of a disc that still stands
+  constexpr int lean = 3;             // which of a disc's coordinates
+  constexpr double min_cosine = 0.1;  // of a disc that still stands
   for (std::size_t c = 0; c < coordinates.size(); ++c) {
     const Coordinate& coordinate = mechanism.coordinates[c];
     const Joint& joint = mechanism.joints[coordinate.joint];
     if (joint.type == JointType::rolling_disc && coordinate.index == lean &&
-        std::abs(elementary::cos(coordinates[c])) < least_cosine)
+        std::abs(elementary::cos(coordinates[c])) < min_cosine)
       return "the disc of " + joint.name + " lies flat on its plane";
   }
   return "";

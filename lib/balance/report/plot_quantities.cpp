@@ -147,7 +147,7 @@ std::optional<PlotQuantity> find_plot_quantity(const Result& result, const std::
     if (name == quantity.name) return make(quantity, parts, name, view);
     for (const Part& part : parts) {
       const std::string own = member_name(quantity, part);
-      if (name == own || force_name(name) == own) return make(quantity, {part}, own, view);
+      if (is_name_of(name, own)) return make(quantity, {part}, own, view);
       for (std::size_t i = 0; i < part.components.size(); ++i)
         if (name == member_name(quantity, part) + "." + part.components[i])
           return make_component(quantity, part, i, name);

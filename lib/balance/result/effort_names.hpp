@@ -35,9 +35,14 @@ inline std::string known_quantity(const std::string& given, const std::vector<st
   return !is_known(given) && is_known(force_name(given)) ? force_name(given) : given;
 }
 
-/// Whether a given name stands for a quantity: its own, a slide's older one, or that of the array that holds it.
+/// Whether a given name is a quantity's own, or a slide's older one.
+inline bool is_name_of(const std::string& given, const std::string& quantity) {
+  return given == quantity || force_name(given) == quantity;
+}
+
+/// The same, or the name of the array that holds it.
 inline bool names_quantity(const std::string& given, const std::string& quantity) {
-  return given == quantity || force_name(given) == quantity || given == array_name(quantity);
+  return is_name_of(given, quantity) || given == array_name(quantity);
 }
 
 }  // namespace balance

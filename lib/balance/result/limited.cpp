@@ -100,7 +100,7 @@ class Catalogue {
     Group all{quantity.name, common_unit(quantity.units) != "mixed", {}};
     std::vector<Group> single;
     for (std::size_t i = 0; i < owners.size(); ++i) {
-      const std::string& unit = quantity.units[quantity.units.size() == owners.size() ? i : 0];
+      const std::string& unit = quantity.unit_of(i, owners.size());
       const LimitedQuantity one{effort_name(quantity.name, unit) + "[" + owners[i] + "]",
                                 unit,
                                 how,
@@ -123,7 +123,7 @@ class Catalogue {
 std::vector<LimitedQuantity> find_limited(const Mechanism& mechanism, const std::string& name) {
   const Catalogue catalogue(mechanism);
   for (const Group& group : catalogue.groups())
-    if (group.has_name && (group.name == name || group.name == force_name(name))) return group.quantities;
+    if (group.has_name && is_name_of(name, group.name)) return group.quantities;
   return {};
 }
 

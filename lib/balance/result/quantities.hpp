@@ -83,6 +83,11 @@ struct Quantity {
   bool about = false;  ///< a moment about Result::about
   Samples Result::*member = nullptr;
   const Samples* samples = nullptr;  ///< that member of the result
+
+  /// @param owner index of a coordinate, actuator, joint, … that columns belong to @param owners how many there are
+  const std::string& unit_of(std::size_t owner, std::size_t owners) const {
+    return units[units.size() == owners ? owner : 0];
+  }
 };
 
 /// All that there are for mechanisms of the result's space, with or without samples.

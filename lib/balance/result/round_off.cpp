@@ -33,14 +33,17 @@ double round_off_of(const Result& result, Samples Result::*array, Eigen::Index c
   return of_column(result, result.round_off, array, column);
 }
 
+void clear_column(Samples& values, Eigen::Index column, double round_off) {
+  const auto is_small = [round_off](double value) { return above(round_off, value) == 0; };
+  if (std::all_of(values.col(column).begin(), values.col(column).end(), is_small)) values.col(column).setZero();
+}
+
 void clear_round_off(Samples Result::*array, Result& result) {
   constexpr double max_cleared_part = 1e-9;  // of the terms: near a singularity round-off is only estimated
   Samples& values = result.*array;
   for (Eigen::Index c = 0; c < values.cols(); ++c) {
     const double terms = of_column(result, result.term_sizes, array, c);
-    const double least = std::min(round_off_of(result, array, c), max_cleared_part * terms);
-    const auto is_small = [least](double value) { return above(least, value) == 0; };
-    if (std::all_of(values.col(c).begin(), values.col(c).end(), is_small)) values.col(c).setZero();
+    clear_column(values, c, std::min(round_off_of(result, array, c), max_cleared_part * terms));
   }
 }
 

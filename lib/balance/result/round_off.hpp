@@ -28,6 +28,9 @@ inline double above(double round_off, double value) {
   return std::abs(value) <= round_off && std::isfinite(round_off) ? 0 : value;
 }
 
+/// A column none of whose values is more than round-off becomes 0.
+void clear_column(Samples& values, Eigen::Index column, double round_off);
+
 /// An array with 0 in the place of round-off.
 Samples above_round_off(const Result& result, Samples Result::*array);
 

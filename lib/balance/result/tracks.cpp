@@ -39,7 +39,7 @@ void add(const Quantity& quantity, Figures figures, const Result& result, const 
   const auto first = static_cast<std::ptrdiff_t>(tracks.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (figures == Figures::tracked && !motors.empty() && !motors.contains(names[i])) continue;
-    const std::string& unit = quantity.units[quantity.units.size() == names.size() ? i : 0];
+    const std::string& unit = quantity.unit_of(i, names.size());
     tracks.push_back({effort_name(quantity.name, unit) + "[" + names[i] + "]", unit, quantity.member,
                       static_cast<int>(i) * width, width});
   }
@@ -105,9 +105,7 @@ std::vector<std::string> figure_names(const Mechanism& mechanism) {
 
 std::string figure_unit(const Mechanism& mechanism, const std::string& name) {
   for (const Track& track : tracks_of(mechanism))
-    if (track.quantity == name || track.quantity == force_name(name) ||
-        (!track.of_worst.empty() && track.of_worst == name))
-      return track.unit;
+    if (is_name_of(name, track.quantity) || (!track.of_worst.empty() && track.of_worst == name)) return track.unit;
   return "";
 }
 

@@ -22,7 +22,7 @@ bool has_value_without(const std::string& text, const std::string& name) {
                            return Expression(other == name ? 0.0 : 1.0);
                          }).value());
   } catch (const ExpressionError&) {
-    return true;  // whoever reads it says what is wrong
+    return true;  // what is wrong is the reader's to say
   }
 }
 

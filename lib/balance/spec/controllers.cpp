@@ -117,7 +117,7 @@ void read_measurement(const Cursor& at, Draft& draft, Measurement& measurement) 
                                              : VelocitySource::difference;
                 }},
                {"seed", Need::optional, [&](const Cursor& c) {
-                  measurement.seed = static_cast<std::uint64_t>(read_whole(c, draft, 0, most_seed));
+                  measurement.seed = static_cast<std::uint64_t>(read_whole(c, draft, 0, max_seed));
                 }}});
   if (noise && measurement.velocity == VelocitySource::difference)
     noise->fail(

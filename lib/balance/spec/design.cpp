@@ -28,7 +28,7 @@ void read_search(const Cursor& at, Draft& draft, SearchOptions& search) {
        {"local", Need::optional,
         [&](const Cursor& c) { search.local = read_method(c, "a local method", local_methods()); }},
        {"seed", Need::optional,
-        [&](const Cursor& c) { search.seed = static_cast<std::uint64_t>(read_whole(c, draft, 0, most_seed)); }},
+        [&](const Cursor& c) { search.seed = static_cast<std::uint64_t>(read_whole(c, draft, 0, max_seed)); }},
        {"restarts", Need::optional,
         [&](const Cursor& c) { search.restarts = static_cast<int>(read_whole(c, draft, 1, 10'000)); }, "starts"},
        {"evaluations", Need::optional,

@@ -4,6 +4,6 @@
 namespace balance {
 
 /// A seed: what a number in a text surely holds.
-inline constexpr long most_seed = 9'007'199'254'740'991;
+inline constexpr long max_seed = 9'007'199'254'740'991;
 
 }  // namespace balance

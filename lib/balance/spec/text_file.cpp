@@ -20,7 +20,7 @@ namespace {
 /// One byte more than a document may have: a source without an end is refused like a file that is too large.
 constexpr std::size_t longest_text = read::DocumentLimits{}.bytes + 1;
 
-constexpr int patience = 2;  // how long a pipe may have no writer [s]
+constexpr int max_pipe_silence = 2;  // without a writer [s]
 
 [[noreturn]] void fail(const std::string& path, const std::string& what, const std::string& reason) {
   throw SystemError(fmt::format("{}: cannot read the {}: {}", path, what, reason));
@@ -43,7 +43,7 @@ std::string read_all(int descriptor, const std::string& path, const std::string&
 /// Opening a pipe waits until somebody writes into it, which may be never.
 void wait_for_writer(int pipe, const std::string& path, const std::string& what) {
   pollfd event{pipe, POLLIN, 0};
-  for (int tenth = 0; tenth < 10 * patience; ++tenth) {
+  for (int tenth = 0; tenth < 10 * max_pipe_silence; ++tenth) {
     // A pipe that never had a writer is silent; one whose writer is gone hangs up.
     const int ready = ::poll(&event, 1, 100);
     if (ready > 0) return;

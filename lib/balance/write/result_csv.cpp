@@ -25,7 +25,7 @@ std::vector<std::string> column_names(const Quantity& quantity, const Result& r)
   const auto before = [&](const std::vector<std::string>& labels) {
     std::vector<std::string> names;
     for (std::size_t i = 0; i < labels.size(); ++i) {
-      const std::string& unit = quantity.units[quantity.units.size() == labels.size() ? i : 0];
+      const std::string& unit = quantity.unit_of(i, labels.size());
       names.push_back(labels[i] + "." + effort_name(quantity.short_name, unit));
     }
     return names;
@@ -61,7 +61,7 @@ std::string header(const std::vector<Quantity>& quantities, const Result& r) {
       throw std::invalid_argument(quantity.name + ": as many columns as names are needed");
     }
     for (std::size_t i = 0; i < names.size(); ++i) {
-      const std::string& unit = quantity.units[quantity.units.size() == names.size() ? i : 0];
+      const std::string& unit = quantity.unit_of(i, names.size());
       line += "," + csv_field(fmt::format("{} [{}]", names[i], unit));
     }
   }

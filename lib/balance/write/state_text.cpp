@@ -47,7 +47,7 @@ std::vector<StateNumber> list_state(const Result& result) {
     const std::vector<std::string> owners = owners_of(quantity.columns, result);
     const auto width = samples.cols() / static_cast<Eigen::Index>(owners.size());
     for (std::size_t i = 0; i < owners.size(); ++i) {
-      const std::string& unit = quantity.units[quantity.units.size() == owners.size() ? i : 0];
+      const std::string& unit = quantity.unit_of(i, owners.size());
       const std::string owner = owners[i].empty() ? "" : "[" + owners[i] + "]";
       StateNumber one{(owner.empty() ? quantity.name : effort_name(quantity.name, unit)) + owner, unit, {}};
       for (Eigen::Index k = 0; k < width; ++k)

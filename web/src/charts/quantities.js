@@ -1,5 +1,7 @@
 // Which charts a run can have, and their lines.
 
+import {effortName} from "../data/numbers.js";
+
 const titles = {
   torque: "Actuator torque",
   force: "Actuator force",
@@ -54,7 +56,7 @@ export function listCharts(run, controlled = false) {
         id: units.length > 1 ? `${series.quantity}:${unit}` : series.quantity,
         quantity: series.quantity,
         unit,
-        title: titleOf(unit === "N" ? series.quantity.replace(/^torque/, "force") : series.quantity) + (units.length > 1 ? ` [${unit}]` : ""),
+        title: titleOf(effortName(series.quantity, unit)) + (units.length > 1 ? ` [${unit}]` : ""),
       });
   }
   return charts;

@@ -45,3 +45,6 @@ export function ratioText(value) {
   if (value < 5e-4) return "< 0.001";
   return value < 10 ? value.toFixed(3) : format(value, 3);
 }
+
+/** What an actuator's effort is called: that of a slide is a force. */
+export const effortName = (quantity, unit) => (unit === "N" ? quantity.replace(/^torque/, "force") : quantity);

@@ -1,5 +1,7 @@
 // What a reader takes along: pictures and tables as files.
 
+import {effortName} from "./numbers.js";
+
 function save(blob, name) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(blob);
@@ -53,7 +55,7 @@ export function csv(time, columns) {
 /** Every value of a run. */
 export function runColumns(run) {
   return [...run.series.values()].flatMap((series) => series.columns.map((c) => ({
-    name: c.name === "value" ? series.quantity : `${c.unit === "N" ? series.quantity.replace(/^torque/, "force") : series.quantity}[${c.name}]`,
+    name: c.name === "value" ? series.quantity : `${effortName(series.quantity, c.unit)}[${c.name}]`,
     unit: c.unit, values: c.values,
   })));
 }
