@@ -5,6 +5,7 @@ import os
 import unittest
 
 from _program import CONFIGS, Case, config, run
+from _sampling import draw
 
 OPTIMALITY = {"proved-best", "local-best", "stopped", "not-asked"}
 
@@ -92,7 +93,7 @@ trajectories:
        {tool: [0.05, 0.025], angle: "a3"}], blend: spline}}
 design: {goal: proportional, minimize: {rms: shaking_moment, along: rot}, search: {evaluations: 2000}}
 """))
-        for method in ("auto", "bobyqa", "sbplx"):
+        for method in draw("methods in a search of a way", ("auto", "bobyqa", "sbplx"), 0.3):
             with self.subTest(method):
                 done = run("design", self.write("way.yaml", way), "--json", "--algorithm", method)
                 self.assertIn(done.returncode, (0, 1), done.stderr)
@@ -222,7 +223,9 @@ design: {goal: proportional, minimize: {rms: shaking_moment, along: rot}, search
         """(B11) cobyla gave no answer in 60 s."""
         spec = self.write("spec.yaml", links(FREE_LENGTHS).replace(
             "minimize: added-mass", "minimize: added-mass, search: {seconds: 1.5}"))
-        for method in ("cobyla", "bobyqa", "sbplx", "slsqp", "auglag", "direct", "crs", "isres", "esch", "mlsl"):
+        local = {"cobyla", "bobyqa", "sbplx", "slsqp", "auglag"}
+        methods = (*sorted(local), "direct", "crs", "isres", "esch", "mlsl")
+        for method in draw("methods of a search", methods, 0.2, lambda method: {"local" if method in local else "global"}):
             with self.subTest(method):
                 result = self.design(spec, "--algorithm", method)
                 self.assertEqual(result["status"], "balanced")

@@ -1,5 +1,6 @@
 """`minimize: {mean_plus: k, of: …}`: robust designs against closed forms, and against what `balance tolerance` says of them."""
 
+import itertools
 import json
 import math
 import unittest
@@ -7,10 +8,14 @@ import unittest
 import h5py
 
 from _program import Case, run
+from _sampling import WHOLE, draw
 
 G = 9.81
 # What balances the link is m = MASS * L / A.
 MASS, L, A = 2.0, 0.4, 0.8
+
+# A front takes all the time that it gets.
+SECONDS = "10" if WHOLE else "1"
 
 ARM = """\
 space: planar
@@ -65,7 +70,7 @@ class Robust(Case):
     # slopes are differences, so that a smooth least value is met to 1e-8 and its place to the root of that
     def test_a_counterweight_that_is_off_by_part_of_its_mass_is_lighter_than_what_balances(self):
         """E = (m1 l - m a)² + (s a m)² is least at m1 l / (a (1 + s²))."""
-        for s in 0.01, 0.2:
+        for s in draw("relative deviations of a mass", (0.01, 0.2), 0.5):
             found = self.design(arm(over_workspace(0, "rms"), f"{{cw.mass: {100 * s}%}}"))
             self.assertAlmostEqual(self.mass(found), MASS * L / (A * (1 + s * s)), delta=3e-5)
             self.assertLess(self.mass(found), MASS * L / A)
@@ -112,45 +117,44 @@ class Robust(Case):
 
     def test_a_deviation_that_follows_its_number_is_about_what_the_design_chooses(self):
         """Of a fixed deviation nothing can be gained: the best is the balance. A lever that is off weighs like the mass."""
-        found = self.design(arm(over_workspace(0, "rms"), "{cw.mass: 0.2}"))
-        self.assertAlmostEqual(self.mass(found), MASS * L / A, delta=3e-5)
-        found = self.design(arm(over_workspace(0, "rms"), "{lever: 20%}"))
-        self.assertAlmostEqual(self.mass(found), MASS * L / (A * 1.04), delta=3e-5)
-        free = arm(over_workspace(0, "rms"), "{lever: 20%}").replace("{lever: 0.8}", "{lever: {free: [0.1, 2], start: 0.5}}")
-        found = self.design(free.replace("{free: [0, 5], start: 2}", "1"))
-        lever = next(n["value"] for n in found["free_numbers"])
-        self.assertAlmostEqual(lever, MASS * L / 1.04, delta=3e-5)
+        lever = arm(over_workspace(0, "rms"), "{lever: 20%}")
+        free_lever = lever.replace("{lever: 0.8}", "{lever: {free: [0.1, 2], start: 0.5}}").replace("{free: [0, 5], start: 2}", "1")
+        fixed = arm(over_workspace(0, "rms"), "{cw.mass: 0.2}")
+        for text, best in draw("deviations that follow", ((fixed, MASS * L / A), (lever, MASS * L / (A * 1.04)), (free_lever, MASS * L / 1.04)), 0.3):
+            with self.subTest(spec=text):
+                (free,) = self.design(text)["free_numbers"]
+                self.assertAlmostEqual(free["value"], best, delta=3e-5)
 
     def test_the_value_is_that_of_balance_tolerance_on_the_written_design(self):
         k = 2.5
         numbers = "{cw.mass: 1%, link.com: 1e-3, link.mass: {uniform: 2%}}"
-        for figure in "peak", "rms", "mean", "range":
-            for quantity in "torque", "shaking_moment", "shaking_force":
+        figures = itertools.product(("peak", "rms", "mean", "range"), ("torque", "shaking_moment", "shaking_force"))
+        for figure, quantity in draw("figures of robust designs", figures, 0.2, set):
+            with self.subTest(figure=figure, quantity=quantity):
                 text = arm(f"minimize: {{mean_plus: {k}, of: {{{figure}: {quantity}, along: slow}}}}", numbers)
                 found = self.design(text, "--seed", "3")
                 value = found["objective"]["value"]
                 told = self.told("slow", "--of", quantity)
                 one = told["torque[A]" if quantity == "torque" else quantity]
-                with self.subTest(figure=figure, quantity=quantity):
-                    if figure == "rms":
-                        mean = one["expected_rms"]
-                        self.assertAlmostEqual(value, mean + k * one["mean_square_deviation"] / (2 * mean), delta=1e-9 * value)
-                    elif figure == "peak":
-                        with h5py.File(self.path("off.h5")) as file:
-                            size, off = file[quantity][:], file["tolerance"][quantity][:]
-                        band = [math.hypot(*f) + k * math.hypot(*s) for f, s in zip(size.reshape(201, -1), off.reshape(201, -1))]
-                        # what lies between the samples counts, too
-                        self.assertGreaterEqual(value, max(band) * (1 - 1e-9))
-                        self.assertAlmostEqual(value, max(band), delta=1e-3 * value)
-                    told_figure = one[figure]
-                    if told_figure["deviation"] is not None:
-                        first_order = told_figure["value"] + k * told_figure["deviation"]
-                        # the difference is of second order, and that of a vector's deviation to the part along it
-                        self.assertGreater(value, 0.98 * first_order)
-                        # where several moments share a peak, tolerance has the deviation of the largest of them, a design that of one
-                        alone = not told_figure["rival_times"]
-                        if alone and told_figure["value"] > 30 * told_figure["deviation"] and quantity == "torque":
-                            self.assertAlmostEqual(value, first_order, delta=1e-2 * value)
+                if figure == "rms":
+                    mean = one["expected_rms"]
+                    self.assertAlmostEqual(value, mean + k * one["mean_square_deviation"] / (2 * mean), delta=1e-9 * value)
+                elif figure == "peak":
+                    with h5py.File(self.path("off.h5")) as file:
+                        size, off = file[quantity][:], file["tolerance"][quantity][:]
+                    band = [math.hypot(*f) + k * math.hypot(*s) for f, s in zip(size.reshape(201, -1), off.reshape(201, -1))]
+                    # what lies between the samples counts, too
+                    self.assertGreaterEqual(value, max(band) * (1 - 1e-9))
+                    self.assertAlmostEqual(value, max(band), delta=1e-3 * value)
+                told_figure = one[figure]
+                if told_figure["deviation"] is not None:
+                    first_order = told_figure["value"] + k * told_figure["deviation"]
+                    # the difference is of second order, and that of a vector's deviation to the part along it
+                    self.assertGreater(value, 0.98 * first_order)
+                    # where several moments share a peak, tolerance has the deviation of the largest of them, a design that of one
+                    alone = not told_figure["rival_times"]
+                    if alone and told_figure["value"] > 30 * told_figure["deviation"] and quantity == "torque":
+                        self.assertAlmostEqual(value, first_order, delta=1e-2 * value)
 
     def test_the_same_seed_gives_the_same_design_in_time(self):
         text = arm(over_workspace(3, "rms"), "{cw.mass: 20%, link.com: 1e-3}")
@@ -158,20 +162,29 @@ class Robust(Case):
         self.assertEqual(first, second)
         self.assertEqual(first["search"]["ended_by"], "all-starts-used")
 
-    def test_limits_fronts_and_sums_take_robust_figures(self):
+    def limit(self):
         limit = G * (MASS * L) * 0.5
         limited = f'minimize: added-mass, subject_to: "mean_plus(3, peak(torque, workspace)) <= {limit}", search: {{seconds: 6}}'
         found = self.design(arm(limited, "{cw.mass: 5%}"))
         # g (m1 l - m a (1 - k s)) = half of g m1 l
         self.assertAlmostEqual(self.mass(found), 0.5 * MASS * L / (A * 0.85), delta=1e-5)
         self.assertTrue(found["constraints"][0]["active"])
+
+    def sum(self):
         both = "minimize: [{mean_plus: 3, of: {peak: torque, over: workspace}, weight: 2}, {of: added-mass, weight: 1}]"
         found = self.design(arm(both, "{cw.mass: 5%}"))
         self.assertAlmostEqual(self.mass(found), MASS * L / A, delta=1e-5)
-        front = "front: [added-mass, {mean_plus: 3, of: {rms: torque, over: workspace}}], search: {seconds: 10}"
+
+    def front(self):
+        front = "front: [added-mass, {mean_plus: 3, of: {rms: torque, over: workspace}}], search: {seconds: " + SECONDS + "}"
         done = run("design", self.write("front.yaml", arm(front, "{cw.mass: 5%}")), "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("mean plus 3 deviations of the rms of torque along workspace", done.stdout)
+
+    def test_limits_fronts_and_sums_take_robust_figures(self):
+        for task in draw("tasks with robust figures", (self.limit, self.sum, self.front), 0.3):
+            with self.subTest(task=task.__name__):
+                task()
 
     def test_what_is_told(self):
         done = run("design", self.write("spec.yaml", arm(over_workspace(3, "peak"), "{cw.mass: 5%}")))

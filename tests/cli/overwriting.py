@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """No output replaces what a command reads, by whatever path, with --force too; folders are made, permissions kept."""
 
+import itertools
 import json
 import os
 import shutil
@@ -8,6 +9,7 @@ import stat
 import unittest
 
 from _program import CONFIGS, Case, run
+from _sampling import draw
 
 ARM = """
 space: planar
@@ -61,18 +63,18 @@ class Overwriting(Case):
                 os.path.join(beside, base), os.path.join(beside, "new", "..", base), hard + suffix, soft + suffix]
 
     def assert_kept(self, names, commands):
-        """Each command, with an output behind it, for each of the files in each spelling."""
+        """Each command, with an output behind it, for the files in their spellings."""
         before = {name: content(self.path(name)) for name in names}
-        for name in names:
-            for path in self.spellings(name):
-                for command in commands:
-                    with self.subTest(command=command, path=path):
-                        done = run(*command, path, "--force")
-                        if done.returncode == 5:
-                            self.assert_failure(done, 5, "it is a symbolic link, which is not followed")
-                            self.assertTrue(os.path.islink(path))
-                        else:
-                            self.assert_failure(done, 2, "would replace")
+        paths = [(name, kind, path) for name in names for kind, path in enumerate(self.spellings(name))]
+        cases = itertools.product(paths, enumerate(commands))
+        for (_, _, path), (_, command) in draw("files to be kept", cases, 0.1, lambda case: {case[0][0], case[0][1], f"command {case[1][0]}"}):
+            with self.subTest(command=command, path=path):
+                done = run(*command, path, "--force")
+                if done.returncode == 5:
+                    self.assert_failure(done, 5, "it is a symbolic link, which is not followed")
+                    self.assertTrue(os.path.islink(path))
+                else:
+                    self.assert_failure(done, 2, "would replace")
         self.assertEqual({name: content(self.path(name)) for name in names}, before)
         self.assertFalse(os.path.exists(self.path("new")))
 

@@ -1,10 +1,10 @@
 """Standard input and output as files, words that people try, and help that fits (D6)."""
 
 import fcntl
-import json
 import os
 import pty
 import shutil
+import signal
 import struct
 import subprocess
 import termios
@@ -20,24 +20,43 @@ def piped(*arguments, text="", binary=False):
     return done.returncode, done.stdout if binary else done.stdout.decode(), done.stderr.decode()
 
 
-def on_terminal(*arguments, columns=80):
-    """What a command prints on a terminal of so many columns."""
-    parent, child = pty.openpty()
-    fcntl.ioctl(child, termios.TIOCSWINSZ, struct.pack("HHHH", 40, columns, 0, 0))
-    with subprocess.Popen([PROGRAM, *arguments], stdin=child, stdout=child, stderr=child) as process:
+class OnTerminal:
+    """A command on a terminal of so many columns."""
+
+    def __init__(self, *arguments, columns=80):
+        self.parent, child = pty.openpty()
+        fcntl.ioctl(child, termios.TIOCSWINSZ, struct.pack("HHHH", 40, columns, 0, 0))
+        self.process = subprocess.Popen([PROGRAM, *arguments], stdin=child, stdout=child, stderr=child)
         os.close(child)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait()
+        os.close(self.parent)
+
+    def read_until(self, words):
+        """What it prints until it has printed these words, or to its end."""
         text = b""
-        while True:
+        while words is None or words.encode() not in text:
             try:
-                block = os.read(parent, 65536)
+                block = os.read(self.parent, 65536)
             except OSError:
-                break
+                block = b""
             if not block:
+                self.process.wait()
                 break
             text += block
-        process.wait()
-    os.close(parent)
-    return process.returncode, text.decode().replace("\r\n", "\n")
+        return text.decode().replace("\r\n", "\n")
+
+
+def on_terminal(*arguments, columns=80):
+    """What a command prints on a terminal of so many columns."""
+    with OnTerminal(*arguments, columns=columns) as terminal:
+        text = terminal.read_until(None)
+    return terminal.process.returncode, text
 
 
 class Streams(Case):
@@ -123,25 +142,29 @@ class Streams(Case):
     def test_the_list_of_commands_fits_one_screen(self):
         self.assertLessEqual(len(run("--help").stdout.splitlines()), 45)
 
+    def assert_progress_on_a_terminal_only(self, *arguments):
+        """Of the same run on a terminal, there with --quiet, and through pipes: they are interrupted when the first has shown how far it is."""
+        with OnTerminal(*arguments, "--quiet") as quiet, OnTerminal(*arguments) as shown, subprocess.Popen(
+                [PROGRAM, *arguments, "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as piped_run:
+            text = shown.read_until(" %")
+            self.assertIn(" %", text)
+            for process in (quiet.process, shown.process, piped_run):
+                process.send_signal(signal.SIGINT)
+            self.assertNotIn(" %", quiet.read_until(None))
+            shown.read_until(None)
+            self.assertNotIn(" %", "".join(piped_run.communicate(timeout=60)))
+        for process in (quiet.process, shown.process, piped_run):
+            self.assertEqual(process.returncode, 128 + signal.SIGINT)  # none was done before
+        return text
+
     def test_a_long_run_shows_how_far_it_is_on_a_terminal_only(self):
-        spec = os.path.join(CONFIGS, "3rrr.yaml")
-        arguments = ("simulate", spec, "-t", "cycloid", "--samples", "1200000", "-q")
-        code, text = on_terminal(*arguments)
-        self.assertEqual(code, 0)
-        self.assertEqual(text, "")  # --quiet
-        code, text = on_terminal(*arguments[:-1])
-        self.assertIn(" %", text)
-        self.assertEqual(json.loads(run(*arguments[:-1], "--json").stdout)["samples"], 1200000)
+        self.assert_progress_on_a_terminal_only("simulate", os.path.join(CONFIGS, "3rrr.yaml"), "-t", "cycloid", "--samples", "3000000")
 
     def test_a_long_run_under_control_shows_how_far_it_is_on_a_terminal_only(self):
         """A8."""
-        spec = os.path.join(CONFIGS, "3rrr.yaml")
-        arguments = ("control", spec, "-t", "cycloid", "-c", "none", "--samples", "300000", "--steps", "1000000000")
-        code, text = on_terminal(*arguments)
-        self.assertEqual(code, 0)
+        text = self.assert_progress_on_a_terminal_only("control", os.path.join(CONFIGS, "3rrr.yaml"), "-t", "cycloid", "-c", "none",
+                                                       "--samples", "1500000", "--steps", "1000000000")
         self.assertIn("cycloid: ", text)
-        self.assertIn(" %", text)
-        self.assertEqual(run(*arguments, "--json").stderr.count(" %"), 0)
 
 
 if __name__ == "__main__":

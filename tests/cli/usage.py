@@ -10,6 +10,7 @@ import unittest
 
 from _four_bar import SHORT, four_bar
 from _program import CONFIGS, PROGRAM, SPEC, Case, run
+from _sampling import draw, traits_of
 
 # A four-bar that cannot be assembled.
 BROKEN = SHORT + """\
@@ -83,18 +84,24 @@ class Usage(Case):
     def test_no_text_of_the_parser_is_left(self):
         """Every way to call every command wrongly that its own options make possible."""
         theirs = re.compile(r"is required|requires|excludes|not expected|Could not convert|not in range|missing$|At Most|: At least|--help for|required but", re.IGNORECASE | re.MULTILINE)
+        calls = []
         listed = run("--help").stdout.split("Examples:\n", 1)[0]
         for command in re.findall(r"^  ([a-z0-9-]+)  ", listed, re.MULTILINE):
             heads = re.findall(r"^  (-\S+)( [A-Z]\S*)?", run(command, "--help").stdout, re.MULTILINE)
-            calls = [[], ["--xyz"], ["a", "b", "c", "d", "--xyz"]]
+            calls += [[command], [command, "--xyz"], [command, "a", "b", "c", "d", "--xyz"]]
             for names, value in heads:
                 name = names.split(",")[-1]
-                calls += [[SPEC, name], [SPEC, name + "=?"], [SPEC, name, "?", name, "?"]] if value else [[SPEC, name + "=?"]]
-            for call in calls:
-                done = run(command, *call, cwd=self.folder)
-                self.assertIn(done.returncode, range(6), call)
-                if done.returncode == 2:
-                    self.assertNotRegex(done.stderr, theirs, [command, *call])
+                calls += ([[command, SPEC, name], [command, SPEC, name + "=?"], [command, SPEC, name, "?", name, "?"]] if value else
+                          [[command, SPEC, name + "=?"]])
+
+        def command_and_option(call):
+            return {call[0], *(word.split("=")[0] for word in call[2:3])}
+
+        for call in draw("wrong calls", calls, 0.2, command_and_option):
+            done = run(*call, cwd=self.folder)
+            self.assertIn(done.returncode, range(6), call)
+            if done.returncode == 2:
+                self.assertNotRegex(done.stderr, theirs, call)
 
     def test_a_missing_operand_is_looked_for_in_the_folder(self):
         said = "error: which spec? here is: spec.yaml\nbalance simulate --help shows the usage\n"
@@ -231,10 +238,9 @@ class Usage(Case):
         self.assertNotAlmostEqual(elsewhere["shaking_moment"]["peak"], base["shaking_moment"]["peak"], places=3)
 
     def test_every_config_can_be_asked_for_json(self):
-        for name in sorted(os.listdir(CONFIGS)):
-            if name.endswith(".yaml"):
-                done = run("check", os.path.join(CONFIGS, name), "--json")
-                self.assertIsInstance(json.loads(done.stdout), dict, name)
+        specs = [os.path.join(CONFIGS, name) for name in sorted(os.listdir(CONFIGS)) if name.endswith(".yaml")]
+        for spec in draw("configs as JSON", specs, 0.2, traits_of):
+            self.assertIsInstance(json.loads(run("check", spec, "--json").stdout), dict, spec)
 
     def test_a_result_that_does_not_arrive_is_a_failure(self):
         for arguments in (["--help"], ["--version"], ["check", SPEC], ["check", SPEC, "--json"],

@@ -4,6 +4,7 @@ Along a path q(s) every torque and force is a s'' + b s'² + c. With x = s'² at
 the cells, s'' = (x[k+1] - x[k]) / 2h, the law that is fastest has the largest x; limits of a vector's magnitude are cones, which tangents close in on.
 """
 
+import functools
 import unittest
 
 import numpy
@@ -37,12 +38,16 @@ class Path:
         middles = (self.nodes[1:] + self.nodes[:-1]) / 2
         self.states = list(zip(place(middles), place.derivative()(middles), place.derivative(2)(middles)))
 
+    @functools.cached_property
+    def answers(self):
+        """At rest, pushed from rest, and running evenly: of every cell."""
+        return [[self.door.at(q, dq, ddq) for dq, ddq in ((0 * q, 0 * q), (0 * q, rate), (rate, bend))] for q, rate, bend in self.states]
+
     def parts(self, quantity):
         """a, b, c of every cell, a row of components each."""
         found = []
-        for q, rate, bend in self.states:
-            rest, pushed, running = (numpy.ravel(self.door.at(q, dq, ddq)[quantity])
-                                     for dq, ddq in ((0 * q, 0 * q), (0 * q, rate), (rate, bend)))
+        for answers in self.answers:
+            rest, pushed, running = (numpy.ravel(answer[quantity]) for answer in answers)
             found.append((pushed - rest, running - rest, rest))
         return [numpy.array(part) for part in zip(*found)]
 

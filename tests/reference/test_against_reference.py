@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""`balance simulate` against the reference: every trajectory of every config, all quantities, at seven samples.
+"""`balance simulate` against the reference: trajectories of all configs, all quantities, at seven samples.
 
 Finds the program in the environment variable BALANCE, the mechanisms in CONFIGS and in specs/ beside this file.
-Arguments: configs, or config:trajectory."""
+Arguments: configs, or config:trajectory. Without them a sample (cli/_sampling.py); BALANCE_WHOLE=1 tries every trajectory."""
 import glob
 import multiprocessing
 import os
@@ -11,7 +11,7 @@ import sys
 import tempfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, HERE)
+sys.path[:0] = [HERE, os.path.join(HERE, "..", "cli")]
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(variable, "1")   # small matrices: threads only get in each other's way
 
@@ -22,6 +22,7 @@ from laws import LAWS
 from mechanism import Mechanism
 from reference import at_indices
 from spec import Spec, binds_rates
+from _sampling import draw, traits_of
 
 CONFIGS = os.environ.get("CONFIGS", os.path.join(HERE, "..", "..", "configs"))
 # Both solve positions to about 1e-13 of their size; accelerations and forces lose up to the condition number of the
@@ -42,6 +43,15 @@ def cases(chosen):
             known = entry.get("law") in LAWS and (path_kind == "line" or not {"table", "file"} & set(path_kind))
             if known and (not chosen or name in chosen or f"{name}:{trajectory}" in chosen):
                 yield path, trajectory
+
+
+def traits(case):
+    """Those of the spec, and of this one of its trajectories."""
+    path, trajectory = case
+    entry = Spec.load(path)["trajectories"][trajectory]
+    kind = entry.get("path", "line")
+    own = {f"law: {entry['law']}", f"drive: {entry.get('drive', 'tool')}", *([kind] if isinstance(kind, str) else kind)}
+    return {t for t in traits_of(path) if not t.startswith(("law:", "drive:"))} | own
 
 
 def size_of(mechanism):
@@ -149,6 +159,8 @@ def main():
     todo = list(cases(sys.argv[1:]))
     if not todo:
         sys.exit("no trajectory to compare")
+    if not sys.argv[1:]:
+        todo = draw("trajectories against the reference", todo, 0.2, traits)
     failed = 0
     with multiprocessing.Pool(2) as pool:
         for title, faults, worst in pool.imap(compare, todo):

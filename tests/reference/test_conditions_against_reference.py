@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""`balance conditions` against the reference: equal rank and equal row space, for every config and every goal.
+"""`balance conditions` against the reference: equal rank and equal row space, for configs and every goal.
 
 Finds the program in the environment variable BALANCE, the mechanisms in CONFIGS and in specs/ beside this file.
-Arguments: configs, or config:goal."""
+Arguments: configs, or config:goal. Without them a sample of the configs (cli/_sampling.py); BALANCE_WHOLE=1 tries every config."""
 import glob
 import json
 import multiprocessing
@@ -12,7 +12,7 @@ import subprocess
 import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, HERE)
+sys.path[:0] = [HERE, os.path.join(HERE, "..", "cli")]
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(variable, "1")   # small matrices: threads only get in each other's way
 
@@ -21,6 +21,7 @@ import numpy as np
 from conditions import NoConditions, configurations, derive, every_name
 from mechanism import Mechanism
 from spec import Spec, binds_rates
+from _sampling import draw, traits_of
 
 CONFIGS = os.environ.get("CONFIGS", os.path.join(HERE, "..", "..", "configs"))
 GOALS = ["static", "gyroscopic", "gyroscopic-independent", "decoupled", "fully-static", "fully-decoupled", "force",
@@ -136,6 +137,8 @@ def main():
     todo = list(cases(sys.argv[1:]))
     if not todo:
         sys.exit("nothing to compare")
+    if not sys.argv[1:]:
+        todo = draw("conditions against the reference", todo, 0.2, lambda case: traits_of(case[0]))
     failed = count = 0
     with multiprocessing.Pool(2) as pool:
         for found in pool.imap_unordered(compare_all, todo):

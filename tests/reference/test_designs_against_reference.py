@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """`balance design` judged by the reference: the spec that it writes meets the conditions derived here.
 
-Finds the program in the environment variable BALANCE, the mechanisms in CONFIGS. Arguments: configs."""
+Finds the program in the environment variable BALANCE, the mechanisms in CONFIGS. Arguments: configs. Without them a sample
+(cli/_sampling.py); BALANCE_WHOLE=1 tries every design."""
 import glob
 import multiprocessing
 import os
@@ -10,7 +11,7 @@ import sys
 import tempfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, HERE)
+sys.path[:0] = [HERE, os.path.join(HERE, "..", "cli")]
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(variable, "1")   # small matrices: threads only get in each other's way
 
@@ -19,6 +20,7 @@ import numpy as np
 from conditions import configurations, derive, every_name, values
 from mechanism import Mechanism
 from spec import Spec
+from _sampling import draw, traits_of
 
 CONFIGS = os.environ.get("CONFIGS", os.path.join(HERE, "..", "..", "configs"))
 # The program calls a residual of 1e-10 met. Rows of the reference are combinations of its conditions, and the narrowest of
@@ -64,6 +66,8 @@ def main():
             and (not sys.argv[1:] or os.path.basename(path)[:-5] in sys.argv[1:])]
     if not todo:
         sys.exit("no design to judge")
+    if not sys.argv[1:]:
+        todo = draw("designs against the reference", todo, 0.2, traits_of)
     failed = 0
     with multiprocessing.Pool(2) as pool:
         for name, good, text in pool.imap(judge, todo):
