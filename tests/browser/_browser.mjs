@@ -11,11 +11,28 @@ const switches = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first
 
 export const launch = () => chromium.launch({executablePath: process.env.CHROMIUM, headless: true, args: switches});
 
+let kept; // one page shows all files: a renderer for each of them takes longer than most tests
+
+async function freePage(browser) {
+  if (kept?.busy) {  // a test has failed in it
+    await kept.context.close();
+    kept = undefined;
+  }
+  if (!kept) {
+    const context = await browser.newContext();
+    context.setDefaultTimeout(120_000); // a busy machine is slow, not wrong
+    kept = {context, page: await context.newPage()};
+  }
+  kept.busy = true;
+  return kept.page;
+}
+
 /** Opens a file; the page must not ask for anything else. */
-export async function open(browser, file, options = {}) {
-  const context = await browser.newContext({viewport: {width: 1400, height: 900}, ...options});
-  context.setDefaultTimeout(120_000); // a busy machine is slow, not wrong
-  const page = await context.newPage();
+export async function open(browser, file, {viewport = {width: 1400, height: 900}, colorScheme = "light"} = {}) {
+  const page = await freePage(browser);
+  await page.setViewportSize(viewport);
+  await page.emulateMedia({media: null, colorScheme});
+  await page.mouse.move(0, 0);
   const complaints = [];
   const asked = [];
   page.on("console", (message) => {
@@ -31,5 +48,9 @@ export async function open(browser, file, options = {}) {
   await page.waitForFunction(() => window.balanceReport?.board?.charts.length > 0);
   const seconds = (performance.now() - began) / 1000;
   const foreign = asked.filter((u) => u !== url && !u.startsWith("data:") && !u.startsWith("blob:"));
-  return {page, complaints, foreign, seconds, close: () => context.close()};
+  const close = () => {
+    for (const event of ["console", "pageerror", "request"]) page.removeAllListeners(event);
+    kept.busy = false;
+  };
+  return {page, complaints, foreign, seconds, close};
 }

@@ -4,6 +4,7 @@ import {execFileSync} from "node:child_process";
 import {existsSync, mkdirSync, writeFileSync} from "node:fs";
 import {join} from "node:path";
 import {launch, open} from "./_browser.mjs";
+import {whole} from "./_sampling.mjs";
 
 export const [program, configs, folder] = process.argv.slice(2);
 if (!existsSync(process.env.CHROMIUM ?? "")) {
@@ -13,12 +14,17 @@ if (!existsSync(process.env.CHROMIUM ?? "")) {
 mkdirSync(folder, {recursive: true});
 const only = process.env.ONLY;
 
+/** Pages by their paths: a name stands for one spec, which is told once. */
+const made = new Set();
+
 /** @param more {spec: text of another spec than the config of that name, words: more arguments} */
 function makePage(name, {spec, words = []} = {}) {
   const file = join(folder, `${name}${words.join("")}.html`);
+  if (made.has(file)) return file;
   const given = spec ? join(folder, `${name}.yaml`) : join(configs, `${name}.yaml`);
   if (spec) writeFileSync(given, spec);
   execFileSync(program, ["report", given, ...words, "-o", file, "--force", "-q"]);
+  made.add(file);
   return file;
 }
 
@@ -35,7 +41,7 @@ export async function test(sentence, name, body, {spec, words, violates, ...opti
     await body(opened.page, opened);
     if (!violates) assert.deepEqual(opened.complaints, [], "the console is silent");
     assert.deepEqual(opened.foreign, [], "nothing else is fetched");
-    await opened.close();
+    opened.close();
     console.log(`ok      ${sentence}`);
   } catch (error) {
     ++failed;
@@ -48,7 +54,8 @@ export const clock = (page) => page.evaluate(() => {
   return {sample, now, playing};
 });
 export const pressed = (page, selector) => page.locator(selector).getAttribute("aria-pressed");
-export const shot = (page, name, fullPage = true) => page.screenshot({path: join(folder, name), fullPage});
+/** Pictures for people, which no test looks at: with all tests only. */
+export const shot = (page, name, fullPage = true) => whole && page.screenshot({path: join(folder, name), fullPage});
 
 /** Differences between two pictures of the stage, as the share of pixels. */
 export const stagePixels = (page) => page.locator("#stage canvas").first().screenshot();

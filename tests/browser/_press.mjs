@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import {readFileSync} from "node:fs";
 import {join} from "node:path";
 import {clock, folder, pressed, shot, test} from "./_pages.mjs";
+import {draw} from "./_sampling.mjs";
 
 // ---- a press with a load over time, gears, a spring and friction: all that may be drawn and listed ----
 
@@ -168,7 +169,7 @@ await test("what is round-off is nothing: no figure, no curve, no arrow (D2)", "
   await shot(page, "planar-rrr.png");
 });
 
-for (const name of ["5r-design", "delta", "press"])
+for (const name of draw("pages with a policy", ["5r-design", "delta", "press"], 0.3))
   await test(`the page of ${name} keeps its own policy: nothing but its script and style (C12)`, name, async (page) => {
     const policy = await page.locator('meta[http-equiv="Content-Security-Policy"]').getAttribute("content");
     assert.match(policy, /^default-src 'none'; script-src 'sha256-[A-Za-z0-9+/]{43}='; style-src 'sha256-[A-Za-z0-9+/]{43}=';/);

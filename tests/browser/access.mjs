@@ -5,6 +5,7 @@ import {readFileSync} from "node:fs";
 import {createRequire} from "node:module";
 import {join} from "node:path";
 import {browser, clock, configs, failures, shot, test} from "./_pages.mjs";
+import {draw} from "./_sampling.mjs";
 
 const require = createRequire(join(process.env.PAGE_PACKAGES, "package.json"));
 const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
@@ -21,8 +22,9 @@ async function violations(page) {
 const threeRrr = readFileSync(join(configs, "3rrr.yaml"), "utf8");
 const withTrajectories = (text) => `${threeRrr.slice(0, threeRrr.indexOf("trajectories:"))}trajectories:\n${text}`;
 
-for (const [name, colorScheme, width] of [["5r-design", "light", 1400], ["5r-design", "dark", 390], ["delta", "light", 390],
-  ["delta", "dark", 1400], ["four-bar", "light", 390]])
+const looks = [["5r-design", "light", 1400], ["5r-design", "dark", 390], ["delta", "light", 390], ["delta", "dark", 1400],
+  ["four-bar", "light", 390]];
+for (const [name, colorScheme, width] of draw("pages for axe", looks, 0, (look) => look))
   await test(`axe finds nothing on the page of ${name}, ${colorScheme}, ${width} px wide, and nothing is beyond the edge`, name, async (page) => {
     assert.deepEqual(await violations(page), []);
     const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
@@ -30,7 +32,7 @@ for (const [name, colorScheme, width] of [["5r-design", "light", 1400], ["5r-des
     await shot(page, `${name}-${colorScheme}-${width}.png`);
   }, {colorScheme, viewport: {width, height: 844}});
 
-for (const colorScheme of ["light", "dark"])
+for (const colorScheme of draw("schemes of bands", ["light", "dark"], 0.5))
   await test(`bands of tolerances are told of, hidden and shown, and axe finds nothing, ${colorScheme}`, "rr-tolerance", async (page) => {
     assert.deepEqual(await violations(page), []);
     await shot(page, `rr-tolerance-${colorScheme}.png`);

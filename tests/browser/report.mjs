@@ -4,6 +4,7 @@ import {execFileSync} from "node:child_process";
 import {statSync} from "node:fs";
 import {join} from "node:path";
 import {browser, clock, configs, failures, folder, pressed, program, shot, stagePixels, test} from "./_pages.mjs";
+import {draw} from "./_sampling.mjs";
 
 await test("the page of the 3RRR is small and opens quickly", "3rrr", async (page, {seconds}) => {
   const size = statSync(join(folder, "3rrr.html")).size;
@@ -22,7 +23,7 @@ function stored(name, dataset, row, columns) {
   return /DATA \{([^}]*)\}/.exec(text.toString())[1].trim().split(",").map(Number);
 }
 
-for (const name of ["3rrr", "delta"])
+for (const name of draw("ends of animations", ["3rrr", "delta"], 0.5))
   await test(`the animation of ${name} ends where the result file does`, name, async (page) => {
     await page.locator("#stage").focus();
     await page.keyboard.press("End");
@@ -183,7 +184,7 @@ await test("the theme follows the system and its button", "planar-rrr-design", a
   assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), "light");
 }, {colorScheme: "dark"});
 
-for (const name of ["delta", "spatial-rrr-design"])
+for (const name of draw("turned pages", ["delta", "spatial-rrr-design"], 0.5))
   await test(`${name} moves in space and can be turned`, name, async (page) => {
     await page.evaluate(() => window.balanceReport.clock.seekSample(200));
     const first = await stagePixels(page);
