@@ -18,6 +18,6 @@ export function draw(what, cases, share, traitsOf = () => []) {
     traitsOf(cases[most]).forEach((trait) => missing.delete(trait));
   }
   for (const i of order) if (drawn.size < share * cases.length) drawn.add(i);
-  console.log(`${what}: ${drawn.size} of ${cases.length}, drawn with SEED=${seed}; BALANCE_WHOLE=1 tries all`);
+  console.error(`${what}: ${drawn.size} of ${cases.length}, drawn with SEED=${seed}; BALANCE_WHOLE=1 tries all`);
   return cases.filter((_, i) => drawn.has(i));
 }

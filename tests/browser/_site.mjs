@@ -1,11 +1,14 @@
-// Opens every page of the site in a folder, as a reader does from a disk, and names what the console says. Arguments: folder.
+// Opens pages of the site in a folder, all of them with BALANCE_WHOLE=1, as a reader does from a disk, and names what the console says. Arguments: folder.
 import {readdirSync} from "node:fs";
 import {join, relative} from "node:path";
 import {pathToFileURL} from "node:url";
 import {launch} from "./_browser.mjs";
+import {draw} from "./_sampling.mjs";
 
 const folder = process.argv[2];
-const pages = readdirSync(folder, {recursive: true}).filter((name) => name.endsWith(".html")).sort();
+const all = readdirSync(folder, {recursive: true}).filter((name) => name.endsWith(".html")).sort();
+// a page in every folder at least
+const pages = draw("pages of the site", all, 0.3, (name) => [name.split("/").slice(0, -1).join("/")]);
 const browser = await launch();
 const page = await (await browser.newContext()).newPage();
 let open = "", complaints = 0;

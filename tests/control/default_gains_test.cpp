@@ -1,5 +1,6 @@
 // Gains that nobody stated.
 
+#include "../sampling.hpp"
 #include "plant_cases.hpp"
 
 #include "balance/analysis/control.hpp"
@@ -69,6 +70,28 @@ double worst_error(const Mechanism& mechanism, const Result& result) {
   return worst;
 }
 
+struct Motion {
+  std::string file;
+  std::size_t trajectory;
+  sampling::Traits traits;
+};
+
+/// Every trajectory of the mechanisms with motors.
+std::vector<Motion> motions() {
+  std::vector<Motion> found;
+  for (const std::string& file : specs()) {
+    const Study study = config(file);
+    if (study.mechanism.actuators.empty()) continue;
+    for (std::size_t i = 0; i < study.trajectories.size(); ++i) {
+      const Trajectory& t = study.trajectories[i];
+      found.push_back({file, i,
+                       sampling::traits_of(std::string(BALANCE_CONFIGS "/") + file, static_cast<int>(t.law.kind),
+                                           static_cast<int>(t.drive))});
+    }
+  }
+  return found;
+}
+
 bool mentions(const Result& result, const std::string& words) {
   return std::any_of(result.outcome.notes.begin(), result.outcome.notes.end(),
                      [&](const std::string& note) { return note.find(words) != std::string::npos; });
@@ -95,20 +118,19 @@ TEST_CASE("a controller that loses track is said to (D3)") {
 }
 
 TEST_CASE("default gains are stable along every trajectory of every config (D3)") {
-  for (const std::string& file : specs()) {
-    const Study study = config(file);
-    if (study.mechanism.actuators.empty()) continue;
-    for (Trajectory trajectory : study.trajectories) {
-      trajectory.samples = 51;
-      const Result wanted = simulate(study.mechanism, trajectory);
-      if (wanted.outcome.status != MotionStatus::done) continue;
-      CAPTURE(file);
-      CAPTURE(trajectory.name);
-      const Result result = control(study.mechanism, trajectory, built_in("pd"));
-      if (result.outcome.status == MotionStatus::mismatch) continue;
-      REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
-      CHECK(worst_error(study.mechanism, result) < 1);
-      CHECK_FALSE(mentions(result, "does not lead"));
-    }
+  for (const Motion& motion :
+       sampling::draw("motions under default gains", motions(), 0.1, [](const Motion& m) { return m.traits; })) {
+    const Study study = config(motion.file);
+    Trajectory trajectory = study.trajectories[motion.trajectory];
+    CAPTURE(motion.file);
+    CAPTURE(trajectory.name);
+    trajectory.samples = 51;
+    const Result wanted = simulate(study.mechanism, trajectory);
+    if (wanted.outcome.status != MotionStatus::done) continue;
+    const Result result = control(study.mechanism, trajectory, built_in("pd"));
+    if (result.outcome.status == MotionStatus::mismatch) continue;
+    REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
+    CHECK(worst_error(study.mechanism, result) < 1);
+    CHECK_FALSE(mentions(result, "does not lead"));
   }
 }

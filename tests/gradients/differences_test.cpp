@@ -1,5 +1,6 @@
 // Derivatives of whole runs and of their figures are what differences of runs come to.
 
+#include "../sampling.hpp"
 #include "numbers.hpp"
 
 #include "balance/gradients/motion_gradient.hpp"
@@ -124,17 +125,31 @@ void check_run(const std::string& name, const Mechanism& mechanism, const Trajec
 }  // namespace
 
 TEST_CASE("derivatives of a run with respect to numbers of the mechanism are its differences: every config") {
-  std::mt19937 random(7);
+  struct Motion {
+    std::string file;
+    std::size_t trajectory;
+    sampling::Traits traits;
+  };
+  std::vector<Motion> motions;
   for (const std::string& file : config_names()) {
     const Study study = read_spec_file(file);
-    for (Trajectory trajectory : study.trajectories) {
-      if (binds_rates(study.mechanism)) {  // all of the way decides about their motion
-        CHECK_THROWS_AS(differentiate(with_derivatives(study.mechanism), with_derivatives(trajectory)),
-                        std::invalid_argument);
-        continue;
-      }
-      trajectory.samples = 11;
-      check_run(file + ": " + trajectory.name, study.mechanism, trajectory, random);
+    for (std::size_t i = 0; i < study.trajectories.size(); ++i) {
+      const Trajectory& t = study.trajectories[i];
+      motions.push_back({file, i, sampling::traits_of(file, static_cast<int>(t.law.kind), static_cast<int>(t.drive))});
     }
+  }
+  std::mt19937 random(7);
+  for (const Motion& motion :
+       sampling::draw("runs with derivatives", motions, 0.1, [](const Motion& m) { return m.traits; })) {
+    const Study study = read_spec_file(motion.file);
+    Trajectory trajectory = study.trajectories[motion.trajectory];
+    INFO(motion.file << ": " << trajectory.name);
+    if (binds_rates(study.mechanism)) {  // all of the way decides about their motion
+      CHECK_THROWS_AS(differentiate(with_derivatives(study.mechanism), with_derivatives(trajectory)),
+                      std::invalid_argument);
+      continue;
+    }
+    trajectory.samples = 11;
+    check_run(motion.file + ": " + trajectory.name, study.mechanism, trajectory, random);
   }
 }

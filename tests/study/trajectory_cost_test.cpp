@@ -1,5 +1,7 @@
 // Figures as functions of the parameters against simulations of mechanisms that have these parameters.
 
+#include "../sampling.hpp"
+
 #include "balance/cost/trajectory_cost.hpp"
 
 #include "balance/base/rotation.hpp"
@@ -110,14 +112,15 @@ struct Case {
 };
 
 /// Planar and spatial, open and closed, with counterweights, discs, loads, springs, friction, jumps, gravity and without.
-const Case cases[] = {
+const std::vector<Case> cases = {
     {"3rrr.yaml", "cycloid"},         {"3rrr.yaml", "tool-bang"},         {"5r.yaml", "cycloid"},
     {"planar-rrr.yaml", "cycloid"},   {"spatial-rrr.yaml", "cycloid"},    {"delta.yaml", "cycloid"},
     {"stewart.yaml", "cycloid"},      {"spring-press.yaml", "bang-bang"}, {"spring-press.yaml", "steady"},
     {"slider-crank.yaml", "cycloid"}, {"scara.yaml", "cycloid"},          {"bricard.yaml", "cycloid"}};
 
-void for_each_case(const std::function<void(const Mechanism&, Trajectory)>& test) {
-  for (const Case& c : cases) {
+void for_each_case(const std::string& what, const std::function<void(const Mechanism&, Trajectory)>& test) {
+  const auto traits = [](const Case& c) { return sampling::traits_of(std::string(BALANCE_CONFIGS "/") + c.file); };
+  for (const Case& c : sampling::draw(what, cases, 0.3, traits)) {
     const Study study = config(c.file);
     INFO(c.file << ": " << c.trajectory);
     test(study.mechanism, find(study, c.trajectory));
@@ -128,14 +131,14 @@ void for_each_case(const std::function<void(const Mechanism&, Trajectory)>& test
 
 TEST_CASE("every figure of other masses and stiffnesses is that of a simulation with them") {
   std::mt19937 random(5);
-  for_each_case([&](const Mechanism& mechanism, Trajectory trajectory) {
+  for_each_case("figures of other masses", [&](const Mechanism& mechanism, Trajectory trajectory) {
     trajectory.about = {0.1, -0.2, 0.3};
 #ifdef BALANCE_SANITIZED
     const std::vector<long> grids = {42};
 #else
     const std::vector<long> grids = {41, 42};  // jumps on samples and between them
 #endif
-    for (const long samples : grids) {
+    for (const long samples : sampling::draw("grids for " + mechanism.name, grids, 0.5)) {
       trajectory.samples = samples;
       const TrajectoryCost cost(mechanism, trajectory);
       REQUIRE_MESSAGE(cost.outcome().status == MotionStatus::done, cost.outcome().reason);
@@ -195,7 +198,7 @@ TEST_CASE("where the centre of mass is driven, the figures are those of the mech
 TEST_CASE("the gradient is what finite differences say, along random directions") {
   std::mt19937 random(9);
   const auto uniform = [&] { return 2 * factor(random) - 2; };
-  for_each_case([&](const Mechanism& mechanism, Trajectory trajectory) {
+  for_each_case("gradients of figures", [&](const Mechanism& mechanism, Trajectory trajectory) {
     trajectory.samples = 21;
     const TrajectoryCost cost(mechanism, trajectory);
     const VectorX pi = parameter_values(other_masses(mechanism, random));
@@ -226,7 +229,7 @@ TEST_CASE("the gradient is what finite differences say, along random directions"
 
 TEST_CASE("peak and rms are convex") {
   std::mt19937 random(10);
-  for_each_case([&](const Mechanism& mechanism, Trajectory trajectory) {
+  for_each_case("convex figures", [&](const Mechanism& mechanism, Trajectory trajectory) {
     trajectory.samples = 21;
     const TrajectoryCost cost(mechanism, trajectory);
     const VectorX a = parameter_values(mechanism), b = parameter_values(other_masses(mechanism, random));

@@ -1,5 +1,7 @@
 // The way within a corridor: against motions known in closed form, the published reference, differences, and both formulations.
 
+#include "../sampling.hpp"
+
 #include "balance/simulation/simulate.hpp"
 #include "balance/simulation/simulate_natural.hpp"
 #include "balance/spec/read_spec.hpp"
@@ -122,7 +124,8 @@ void check_slopes(const Case& c, double tolerance = 2e-3) {
 
 TEST_CASE("a corridor that holds the straight line between the ends of an arc gives the least time of all") {
   const double least = 2 * std::sqrt(chord / most_acceleration);
-  for (const SpaceKind space : {SpaceKind::planar, SpaceKind::spatial}) {
+  const std::vector<SpaceKind> spaces = {SpaceKind::planar, SpaceKind::spatial};
+  for (const SpaceKind space : sampling::draw("spaces of a gantry", spaces, 0.5)) {
     const bool planar = space == SpaceKind::planar;
     CAPTURE(planar);
     const Mechanism gantry = make_gantry(space);
@@ -157,7 +160,9 @@ TEST_CASE("along a straight line a point needs no room: what is best stays") {
   const Mechanism gantry = make_gantry(SpaceKind::planar);
   Trajectory t = over_an_arc(Vector3::Zero(), 0.01);
   t.path = LinePath{};
-  for (const DriveKind drive : {DriveKind::tool, DriveKind::joints}) {
+  const std::vector<DriveKind> drives = {DriveKind::tool, DriveKind::joints};
+  for (const DriveKind drive : sampling::draw("drives of a straight line", drives, 0.5)) {
+    CAPTURE(static_cast<int>(drive));
     t.drive = drive;
     t.from.joints = {{0, 0}, {1, 0}};
     t.to.joints = {{0, chord}, {1, 0}};
@@ -175,8 +180,8 @@ TEST_CASE("the tool of the 3RRR near its line: the least peak of the shaking for
     int knots;
   };
   // Known to 0.002 N. Splines can but come near to a way along the corridor's side: with 7 knots they miss it by 0.07 N.
-  for (const Reference& r :
-       {Reference{0.001, 554.313, 15}, Reference{0.002, 553.310, 15}, Reference{0.005, 551.111, 31}}) {
+  const std::vector<Reference> references = {{0.001, 554.313, 15}, {0.002, 553.310, 15}, {0.005, 551.111, 31}};
+  for (const Reference& r : sampling::draw("widths of a corridor", references, 0.3)) {
     CAPTURE(r.width);
     Case c = near_line(r.width);
     c.trajectory.corridor->knots = r.knots;
