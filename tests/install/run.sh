@@ -32,6 +32,15 @@ page=$folder/page
 mkdir -p "$page/core" "$page/gradients" "$page/design"
 awk -v folder="$page" -f "$here/page_programs.awk" "$(find "$share/doc" -name library.md)"
 
+# Of the programs for the core one is drawn, with the seed SEED, or 1; all are compiled with BALANCE_WHOLE=1.
+if [[ ${BALANCE_WHOLE:-} != 1 ]]; then
+  programs=("$page"/core/*.cpp)
+  drawn=$(($(cksum <<<"${SEED:-1}" | cut -d ' ' -f 1) % ${#programs[@]}))
+  echo "page: $(basename "${programs[drawn]}") of ${#programs[@]} for the core, drawn with SEED=${SEED:-1}; BALANCE_WHOLE=1 compiles all"
+  unset "programs[drawn]"
+  rm "${programs[@]}" "${programs[@]/%.cpp/.txt}"
+fi
+
 # Every program of the page prints what the page says.
 run_page() { # <part> <build folder>
   local said
@@ -40,7 +49,8 @@ run_page() { # <part> <build folder>
   done
 }
 
-"$cmake" -G Ninja -S "$here" -B "$folder/guest" -DPAGE="$page" -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE=Debug >/dev/null
+# Without a build type: with assertions, and without information for a debugger, which takes time and nobody reads.
+"$cmake" -G Ninja -S "$here" -B "$folder/guest" -DPAGE="$page" -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE= >/dev/null
 "$cmake" --build "$folder/guest"
 said=$("$folder/guest/guest" "$spec")
 echo "guest says: $said"
@@ -49,7 +59,7 @@ echo "guest says: $said"
 run_page gradients "$folder/guest"
 run_page design "$folder/guest"
 
-"$cmake" -G Ninja -S "$here" -B "$folder/core" -DPAGE="$page" -DCORE_ALONE=ON -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE=Debug >/dev/null
+"$cmake" -G Ninja -S "$here" -B "$folder/core" -DPAGE="$page" -DCORE_ALONE=ON -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE= >/dev/null
 "$cmake" --build "$folder/core"
 "$folder/core/guest"
 if grep "BALANCE_" "$folder/core/macros.txt"; then
