@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """The reference against what is known by hand: numbers and closed forms of the papers and of the textbooks."""
+import functools
 import math
 import os
 import sys
 import unittest
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(HERE, "..", "cli")]
 
 import numpy as np
 
@@ -13,12 +15,18 @@ from conditions import configurations, derive, every_name, values
 from drive import Drive, follow, jacobian
 from mechanism import Mechanism
 from reference import Balance, at_indices
+from _sampling import draw, traits_of
 
-CONFIGS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "configs")
+CONFIGS = os.path.join(HERE, "..", "..", "configs")
+
+
+@functools.cache
+def follow_once(config, trajectory, indices):
+    return at_indices(os.path.join(CONFIGS, config + ".yaml"), trajectory, indices)["samples"]
 
 
 def run(config, trajectory, indices=None):
-    return at_indices(os.path.join(CONFIGS, config + ".yaml"), trajectory, indices)["samples"]
+    return follow_once(config, trajectory, indices and tuple(indices))
 
 
 def numbers(config, *expressions):
@@ -54,7 +62,7 @@ class Published(unittest.TestCase):
             self.near(one["torque"], other["torque"], 1e-9)
 
     def proportional(self, config, k, trajectories=("cycloid", "bang-bang")):
-        for trajectory in trajectories:
+        for trajectory in draw(f"trajectories of {config}", trajectories, 0.5):
             for sample in run(config, trajectory):
                 self.near(sample["torque"], np.multiply(k, sample["joint_acceleration"][:len(k)]), 1e-9)
 
@@ -88,7 +96,7 @@ class Published(unittest.TestCase):
         I3 = p("a1 * a2 * (1.5 * gamma2 - 0.5 * gamma4 + 0.5)")
         u1 = p("9.81 * a1 * (2 * gamma1 - 1 * gamma3 + 1.5 + 0.5 + 0.5)")
         u2 = p("9.81 * a2 * (1.5 * gamma2 - 0.5 * gamma4 + 0.5)")
-        for trajectory in ("cycloid", "joint-345", "bang-bang"):
+        for trajectory in draw("trajectories of rr", ("cycloid", "joint-345", "bang-bang"), 0.3):
             for s in run("rr", trajectory):
                 (q1, q2), (v1, v2), (a1, a2) = s["joint_position"], s["joint_velocity"], s["joint_acceleration"]
                 c, n = math.cos(q2), math.sin(q2)
@@ -102,7 +110,7 @@ class Published(unittest.TestCase):
         # P0 eq. 96, 98
         I1, I2 = numbers("rr-balanced", "a2^2 * (m2 * gamma2^2 + cw2 * gamma4^2 + cargo) + 0.02",
                          "a1^2 * (m1 * gamma1^2 + cw1 * gamma3^2 + m2 + cargo + cw2) + 0.042")
-        for trajectory in ("cycloid", "bang-bang"):
+        for trajectory in draw("trajectories of rr-balanced", ("cycloid", "bang-bang"), 0.5):
             for s in run("rr-balanced", trajectory):
                 a1, a2 = s["joint_acceleration"]
                 self.near(s["torque"], [(I1 + I2) * a1 + I1 * a2, I1 * (a1 + a2)], 1e-9)
@@ -115,7 +123,7 @@ class Published(unittest.TestCase):
                 for a1, a2, m1, m2, J1, J2, w1, w2 in (("a11", "a12", "1.2", "0.9", "0.01", "0.016", "cw11", "cw12"),
                                                       ("a21", "a22", "1.3", "0.8", "0.012", "0.013", "cw21", "cw22"))]
         lengths = [numbers("5r-balanced", "a11", "a12"), numbers("5r-balanced", "a21", "a22")]
-        for trajectory in ("cycloid", "bang-bang"):
+        for trajectory in draw("trajectories of 5r-balanced", ("cycloid", "bang-bang"), 0.5):
             for s in run("5r-balanced", trajectory):
                 q, a = np.array(s["joint_position"][:4]), np.array(s["joint_acceleration"][:4])
                 inner = np.concatenate([[(I1 + I2) * x + I1 * y, I1 * (x + y)]
@@ -158,7 +166,8 @@ class Published(unittest.TestCase):
 class Consistent(unittest.TestCase):
     def test_jacobians_are_the_derivatives_of_the_constraints(self):
         """Central differences of 1e-5: their error is about 1e-10 of the curvature, which is of the order of one."""
-        for config in ("delta", "rccc", "spring-press", "bricard", "stewart", "whitworth", "scara"):
+        configs = ("delta", "rccc", "spring-press", "bricard", "stewart", "whitworth", "scara")
+        for config in draw("derivatives of constraints", configs, 0.3):
             mechanism = Mechanism(os.path.join(CONFIGS, config + ".yaml"))
             drive = Drive(mechanism, "cycloid")
             step = np.random.default_rng(5).normal(size=len(mechanism.columns))
@@ -180,9 +189,9 @@ class Consistent(unittest.TestCase):
         """The power of motors, weight, loads, springs and friction is the rate of the kinetic energy: all that joints,
         gears and discs exchange cancels. Central differences over one sample of hundreds: their error is a few
         (dt / T)^2 of the curvature."""
-        for name in ("stewart", "rccc", "bricard", "spatial-slider-crank", "planar-rrr", "geared-five-bar", "whitworth",
-                     "spring-press", "../tests/reference/specs/every-planar-joint",
-                     "../tests/reference/specs/every-spatial-joint"):
+        names = ("stewart", "rccc", "bricard", "spatial-slider-crank", "planar-rrr", "geared-five-bar", "whitworth",
+                 "spring-press", "../tests/reference/specs/every-planar-joint", "../tests/reference/specs/every-spatial-joint")
+        for name in draw("rates of energy", names, 0.3, lambda name: traits_of(os.path.join(CONFIGS, name + ".yaml"))):
             drive = Drive(Mechanism(os.path.join(CONFIGS, name + ".yaml")), "cycloid")
             middle = (drive.samples - 1) * 3 // 8
             before, here, after = (Balance(drive, state) for state in follow(drive, [middle - 1, middle, middle + 1]))
@@ -216,14 +225,14 @@ class Conditions(unittest.TestCase):
 
     def test_balanced_mechanisms_of_the_papers_meet_their_conditions(self):
         """To round-off of values about 1; the same before balancing: far from it."""
-        for config, goal, joints in (("planar-rrr", "decoupled", None), ("spatial-rrr", "decoupled", None),
-                                     ("scara", "decoupled", None), ("rr-balanced", "fully-gyroscopic", None),
-                                     ("5r-balanced", "static", None),
-                                     ("3rrr-redistributed", "proportional", None)):
+        balanced = (("planar-rrr", "decoupled", None), ("spatial-rrr", "decoupled", None), ("scara", "decoupled", None),
+                    ("rr-balanced", "fully-gyroscopic", None), ("5r-balanced", "static", None),
+                    ("3rrr-redistributed", "proportional", None))
+        for config, goal, joints in draw("balanced mechanisms", balanced, 0.3, lambda case: {case[1]}):
             self.assertLess(conditions(config, goal, joints)[1], 1e-13, (config, goal))
-        for config, goal, joints in (("planar-rrr-design", "decoupled", None), ("scara-design", "decoupled", None),
-                                     ("spatial-rrr-design", "decoupled", None), ("rr", "gyroscopic", None),
-                                     ("5r", "static", None), ("3rrr", "proportional", None)):
+        others = (("planar-rrr-design", "decoupled", None), ("scara-design", "decoupled", None), ("spatial-rrr-design", "decoupled", None),
+                  ("rr", "gyroscopic", None), ("5r", "static", None), ("3rrr", "proportional", None))
+        for config, goal, joints in draw("mechanisms before balancing", others, 0.3, lambda case: {case[1]}):
             self.assertGreater(conditions(config, goal, joints)[1], 0.02, (config, goal))
 
 
