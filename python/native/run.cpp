@@ -144,7 +144,7 @@ WriteOptions write_options(bool force, bool compress) {
 
 void keep_sources(const std::string& path, const std::string& spec_text, const std::string& source) {
   if (source.empty()) return;
-  std::vector<InputFile> inputs;
+  std::vector<InputFile> inputs = {{source, ""}};
   for (std::string& file : files_of_spec(spec_text, source)) inputs.push_back({std::move(file), ""});
   if (const InputFile* replaced = find_replaced(path, inputs))
     throw SystemError("cannot write " + path + ": it would replace what it is made from: " + replaced->path);

@@ -136,6 +136,45 @@ class Overwriting(Case):
                 self.assert_failure(done, 2, "would be replaced by")
         self.assertEqual(content(self.path("dd.yaml")), before)
 
+    def test_what_standard_input_is_read_from(self):
+        self.arm()
+        for name, commands in (("arm.yaml", (["simulate", "-", "-o"], ["simulate", "-", "--csv"], ["design", "-", "-o"],
+                                             ["design", "-", "--h5"], ["control", "-", "-o"], ["tolerance", "-", "-o"],
+                                             ["report", "-", "-o"], ["equations", "-", "--at", "start", "-o"],
+                                             ["compare", "-", "arm.yaml", "-o"], ["export", "-", "--urdf", "r.urdf", "-o"])),
+                               ("r.urdf", (["import", "-", "-o"], ["export", "arm.yaml", "--urdf", "-", "-o"]))):
+            before = content(self.write("r.urdf", ROBOT)) if name == "r.urdf" else content(self.path(name))
+            for command in commands:
+                with self.subTest(command=command), open(self.path(name), encoding="utf-8") as given:
+                    done = run(*command, name, "--force", stdin=given, cwd=self.folder)
+                    self.assert_failure(done, 2, "would replace")
+            self.assertEqual(content(self.path(name)), before)
+        suite = self.write("summary.json", "cases: {a: {spec: arm.yaml}}")
+        with open(suite, encoding="utf-8") as given:
+            done = run("batch", "-", "-o", ".", "--force", stdin=given, cwd=self.folder)
+        self.assert_failure(done, 2, "would be replaced by")
+
+    def test_an_empty_name_is_none(self):
+        spec = self.arm()
+        for command in (["simulate", spec, "-o"], ["simulate", spec, "--csv"], ["design", spec, "-o"], ["new", "four-bar", "-o"],
+                        ["report", spec, "-o"], ["compare", spec, spec, "-o"], ["plot", spec, "-o"], ["import", spec, "-o"],
+                        ["batch", spec, "-o"], ["tolerance", spec, "-o"], ["equations", spec, "--at", "start", "-o"],
+                        ["export", spec, "--urdf", spec, "-o"], ["control", spec, "-o"], ["check"]):
+            self.assert_failure(run(*command, ""), 2, "needs", "name", "found ''")
+
+    def test_relative_folders_are_made(self):
+        spec = self.arm()
+        for command in (["simulate", spec, "-q", "-o"], ["new", "four-bar", "-o"], ["compare", spec, spec, "-o"]):
+            for name in ("a1/b/c/out.h5", "./a2/b/out.h5", "new/../out.h5", "a3/new/er/../../out.h5", "a4/out.h5"):
+                done = run(*command, name, cwd=self.folder)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                os.remove(os.path.normpath(self.path(name)))
+        self.assertFalse(os.path.exists(self.path("new")), "a folder that the path leaves again")
+        suite = self.write("s.yaml", "cases: {a: {spec: arm.yaml}}")
+        for name in ("b1/b/c", "new/../b2/c"):
+            done = run("batch", suite, "-q", "-o", name, cwd=self.folder)
+            self.assertTrue(os.path.exists(os.path.normpath(self.path(name + "/summary.json"))), done.stderr)
+
     def test_folders_are_made(self):
         spec = self.arm()
         for command, name in ((["simulate", spec, "-o"], "a/b/run.h5"), (["simulate", spec, "--csv"], "c/run.csv"),

@@ -114,7 +114,7 @@ void BatchFolder::sync() const {
 std::string input_in_the_way(const BatchPlan& plan, const std::string& folder) {
   std::map<FileIdentity, std::string> inputs;  // a batch has too many files to compare each with each
   const auto reads = [&](const std::string& file, const std::string& what) {
-    if (const auto identity = identity_of(file)) inputs.emplace(*identity, what + " " + file);
+    if (const auto identity = identity_of_input(file)) inputs.emplace(*identity, what + " " + file);
   };
   reads(plan.suite.file, "the suite");
   for (const SpecSource& spec : plan.specs) {

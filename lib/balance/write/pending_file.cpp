@@ -38,7 +38,7 @@ std::string folder_of(const std::string& path) {
 
 /// The nearest folder above a file that is to be made. @throws SystemError if a file stands where a folder is needed
 std::string existing_folder_above(const std::string& path) {
-  for (fs::path folder = resolved_path(folder_of(path));; folder = folder.parent_path()) {
+  for (fs::path folder = folder_of(resolved_path(path));; folder = folder.parent_path()) {
     struct stat status {};
     if (::stat(folder.c_str(), &status) == 0) {
       if (!S_ISDIR(status.st_mode)) fail(path, folder.string() + " is a file, not a folder");
@@ -64,9 +64,10 @@ void check_target(const std::string& path, Existing existing) {
   if (existing == Existing::keep) fail_existing(path);
 }
 
-void make_folder_of(const std::string& path) {
+/// @param target a resolved path: no folder is made that `..` leaves again
+void make_folder_of(const std::string& target, const std::string& path) {
   std::error_code error;
-  fs::create_directories(folder_of(path), error);
+  fs::create_directories(folder_of(target), error);
   if (error) fail(path, "cannot make its folder: " + error.message());
 }
 
@@ -148,17 +149,17 @@ void check_writable(const std::string& path, Existing existing) {
 }
 
 PendingFile::PendingFile(const std::string& path, Existing existing, std::string_view mark)
-    : path_(path), existing_(existing) {
+    : path_(path), target_(resolved_path(path)), existing_(existing) {
   if (path == standard_output) {
     descriptor_ = open_nameless();
     if (descriptor_ < 0) fail("a temporary file", errno);
     return;
   }
   check_target(path_, existing_);
-  make_folder_of(path_);
+  make_folder_of(target_, path_);
   constexpr int attempts = 8;  // two equal random names are already unlikely
   for (int attempt = 0; attempt < attempts; ++attempt) {
-    temporary_ = temporary_name(path_, mark);
+    temporary_ = temporary_name(target_, mark);
     descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (descriptor_ < 0 && errno == EEXIST) continue;
     if (descriptor_ < 0) break;
@@ -191,17 +192,17 @@ void PendingFile::commit(Durability durability) {
   if (path_ == standard_output) return send();
   if (durability == Durability::wait && ::fsync(descriptor_) != 0) fail(path_, errno);
   struct stat before {};
-  if (existing_ == Existing::replace && ::lstat(path_.c_str(), &before) == 0)
+  if (existing_ == Existing::replace && ::lstat(target_.c_str(), &before) == 0)
     ::fchmod(descriptor_, before.st_mode & 0777);  // where a file system knows no permissions, there are none to keep
   const int descriptor = descriptor_;
   descriptor_ = -1;
   if (::close(descriptor) != 0) fail(path_, errno);
-  const bool renamed = existing_ == Existing::keep ? rename_exclusively(temporary_, path_)
-                                                   : ::rename(temporary_.c_str(), path_.c_str()) == 0;
+  const bool renamed = existing_ == Existing::keep ? rename_exclusively(temporary_, target_)
+                                                   : ::rename(temporary_.c_str(), target_.c_str()) == 0;
   if (!renamed && errno == EEXIST) fail_existing(path_);
   if (!renamed) fail(path_, errno);
   temporary_.clear();
-  if (durability == Durability::wait) sync_folder(path_);
+  if (durability == Durability::wait) sync_folder(target_);
 }
 
 }  // namespace balance

@@ -39,7 +39,7 @@ class PendingFile {
   /// @param path the name that the file gets in the end. Of standard_output, where the complete file is sent to in the end, the
   ///        temporary file has no name
   /// @param mark stands in the temporary name, for whoever looks for files of his own that were left over
-  /// Makes the folder where there is none. A file that is replaced leaves its permissions to the new one.
+  /// Makes the folders where there are none. A file that is replaced leaves its permissions to the new one.
   /// @throws SystemError as check_writable, or if the temporary file cannot be made
   PendingFile(const std::string& path, Existing existing, std::string_view mark = {});
 
@@ -63,7 +63,7 @@ class PendingFile {
  private:
   void send();
 
-  std::string path_, temporary_;  ///< as the user named it; where the bytes grow
+  std::string path_, target_, temporary_;  ///< as the user named it; the same resolved; where the bytes grow
   Existing existing_;
   int descriptor_ = -1;
 };
