@@ -93,7 +93,7 @@ ExitCode report(const BatchPlan& plan, BatchOutcome outcome, const BatchCommandO
     const std::string failures = failures_text(summary);
     print_text(text + (failures.empty() ? "" : "\n") + failures);
   } else if (const std::string failures = failures_text(summary); !failures.empty()) {
-    tell(failures.substr(0, failures.size() - 1));
+    tell_lines(failures.substr(0, failures.size() - 1));
   }
   return static_cast<ExitCode>(summary.exit_code());
 }

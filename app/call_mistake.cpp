@@ -1,5 +1,6 @@
 #include "call_mistake.hpp"
 
+#include "failure.hpp"
 #include "help_model.hpp"
 #include "suggestion.hpp"
 
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <string_view>
 
 namespace balance::app {
@@ -41,16 +43,31 @@ std::string unplaced_text(CLI::App& command, const std::vector<std::string>& wor
   return fmt::format("{} is one too many: {} takes {}", in_quotes(words.front()), name, operands_text(command));
 }
 
+/// Whether a file is a suite rather than a spec: a line of it begins with one of a suite's own keys.
+bool is_suite(const std::filesystem::path& path) {
+  constexpr std::streamsize looked_at = 65536;
+  std::string text(looked_at, '\0');
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  std::ifstream file(path, std::ios::binary);
+  file.read(text.data(), looked_at);
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  text.insert(0, "\n");
+  return text.find("\ncases:") != std::string::npos || text.find("\nmatrix:") != std::string::npos;
+}
+
 /// The files in this folder that an operand may mean, if they are few.
 std::vector<std::string> files_at_hand(CLI::Option& operand) {
   constexpr std::size_t max_listed = 6;
   const Suggestion suggestion = suggestion_of(operand);
   std::vector<std::string> found;
   std::error_code error;
+  const bool wants_suite = value_name(operand) == "SUITE", among_yaml = wants_suite || value_name(operand) == "SPEC";
   for (std::filesystem::directory_iterator at(".", error), end; !error && at != end; at.increment(error)) {
     const std::string name = at->path().filename().string(), suffix = at->path().extension().string();
     const auto& wanted = suggestion.items;
-    if (!suffix.empty() && std::find(wanted.begin(), wanted.end(), suffix.substr(1)) != wanted.end())
+    if (!suffix.empty() && std::find(wanted.begin(), wanted.end(), suffix.substr(1)) != wanted.end() &&
+        (!among_yaml || is_suite(at->path()) == wants_suite))
       found.push_back(name);
   }
   std::sort(found.begin(), found.end());
@@ -131,6 +148,21 @@ std::string describe_mistake(CLI::App& command, const CLI::ParseError& error) {
   for (CLI::Option* option : command.get_options())
     if (option->get_required() && option->count() == 0) return missing_text(command, *option);
   return error.what();
+}
+
+void refuse_empty_names(CLI::App& command) {
+  for (CLI::Option* option : command.get_options()) {
+    const std::string value = value_name(*option);
+    if (value != "FILE" && value != "FOLDER" && !option->get_positional()) continue;
+    const std::vector<std::string>& given = option->results();
+    if (std::find(given.begin(), given.end(), "") == given.end()) continue;
+    throw CallError(
+        fmt::format("{} needs {}, found ''", option->get_positional() ? call_of(command) : option->get_name(),
+                    option->get_positional() ? "the name of a " + value
+                    : value == "FOLDER"      ? "a folder's name"
+                                             : "a file's name"),
+        call_of(command) + " --help");
+  }
 }
 
 }  // namespace balance::app

@@ -17,4 +17,7 @@ std::string call_of(const CLI::App& command);
 /// What to do for people who try an option of other programs; else empty.
 std::string cure_for(const std::string& word);
 
+/// @throws CallError if an operand, or an option that takes a file's or a folder's name, was given an empty one
+void refuse_empty_names(CLI::App& command);
+
 }  // namespace balance::app

@@ -9,6 +9,7 @@
 #include "balance/present/comparison_json.hpp"
 #include "balance/present/comparison_text.hpp"
 #include "balance/read/requirement.hpp"
+#include "balance/spec/text_file.hpp"
 #include "balance/write/pending_file.hpp"
 
 #include <memory>
@@ -21,7 +22,7 @@ std::vector<NamedRun> read_runs(const CompareOptions& options) {
   std::vector<RunPlace> places;
   for (const std::string& file : options.files) {
     RunFile run = read_or_run(file, options.output, "the comparison");
-    places.push_back({run.path, run.group});
+    places.push_back({run.path == standard_input ? "stdin" : run.path, run.group});
     runs.push_back({"", file, run.title, run.trajectory, run.law, run.drive, std::move(run.result)});
   }
   const std::vector<std::string> names = name_runs(places);
@@ -59,6 +60,7 @@ void write_file(const CompareOptions& options, const std::string& content) {
 
 ExitCode run(const CompareOptions& options) {
   const ComparisonFormat format = choose_format(options);
+  refuse_input_twice(options.files);
   std::vector<InputFile> inputs;
   for (const std::string& file : options.files) inputs.push_back({file, "what it is made from"});
   check_output(options.output, "the comparison", inputs, options.force);

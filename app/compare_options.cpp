@@ -51,7 +51,9 @@ void add_compare_options(CLI::App& parser, CompareOptions& o) {
 }
 
 ComparisonFormat choose_format(const CompareOptions& options) {
-  if (options.files.size() < 2) throw UsageError("two files at least are needed to compare, the base first");
+  if (options.files.size() < 2)
+    throw UsageError(
+        "two runs at least are needed to compare, the base first: result files or specs (arm.yaml:cycloid)");
   const ComparisonFormat format = options.json ? ComparisonFormat::json : find_format(options);
   if (format == ComparisonFormat::junit && options.requirements.empty()) {
     throw UsageError("JUnit reports are on requirements: give at least one --require");

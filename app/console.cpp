@@ -37,9 +37,11 @@ void print_beside(const std::vector<std::string>& files, const std::string& text
 }
 
 std::string written_line(const std::string& file, const std::string& what) {
-  return file == standard_output ? "" : what + ": " + file + "\n";
+  return file == standard_output ? "" : what + ": " + visible(file) + "\n";
 }
 
-void tell(const std::string& text) { std::fprintf(stderr, "%s\n", visible_lines(text).c_str()); }
+void tell(const std::string& text) { tell_lines(visible(text)); }
+
+void tell_lines(const std::string& text) { std::fprintf(stderr, "%s\n", visible_lines(text).c_str()); }
 
 }  // namespace balance::app

@@ -21,7 +21,10 @@ void print_beside(const std::vector<std::string>& files, const std::string& text
 /// "written: a.h5" and a line feed; nothing for standard output.
 std::string written_line(const std::string& file, const std::string& what = "written");
 
-/// Writes a line to stderr, spelt out like that. A message that cannot be delivered is lost.
+/// Writes one line to stderr, spelt out like that, line feeds too. A message that cannot be delivered is lost.
 void tell(const std::string& text);
+
+/// The same for a text of several lines.
+void tell_lines(const std::string& text);
 
 }  // namespace balance::app

@@ -68,7 +68,7 @@ std::string report_text(const Imported& imported) {
   for (const foreign::Finding& one : imported.findings) text += one.text() + "\n";
   std::string ignored, renamed, assembly;
   for (const auto& [what, count] : imported.ignored)
-    ignored += fmt::format("{}{} {}", ignored.empty() ? "" : ", ", count, what);
+    ignored += (ignored.empty() ? "" : ", ") + what + (count == 1 ? "" : fmt::format(" ({})", count));
   for (const auto& [before, after] : imported.renamed)
     renamed += fmt::format("{}{} is {}", renamed.empty() ? "" : ", ", before, after);
   for (const auto& [name, value] : imported.assembly)
@@ -118,7 +118,7 @@ ExitCode run(const ImportCall& call) {
   } else {
     const std::string report = report_text(imported);
     if (to_stdout) {
-      tell(report.substr(0, report.size() - 1));
+      tell_lines(report.substr(0, report.size() - 1));
       print(imported.spec);
     } else {
       print_text(report + written_line(call.output));

@@ -10,6 +10,7 @@
 #include "balance/base/computing_time.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
+#include "balance/base/plain_text.hpp"
 #include "balance/base/version.hpp"
 #include "balance/motion/missing_start.hpp"
 #include "balance/write/json.hpp"
@@ -34,7 +35,7 @@ constexpr const char* footer =
 
 /// Says on stderr what went wrong, and on stdout too if the user reads JSON there.
 ExitCode fail(ExitCode code, const std::string& message, const std::string& json) {
-  tell(message);
+  tell_lines(message);
   try {
     if (!json.empty()) print(json);
   } catch (const SystemError&) {
@@ -123,7 +124,9 @@ ExitCode parse_and_run(int argc, char** argv) {
   }
   const std::vector<std::string> words = program.remaining();
   for (const Command& command : commands) {
-    if (command.parser->parsed() && words.empty()) return command.run();
+    if (!command.parser->parsed() || !words.empty()) continue;
+    refuse_empty_names(*command.parser);
+    return command.run();
   }
   fail_without_command(commands, words);
 }
@@ -144,10 +147,10 @@ ExitCode translate(int argc, char** argv) {
   try {
     return parse_and_run(argc, argv);
   } catch (const CallError& error) {
-    return failed(ExitCode::usage, "usage",
-                  std::string("error: ") + error.what() + "\n" + error.help + " shows the usage", error.what());
+    return failed(ExitCode::usage, "usage", "error: " + visible(error.what()) + "\n" + error.help + " shows the usage",
+                  error.what());
   } catch (const UsageError& error) {
-    return failed(ExitCode::usage, "usage", std::string("error: ") + error.what(), error.what());
+    return failed(ExitCode::usage, "usage", "error: " + visible(error.what()), error.what());
   } catch (const SpecError& error) {
     return fail_spec(error, json);
   } catch (const MotionFailure& error) {
@@ -163,7 +166,7 @@ ExitCode translate(int argc, char** argv) {
     return fail(ExitCode::mechanism, std::string("error: ") + error.what(),
                 json ? error_json("mechanism", error.what(), "stopped") : "");
   } catch (const SystemError& error) {
-    return failed(ExitCode::system, "system", std::string("error: ") + error.what(), error.what());
+    return failed(ExitCode::system, "system", "error: " + visible(error.what()), error.what());
   } catch (const Cancelled& error) {
     tell(error.what());
     return static_cast<ExitCode>(static_cast<int>(ExitCode::signal) + pending_signal());

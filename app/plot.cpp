@@ -39,6 +39,7 @@ std::string draw(const Picture& picture, const PageOptions& page) {
 ExitCode run(const PlotOptions& options) {
   PageOptions page = choose_page(options);
   check_outputs(options);
+  refuse_input_twice(options.results);
   std::vector<RunFile> files;
   for (const std::string& name : options.results) {
     files.push_back(read_or_run(name, options.script ? "" : options.output, "the picture"));

@@ -6,6 +6,7 @@
 #include "suggestion.hpp"
 
 #include "balance/base/nearest.hpp"
+#include "balance/base/plain_text.hpp"
 #include "balance/report/plot_phase.hpp"
 #include "balance/result/effort_names.hpp"
 #include "balance/write/pending_file.hpp"
@@ -77,7 +78,7 @@ void choose_font(const std::string& text, PageOptions& page) {
 
 /// What tells a file from the others: its name without folder and suffix, and its group.
 std::string default_label(const RunFile& file) {
-  const std::string stem = std::filesystem::path(file.path).stem().string();
+  const std::string stem = visible(std::filesystem::path(file.path).stem().string());
   return file.group.empty() ? stem : stem + " " + file.group;
 }
 
@@ -95,7 +96,7 @@ std::vector<PlotRun> label_runs(const PlotOptions& options, const std::vector<Ru
   // Files of one name in several folders.
   if (clash && options.labels.empty())
     for (std::size_t i = 0; i < files.size(); ++i)
-      runs[i].label = files[i].group.empty() ? files[i].path : files[i].path + ":" + files[i].group;
+      runs[i].label = visible(files[i].group.empty() ? files[i].path : files[i].path + ":" + files[i].group);
   return runs;
 }
 

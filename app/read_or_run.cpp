@@ -2,15 +2,18 @@
 
 #include "console.hpp"
 #include "failure.hpp"
-#include "run_output.hpp"
 #include "simulate_options.hpp"
 #include "spec_run.hpp"
 #include "suggestion.hpp"
 
 #include "balance/base/error.hpp"
+#include "balance/base/nearest.hpp"
 #include "balance/motion/names.hpp"
 #include "balance/simulation/simulate.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 
@@ -24,8 +27,11 @@ RunFile run(const SpecRun& wanted, const std::string& output, const std::string&
   const Study study = read_study(options.spec);
   const Trajectory trajectory = choose_trajectory(options, study);
   keep_inputs(output, what, inputs_of(study));
-  tell_what_is_run(options, study, trajectory);
-  RunFile run{.path = wanted.spec,
+  for (const std::string& warning : study.warnings) tell("warning: " + warning);
+  if (wanted.trajectory.empty() && study.trajectories.size() > 1)
+    tell(fmt::format("note: {}: {} is the first of its {} trajectories; {}:NAME takes another", study.spec_file,
+                     in_quotes(trajectory.name), study.trajectories.size(), wanted.spec));
+  RunFile run{.path = study.spec_file,
               .group = wanted.trajectory,
               .title = study.mechanism.name,
               .spec_text = study.spec_text,
@@ -51,10 +57,19 @@ CLI::Option* add_run_operands(CLI::App& parser, std::vector<std::string>& runs) 
   return operands;
 }
 
+void refuse_input_twice(const std::vector<std::string>& names) {
+  const auto is_input = [](const std::string& name) {
+    const std::optional<SpecRun> spec = spec_run_of(name);
+    return spec && spec->spec == "-";
+  };
+  if (std::count_if(names.begin(), names.end(), is_input) > 1)
+    throw UsageError("standard input, -, can be read once only: save the spec as a file");
+}
+
 RunFile read_or_run(const std::string& name, const std::string& output, const std::string& what) {
   const std::optional<SpecRun> spec = spec_run_of(name);
   keep_inputs(output, what, {{spec ? spec->spec : name, "what it is made from"}});
-  RunFile file = spec ? run(*spec, output, what) : read_result_file(name);
+  RunFile file = spec ? run(*spec, output, what) : read_motion_file(name);
   keep_inputs(output, what, {{file.path, "what it is made from"}});
   if (!file.ended_early.empty()) tell("note: " + name + " ended early: " + file.ended_early);
   return file;

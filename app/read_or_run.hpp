@@ -13,6 +13,9 @@ namespace balance::app {
 /// The operands of a command that reads runs.
 CLI::Option* add_run_operands(CLI::App& parser, std::vector<std::string>& runs);
 
+/// @throws UsageError if more than one of the names is standard input
+void refuse_input_twice(const std::vector<std::string>& names);
+
 /// A result file, or a spec (`arm.yaml`, `arm.yaml:trajectory`) that is run now, along its first trajectory if none is named.
 /// The group of a spec's run is the trajectory that `name` names.
 /// @param output that is to be written, none of what is read; @param what "the picture"

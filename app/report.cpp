@@ -14,6 +14,7 @@
 #include "balance/analysis/robust_figure.hpp"
 #include "balance/analysis/tolerance.hpp"
 #include "balance/base/error.hpp"
+#include "balance/base/plain_text.hpp"
 #include "balance/base/version.hpp"
 #include "balance/motion/names.hpp"
 #include "balance/present/check_json.hpp"
@@ -249,7 +250,7 @@ ExitCode run(const ReportOptions& options) {
   std::optional<RunFile> finished;
   if (names_result_file(options.spec.spec)) {
     check_file_options(options);
-    finished = read_result_file(options.spec.spec);
+    finished = read_motion_file(options.spec.spec);
   }
   const DesignSpace space = finished ? read_design_space(finished->spec_text, options.spec.spec,
                                                          {.set = overrides_in(finished->command_line)})
@@ -269,7 +270,8 @@ ExitCode run(const ReportOptions& options) {
   if (options.spec.json)
     print(summary_json(page, file, html.size()));
   else if (!options.quiet && file != standard_output)
-    print_text(fmt::format("written: {} ({:.0f} kB)\n", file, std::max(1.0, static_cast<double>(html.size()) / 1000)));
+    print_text(fmt::format("written: {} ({:.0f} kB)\n", visible(file),
+                           std::max(1.0, static_cast<double>(html.size()) / 1000)));
   return ExitCode::done;
 }
 

@@ -1,6 +1,8 @@
 #include "native.hpp"
 #include "patience.hpp"
 
+#include "balance/base/nearest.hpp"
+#include "balance/base/plain_text.hpp"
 #include "balance/batch/folder.hpp"
 #include "balance/batch/run.hpp"
 #include "balance/batch/summary.hpp"
@@ -32,12 +34,15 @@ struct Compared {
 };
 
 py::dict compare(const std::vector<NamedPythonRun>& given, const std::vector<std::string>& require) {
-  if (given.size() < 2) throw std::invalid_argument("two results at least are needed to compare, the base first");
+  if (given.size() < 2) throw std::invalid_argument("two runs at least are needed to compare, the base first");
+  for (const auto& [name, run] : given)
+    if (!run->description.at.empty())
+      throw std::invalid_argument(in_quotes(name) + " is a single state, not a run: it has no figures to compare");
   const Compared compared = patiently([given, require](Errand&) {
     std::vector<NamedRun> runs;
     for (const auto& [name, run] : given) {
       const FileDescription& d = run->description;
-      runs.push_back({name, "", d.title, d.trajectory, d.law, d.drive, run->result});
+      runs.push_back({visible(name), "", d.title, d.trajectory, d.law, d.drive, run->result});
     }
     return Compared{compare_runs(runs), judge(require, runs)};
   });
@@ -64,7 +69,8 @@ std::shared_ptr<Run> read_result(const std::string& name) {
                       .drive = file.drive,
                       .formulation = file.formulation,
                       .controller = file.controller,
-                      .controller_type = file.controller_type};
+                      .controller_type = file.controller_type,
+                      .at = file.at};
   if (!file.ended_early.empty()) run->result.outcome.notes.push_back("ended early: " + file.ended_early);
   return run;
 }

@@ -2,6 +2,7 @@
 
 #include "balance/base/computing_time.hpp"
 #include "balance/base/error.hpp"
+#include "balance/base/plain_text.hpp"
 #include "balance/write/pending_file.hpp"
 
 namespace balance::python {
@@ -43,7 +44,7 @@ void translate(std::exception_ptr pointer) {
   } catch (const OutOfTime& error) {
     PyErr_SetString(PyExc_TimeoutError, error.what());
   } catch (const SystemError& error) {
-    PyErr_SetString(PyExc_OSError, error.what());
+    PyErr_SetString(PyExc_OSError, visible(error.what()).c_str());
   } catch (const Cancelled& error) {
     if (PyErr_Occurred() == nullptr) PyErr_SetString(PyExc_KeyboardInterrupt, error.what());
   }

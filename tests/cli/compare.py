@@ -83,7 +83,7 @@ class Compare(Case):
             self.assertEqual(mine["runs"]["bang-bang"], theirs["runs"]["bang-bang"])
         mixed = run("compare", names["cycloid"], SPEC, "--require", "peak(shaking_force) == base")
         self.assertEqual(mixed.returncode, 0, mixed.stderr)
-        self.assertIn("note: no --trajectory given: 'cycloid' is the first in the spec", mixed.stderr)
+        self.assertIn("note: " + SPEC + ": 'cycloid' is the first of its 3 trajectories", mixed.stderr)
 
     def test_a_requirement_that_holds_ends_with_0(self):
         done = self.compare("original", "bang-bang", options=["--require", LESS])
@@ -131,7 +131,7 @@ class Compare(Case):
         self.assertEqual((done.returncode, json.loads(done.stdout)["error"]["kind"]), (2, "usage"))
 
     def test_wrong_calls(self):
-        self.assert_failure(self.compare("original"), 2, "two files at least")
+        self.assert_failure(self.compare("original"), 2, "two runs at least")
         self.assert_failure(run("compare"), 2, "which run? ")
         self.assert_failure(self.compare("original", "nowhere"), 5, "nowhere.h5")
         self.assert_failure(run("compare", SPEC, self.path("none.yaml")), 5, "none.yaml")
@@ -168,6 +168,7 @@ class Compare(Case):
                  for one in suite.findall("testcase")]
         self.assertEqual(cases, [("bang-bang", LESS, False), ("coarse", LESS, True),
                                  ("requirements", "1 < 2 && peak(torque, base) > 0", False)])
+        self.assertTrue(all(float(one.get("time")) >= 0 for one in [root, suite, *suite]))
         self.assertIn(" N is 11.1 % above the limit of ", suite.find("testcase/failure").get("message"))
 
     def test_markdown(self):

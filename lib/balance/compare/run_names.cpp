@@ -1,5 +1,7 @@
 #include "balance/compare/run_names.hpp"
 
+#include "balance/base/plain_text.hpp"
+
 #include <algorithm>
 #include <filesystem>
 
@@ -9,13 +11,14 @@ namespace {
 /// From the shortest name to the longest.
 std::vector<std::string> list_candidates(const RunPlace& place) {
   const std::filesystem::path path = std::filesystem::path(place.path).lexically_normal();
-  const std::string stem = path.stem().string(), folder = path.parent_path().filename().string();
+  const std::string stem = visible(path.stem().string());
+  const std::string folder = visible(path.parent_path().filename().string());
   const std::string behind = place.group.empty() ? "" : ":" + place.group;
   std::vector<std::string> names;
   if (!place.group.empty()) names.push_back(place.group);
   names.push_back(stem + behind);
   if (!folder.empty()) names.push_back(folder + "/" + stem + behind);
-  names.push_back((path.parent_path() / stem).string() + behind);
+  names.push_back(visible((path.parent_path() / path.stem()).string()) + behind);
   return names;
 }
 

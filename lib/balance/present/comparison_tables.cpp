@@ -1,5 +1,7 @@
 #include "balance/present/comparison_tables.hpp"
 
+#include "balance/base/plain_text.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -42,7 +44,7 @@ TitledTable runs_table(const ComparedRuns& compared) {
   for (const char* heading : {"run", "file", "mechanism", "trajectory"}) add_column(table, heading, Align::left);
   for (const char* heading : {"duration [s]", "samples"}) add_column(table, heading, Align::right);
   for (const ComparedRuns::Run& run : compared.runs) {
-    table.rows.push_back({run.name, run.file, run.title,
+    table.rows.push_back({run.name, visible(run.file), run.title,
                           fmt::format("{} ({}, drive {})", run.trajectory, run.law, run.drive),
                           fmt::format("{:.6g}", run.duration), std::to_string(run.samples)});
   }

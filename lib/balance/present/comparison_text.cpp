@@ -82,7 +82,7 @@ std::string comparison_markdown(const ComparedRuns& compared, const std::vector<
   for (const TitledTable& one : list_tables(compared, shown)) {
     std::string title = one.title;
     title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
-    text += "\n## " + title + "\n\n" + markdown_table(one.table);
+    text += "\n## " + markdown_text(title) + "\n\n" + markdown_table(one.table);
   }
   for (const std::string& note : compared.notes) text += "\nNote: " + markdown_text(note) + "\n";
   return text;

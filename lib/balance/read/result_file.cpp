@@ -177,6 +177,8 @@ void check_group(const Hdf5Source& file, const std::string& group) {
     throw Hdf5Error(
         in_quotes(group) +
         " holds how far the file's run is off (balance tolerance), not a run: the run is the file without it");
+  if (group.empty() && file.has("second_rate") && !file.has("shaking_force"))
+    throw Hdf5Error("holds equations of motion (balance equations), not a run: balance simulate writes runs");
   if (group.empty() ? file.has("time") : file.has(group + "/time")) return;
   const auto runs = runs_in(file);
   if (runs.empty()) throw Hdf5Error(group.empty() ? "has no run" : "has no group " + in_quotes(group));
@@ -205,7 +207,8 @@ RunFile read_run(const Hdf5Source& file, const Place& place) {
               .drive = line(place.group, "drive"),
               .formulation = line(place.group, "formulation"),
               .controller = line(place.group, "controller"),
-              .controller_type = line(place.group, "controller_type")};
+              .controller_type = line(place.group, "controller_type"),
+              .at = line(place.group, "at")};
   if (!run.controller.empty() && line(place.group, "status") != "done") run.ended_early = line(place.group, "reason");
   run.result = Reader(file, place.group).result();
   return run;
@@ -230,6 +233,14 @@ RunFile read_result_file(const std::string& name) {
   } catch (const Hdf5Error& wrong) {
     throw SystemError(name + ": " + wrong.what());
   }
+}
+
+RunFile read_motion_file(const std::string& name) {
+  RunFile file = read_result_file(name);
+  if (!file.at.empty())
+    throw SystemError(
+        name + " holds a single state, not a run: simulate without --at, along a trajectory, and take that file");
+  return file;
 }
 
 }  // namespace balance

@@ -15,6 +15,7 @@ struct RunFile {
   std::string version, spec_text, command_line;
   std::string trajectory, law, drive, formulation;
   std::string controller, controller_type;  ///< of a run under control; else empty
+  std::string at;                           ///< of a single state (`simulate --at`): the pose; of a run empty
   std::string ended_early;                  ///< why a run under control did not reach its end; else empty
   Result result;                            ///< outcome.status is done; outcome.notes are not stored
 };
@@ -23,8 +24,11 @@ struct RunFile {
 bool names_result_file(const std::string& name);
 
 /// Reads `run.h5`, or one run of a design file: `design.h5:after/cycloid`.
-/// @throws SystemError with the name and what is wrong: no such file, not HDF5, not written by this program, a dataset missing or
-/// of another size (a damaged file), a group that does not exist (with those that do)
+/// @throws SystemError with the name and what is wrong: no such file, not HDF5, not written by this program, equations of motion
+/// (`equations -o`), a dataset missing or of another size (a damaged file), a group that does not exist (with those that do)
 RunFile read_result_file(const std::string& name);
+
+/// The same, of a motion. @throws SystemError as read_result_file, and for a single state, which has no figures to compare or to draw
+RunFile read_motion_file(const std::string& name);
 
 }  // namespace balance
