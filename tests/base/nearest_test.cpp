@@ -24,6 +24,18 @@ TEST_CASE("another word suggests nothing") {
   CHECK(nearest("foo", {}).empty());
 }
 
+TEST_CASE("a short word has one slip, whatever dashes stand before it") {
+  CHECK(nearest("--foo", {"--force", "--help"}).empty());
+  CHECK(nearest("--forec", {"--force", "--help"}) == "--force");
+  CHECK(nearest("spead", {"speed"}) == "speed");
+  CHECK(nearest("spade", {"speed"}).empty());
+}
+
+TEST_CASE("a plural is found by its singular, and the other way round") {
+  CHECK(nearest("body", {"name", "bodies", "joints"}) == "bodies");
+  CHECK(nearest("bodies", {"body", "bones"}) == "body");
+}
+
 TEST_CASE("the beginning of a name suggests it") {
   CHECK(nearest("sha", {"arm", "shaking_force"}) == "shaking_force");
   CHECK(nearest("degrees", {"rad", "deg"}) == "deg");
@@ -33,7 +45,12 @@ TEST_CASE("the beginning of a name suggests it") {
 TEST_CASE("a decimal comma is told from commas between numbers") {
   CHECK(decimal_comma_hint("0,4") == "; decimals stand behind a point: 0.4");
   CHECK(decimal_comma_hint("-12,50 * l") == "; decimals stand behind a point: 12.50");
-  for (const char* text : {"0.4", "max(1,2)", "a,1", "1, 2", ",5", "1,", "1,x", ""})
+  CHECK(decimal_comma_hint("1.234,5") == "; decimals stand behind a point: 1234.5");
+  CHECK(decimal_comma_hint("1,000.5") == "; decimals stand behind a point: 1000.5");
+  CHECK(decimal_comma_hint("12,345,678") == "; decimals stand behind a point: 12345678");
+  CHECK(decimal_comma_hint("1.5,2.5") == "; decimals stand behind a point, and nothing between thousands");
+  CHECK(decimal_comma_hint("A1=0,3,A2=0.5") == "; decimals stand behind a point: 0.3");
+  for (const char* text : {"0.4", "max(1,2)", "A1,2", "a,1", "1, 2", ",5", "1,", "1,x", ""})
     CHECK_MESSAGE(decimal_comma_hint(text).empty(), text);
 }
 

@@ -12,11 +12,25 @@ namespace {
 constexpr std::size_t longest_compared = 64;
 constexpr std::size_t min_prefix = 3;  ///< letters that two names must begin with alike
 
-/// Beyond it a word is another word, not a misspelt one. One slip is one in words of two letters, too.
+/// Beyond it a word is another word, not a misspelt one. One slip, and a capital letter, is one in words of two letters, too.
 /// @param length of the longer word
 double max_edit_distance(std::size_t length) {
-  constexpr double part = 0.45;
-  return std::max(length > 1 ? 1 : 0.25, part * static_cast<double>(length));
+  constexpr double part = 0.45, one_slip = 1.25;
+  constexpr std::size_t short_word = 5;
+  if (length < 2) return 0.25;
+  return length <= short_word ? one_slip : part * static_cast<double>(length);
+}
+
+/// An option's name without its dashes, which all options have.
+std::string_view stem_of(std::string_view word) {
+  return word.substr(std::min(word.find_first_not_of('-'), word.size()));
+}
+
+/// Whether a name is the plural of a word: bodies of body.
+bool is_plural(std::string_view name, std::string_view word) {
+  if (word.ends_with('y'))
+    return name.ends_with("ies") && name.substr(0, name.size() - 3) == word.substr(0, word.size() - 1);
+  return name.ends_with('s') && name.substr(0, name.size() - 1) == word;
 }
 
 double difference(char a, char b) {
@@ -43,20 +57,24 @@ double edit_distance(std::string_view a, std::string_view b) {
   return d[a.size()][b.size()];
 }
 
-std::string nearest(std::string_view word, const std::vector<std::string>& names) {
+std::string nearest(std::string_view given, const std::vector<std::string>& names) {
+  const std::string_view word = stem_of(given);
   const auto length = [](std::string_view text) { return std::min(text.size(), longest_compared); };
   const std::string* best = nullptr;
   double least = 0;
-  for (const std::string& name : names) {
+  for (const std::string& candidate : names) {
+    const std::string_view name = stem_of(candidate);
+    if (!word.empty() && (is_plural(name, word) || is_plural(word, name))) return candidate;
     const double limit = max_edit_distance(std::max(length(word), length(name)));
     // every character more or less is a difference: of thousands of names most need no closer look
     const std::size_t apart = std::max(length(word), length(name)) - std::min(length(word), length(name));
     if (static_cast<double>(apart) > limit || (best != nullptr && static_cast<double>(apart) >= least)) continue;
     const double distance = edit_distance(word, name);
-    if (distance <= limit && (best == nullptr || distance < least)) best = &name, least = distance;
+    if (distance <= limit && (best == nullptr || distance < least)) best = &candidate, least = distance;
   }
   if (best != nullptr) return *best;
-  const auto begins = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
+  const auto begins = std::find_if(names.begin(), names.end(), [&](const std::string& candidate) {
+    const std::string_view name = stem_of(candidate);
     return std::min(word.size(), name.size()) >= min_prefix && (name.starts_with(word) || word.starts_with(name));
   });
   return begins == names.end() ? "" : *begins;
@@ -72,17 +90,61 @@ std::string nearest_hint(std::string_view word, const std::vector<std::string>& 
   return near.empty() ? "" : "; " + near;
 }
 
+namespace {
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Digits with `separator` between every three, but for the first one to three: 1.234.567.
+bool is_grouped(std::string_view text, char separator) {
+  std::size_t at = text.find(separator);
+  if (at == std::string_view::npos || at == 0 || at > 3) return false;
+  for (; at < text.size(); at += 4)
+    if (text[at] != separator || at + 4 > text.size() || !std::all_of(&text[at + 1], &text[at + 1] + 3, is_digit))
+      return false;
+  return true;
+}
+
+std::string without(std::string_view text, char separator) {
+  std::string rest(text);
+  std::erase(rest, separator);
+  return rest;
+}
+
+/// A number with a comma in it as it is to be written; empty if nobody can tell. @param text digits, points and commas
+std::string with_point(std::string_view text) {
+  const std::size_t comma = text.rfind(','), point = text.rfind('.');
+  const auto commas = std::count(text.begin(), text.end(), ',');
+  if (point == std::string_view::npos) {
+    if (commas == 1) return std::string(text.substr(0, comma)) + "." + std::string(text.substr(comma + 1));
+    return is_grouped(text, ',') ? without(text, ',') : "";
+  }
+  if (comma < point)
+    return is_grouped(text.substr(0, point), ',')
+               ? without(text.substr(0, point), ',') + std::string(text.substr(point))
+               : "";
+  if (commas > 1 || !is_grouped(text.substr(0, comma), '.')) return "";
+  return without(text.substr(0, comma), '.') + "." + std::string(text.substr(comma + 1));
+}
+
+}  // namespace
+
 std::string decimal_comma_hint(std::string_view text) {
-  const auto is_digit = [&](std::size_t at) { return at < text.size() && text[at] >= '0' && text[at] <= '9'; };
+  const auto is_part = [&](std::size_t at) {
+    return is_digit(text[at]) ||
+           ((text[at] == ',' || text[at] == '.') && at + 1 < text.size() && is_digit(text[at + 1]));
+  };
   int depth = 0;
-  for (std::size_t at = 1; at < text.size(); ++at) {
-    depth += text[at - 1] == '(' ? 1 : text[at - 1] == ')' ? -1 : 0;
-    if (text[at] != ',' || depth > 0 || !is_digit(at - 1) || !is_digit(at + 1)) continue;
-    std::size_t begin = at, end = at + 1;
-    while (begin > 0 && is_digit(begin - 1)) --begin;
-    while (is_digit(end)) ++end;
-    return "; decimals stand behind a point: " + std::string(text.substr(begin, at - begin)) + "." +
-           std::string(text.substr(at + 1, end - at - 1));
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    depth += text[at] == '(' ? 1 : text[at] == ')' ? -1 : 0;
+    if (depth > 0 || !is_digit(text[at])) continue;
+    std::size_t end = at;
+    while (end < text.size() && is_part(end)) ++end;
+    const std::string_view number = text.substr(at, end - at);
+    const bool in_name = at > 0 && (std::isalpha(static_cast<unsigned char>(text[at - 1])) != 0 || text[at - 1] == '_');
+    at = end - 1;
+    if (in_name || number.find(',') == std::string_view::npos) continue;
+    const std::string right = with_point(number);
+    return "; decimals stand behind a point" + (right.empty() ? ", and nothing between thousands" : ": " + right);
   }
   return "";
 }

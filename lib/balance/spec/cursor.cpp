@@ -2,6 +2,7 @@
 
 #include "balance/base/nearest.hpp"
 #include "balance/base/plain_text.hpp"
+#include "balance/spec/decimal_comma.hpp"
 
 #include <fmt/format.h>
 
@@ -53,6 +54,8 @@ std::vector<Cursor> Cursor::items(const std::string& what) const {
 }
 
 std::vector<Cursor> Cursor::items(const std::string& what, std::size_t count) const {
+  if (is_list() && node_->items.size() > count)
+    fail({.expected = what, .found = found(), .hint = decimal_comma_in(*node_)});
   if (!is_list() || node_->items.size() != count) expected(what);
   return items(what);
 }
@@ -121,10 +124,13 @@ std::vector<Member> named_members(const Cursor& map, const std::string& what, Na
     map.problems().guard([&] {
       if (good(member.name)) return;
       const bool otherwise_right = !member.name.empty() && good("x" + member.name);
+      const std::string comma = decimal_comma_before(map.node(), member.name);
       Problem problem(member.key.node().place, member.key.path(),
                       {.expected = "a name of letters, digits, '_' and '-'",
                        .found = in_quotes(member.name),
-                       .hint = otherwise_right ? "it must begin with a letter" : ""});
+                       .hint = !comma.empty()    ? comma
+                               : otherwise_right ? "it must begin with a letter"
+                                                 : ""});
       problem.odd_in = map.path();
       throw Problem(std::move(problem));
     });
@@ -134,7 +140,8 @@ std::vector<Member> named_members(const Cursor& map, const std::string& what, Na
 namespace {
 
 /// Why nobody wrote what stands there.
-std::string hint_for(const std::string& key, const std::vector<std::string>& names) {
+std::string hint_for(const Node& map, const std::string& key, const std::vector<std::string>& names) {
+  if (std::string comma = decimal_comma_before(map, key); !comma.empty()) return comma;
   const bool carried = std::find(names.begin(), names.end(), "body") != names.end();
   if (carried && (key == "true" || key == "True"))
     return "'on' is a truth value in YAML 1.1, so that a tool such as PyYAML writes 'true' for it: say 'body'";
@@ -184,7 +191,7 @@ class FieldsReader {
                     {.kind = "unknown key",
                      .expected = one_of(names_),
                      .found = in_quotes(member.name),
-                     .hint = hint_for(member.name, names_)});
+                     .hint = hint_for(map_.node(), member.name, names_)});
     problem.odd_in = map_.path();
     throw Problem(std::move(problem));
   }

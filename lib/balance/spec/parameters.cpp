@@ -1,6 +1,7 @@
 #include "balance/spec/parameters.hpp"
 
 #include "balance/base/nearest.hpp"
+#include "balance/spec/decimal_comma.hpp"
 
 #include <fmt/format.h>
 
@@ -159,7 +160,9 @@ Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& ov
         member.name == "pi" || std::find(functions.begin(), functions.end(), member.name) != functions.end();
     return !problems.guard([&] {
       const auto fail = [&](const char* expected, const std::string& found) {
-        Problem problem(member.key.node().place, member.key.path(), {.expected = expected, .found = found});
+        Problem problem(
+            member.key.node().place, member.key.path(),
+            {.expected = expected, .found = found, .hint = decimal_comma_before(section->node(), member.name)});
         problem.odd_in = "parameters";
         throw Problem(std::move(problem));
       };
