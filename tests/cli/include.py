@@ -185,15 +185,15 @@ class Include(Case):
         os.remove(leg)
         self.assert_failure(run("check", spec), 3, "pair.yaml:4:12: include[0].file: expected the file of a part, found none at")
         os.mkfifo(leg)
-        self.assert_failure(run("check", spec), 3, "found something else at")
+        self.assert_failure(run("check", spec), 3, "found a pipe or a device at")
         suite = self.write("suite.yaml", "cases: [{name: a, spec: pair.yaml, trajectory: cycloid}]\n")
         self.assertNotEqual(run("batch", suite, "-o", self.path("out")).returncode, 0)
         os.remove(leg)
         os.symlink("/dev/zero", leg)
-        self.assert_failure(run("check", spec), 3, "found something else at")
+        self.assert_failure(run("check", spec), 3, "found a pipe or a device at")
         os.remove(leg)
         self.write("parts/leg.yaml", "#" * (5 << 20))
-        self.assert_failure(run("check", spec), 3, "leg.yaml:1:1: expected a spec of at most")
+        self.assert_failure(run("check", spec), 3, "leg.yaml:1:1: expected a document of at most 4 MiB")
 
 
 if __name__ == "__main__":

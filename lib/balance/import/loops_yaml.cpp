@@ -50,6 +50,7 @@ class LoopReader {
     const Cursor& value = member.value;
     if (member.name == "closed_loop") {
       const auto pairs = value.items("a list of pairs [A, B]");
+      if (pairs.empty()) value.expected("at least one pair [A, B]");
       if (pairs.size() > most_parts) value.expected(fmt::format("at most {} loops", most_parts));
       for (const Cursor& pair : pairs) {
         const auto ends = pair.items("a pair [A, B] of joints or links", 2);

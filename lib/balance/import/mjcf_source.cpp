@@ -58,7 +58,7 @@ class Includer {
     documents_.push_back(parse_xml(read_text_file(file, "included"), file));
     bytes_ += documents_.back()->text.size();
     if (bytes_ > XmlLimits{}.bytes)
-      fail(include, fmt::format("expected included files of at most {} bytes", XmlLimits{}.bytes));
+      fail(include, fmt::format("expected included files of at most {} MiB, found more", XmlLimits{}.bytes >> 20));
     XmlElement root = documents_.back()->root;
     if (root.name != "mujoco" && root.name != "mujocoinclude")
       fail(include, fmt::format("expected a file with <mujoco> or <mujocoinclude>, found <{}>", root.name));

@@ -64,7 +64,7 @@ class UrdfReader {
     } else if (part.name == "joint") {
       count(part, joints_.size());
       joints_.push_back(&part);
-    } else if (!is_known(part.name, {"loop", "constraint", "loop_joint", "coupling"})) {
+    } else if (!is_known(part.name, {"loop", "constraint", "loop_joint", "coupling", "transmission"})) {
       ++robot_.ignored[part.name];
     }
   }

@@ -25,6 +25,13 @@ void hold(RobotJoint& one, double offset) {
   one.viscous = one.coulomb = one.stiffness = 0;
 }
 
+std::string why_no_leader(const Robot& robot, const RobotCoupling& coupling) {
+  if (coupling.leader < 0) return ", which is no joint here";
+  if (coupling.leader == coupling.follower) return ", which is this joint itself";
+  const int count = freedom(robot.joints[static_cast<std::size_t>(coupling.leader)].joint.type);
+  return count == 0 ? ", which is fixed" : fmt::format(", which has {} coordinates", count);
+}
+
 void read_mimic(const XmlElement& element, const XmlElement& mimic, const ElementReader& read, Robot& robot) {
   RobotCoupling coupling;
   coupling.place = place_of(mimic);
@@ -42,7 +49,8 @@ void read_mimic(const XmlElement& element, const XmlElement& mimic, const Elemen
   }
   if (!has_one_coordinate(robot, coupling.leader) || coupling.leader == coupling.follower)
     return read.fault(mimic, "joint",
-                      fmt::format("expected another joint with one coordinate, found {}", in_quotes(leader)));
+                      fmt::format("expected another joint with one coordinate, found {}{}", in_quotes(leader),
+                                  why_no_leader(robot, coupling)));
   if (!has_one_coordinate(robot, coupling.follower))
     return read.fault(mimic, "", "only a joint with one coordinate can mimic");
   if (coupling.ratio == 0) {
@@ -70,12 +78,14 @@ void read_urdf_mimics(const XmlElement& root, Faults& faults, Robot& robot) {
 void read_urdf_transmissions(const XmlElement& root, Robot& robot) {
   for (const XmlElement& part : root.children) {
     if (part.name != "transmission") continue;
+    bool drives = false;
     for (const XmlElement& joint : part.children) {
       const std::string* name = joint.name == "joint" ? joint.attribute("name") : nullptr;
       const int found = name == nullptr ? -1 : robot.find_joint(*name);
       if (found < 0 || freedom(robot.joints[static_cast<std::size_t>(found)].joint.type) == 0) continue;
-      robot.joints[static_cast<std::size_t>(found)].driven = robot.knows_motors = true;
+      robot.joints[static_cast<std::size_t>(found)].driven = robot.knows_motors = drives = true;
     }
+    if (!drives) ++robot.ignored[part.name];
   }
 }
 

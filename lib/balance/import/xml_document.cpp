@@ -103,7 +103,7 @@ class Builder {
 void check_bytes(const XmlDocument& document, const XmlLimits& limits) {
   const std::string& text = document.text;
   if (text.size() > limits.bytes)
-    fail({document.file, 1, 1, ""}, fmt::format("expected at most {} bytes, found more", limits.bytes));
+    fail({document.file, 1, 1, ""}, fmt::format("expected at most {} MiB, found more", limits.bytes >> 20));
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
     fail({document.file, 1, 1, ""}, "expected XML, found an empty file");
   if (!is_utf8(text) || text.find('\0') != std::string::npos) {

@@ -37,8 +37,8 @@ Node parse_part(const std::string& text, const std::string& path) {
 std::string read_part_text(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) throw SystemError(fmt::format("none at {}", in_quotes(path)));
-  if (!std::filesystem::is_regular_file(path, error))
-    throw SystemError(fmt::format("something else at {}", in_quotes(path)));
+  if (const std::string kind = kind_of_no_file(path); !kind.empty())
+    throw SystemError(fmt::format("{} at {}", kind, in_quotes(path)));
   return read_text_file(path, "part");
 }
 

@@ -3,6 +3,7 @@
 #include "balance/base/nearest.hpp"
 #include "balance/base/plain_text.hpp"
 #include "balance/spec/limits.hpp"
+#include "balance/spec/text_file.hpp"
 
 #include <fmt/format.h>
 
@@ -32,10 +33,10 @@ std::filesystem::path find_file(const Cursor& at, const Draft& draft) {
   std::error_code error;
   if (!std::filesystem::exists(path, error))
     at.fail({.expected = "a file beside the spec", .found = fmt::format("none at {}", in_quotes(path.string()))});
-  if (!std::filesystem::is_regular_file(path, error))
-    at.fail({.expected = "a file", .found = fmt::format("something else at {}", in_quotes(path.string()))});
+  if (const std::string kind = kind_of_no_file(path.string()); !kind.empty())
+    at.fail({.expected = "a file", .found = fmt::format("{} at {}", kind, in_quotes(path.string()))});
   if (std::filesystem::file_size(path, error) > most_bytes)
-    at.fail({.expected = fmt::format("a table of at most {} bytes", most_bytes),
+    at.fail({.expected = fmt::format("a table of at most {} MiB", most_bytes >> 20),
              .found = fmt::format("more at {}", in_quotes(path.string()))});
   return path;
 }

@@ -62,6 +62,13 @@ struct Descriptor {
 
 }  // namespace
 
+std::string kind_of_no_file(const std::string& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status)) return "";
+  return std::filesystem::is_directory(status) ? "a folder" : "a pipe or a device";
+}
+
 std::string read_text_file(const std::string& path, const std::string& what) {
   if (path == "-" || path == standard_input) return read_all(STDIN_FILENO, standard_input, what);
   std::error_code ignored;

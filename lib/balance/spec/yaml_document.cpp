@@ -241,7 +241,7 @@ void check_text(const std::string& text, const DocumentLimits& limits) {
   if (text.size() > limits.bytes)
     throw Problem(
         {1, 1}, "",
-        {.expected = fmt::format("a spec of at most {} bytes", limits.bytes), .found = std::to_string(text.size())});
+        {.expected = fmt::format("a document of at most {} MiB", limits.bytes >> 20), .found = "one that is larger"});
   if (const auto odd = first_odd_byte(text)) {
     Place place{1, 1};
     for (std::size_t i = 0; i < *odd; ++i)
