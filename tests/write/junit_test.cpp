@@ -24,11 +24,11 @@ TEST_CASE("a report counts what became of its cases") {
       <failure message="missed by 3 %" type="requirement">3 &lt; 2</failure>
     </testcase>
   </testsuite>
-  <testsuite name="second" tests="2" failures="0" errors="1" skipped="1">
-    <testcase name="c" classname="g">
+  <testsuite name="second" tests="2" failures="0" errors="1" skipped="1" time="0.000000">
+    <testcase name="c" classname="g" time="0.000000">
       <error message="singular" type="mechanism"/>
     </testcase>
-    <testcase name="d" classname="g">
+    <testcase name="d" classname="g" time="0.000000">
       <skipped message="no figures"/>
     </testcase>
   </testsuite>

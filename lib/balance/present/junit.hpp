@@ -1,7 +1,6 @@
 #pragma once
 /// Test reports as JUnit XML, which continuous-integration servers show.
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,11 +11,11 @@ struct TestCase {
   std::string group;  ///< the attribute `classname`
   std::string name;
   Status status = Status::passed;
-  std::string message;                 ///< one line on why it did not pass
-  std::string kind;                    ///< of failure or error: "requirement", "mechanism", …
-  std::string details;                 ///< more on it, any number of lines
-  std::string output;                  ///< shown with the case whatever its status
-  std::optional<double> seconds = {};  ///< that it took; nothing: it is no work of its own
+  std::string message;  ///< one line on why it did not pass
+  std::string kind;     ///< of failure or error: "requirement", "mechanism", …
+  std::string details;  ///< more on it, any number of lines
+  std::string output;   ///< shown with the case whatever its status
+  double seconds = 0;   ///< that it took; 0: it is no work of its own
 };
 
 struct TestSuite {
