@@ -24,8 +24,7 @@ Result simulate_or_throw(const Study& study, const Trajectory& trajectory, const
     Result result = options.formulation == "natural" ? simulate_natural(study.mechanism, trajectory, progress)
                                                      : simulate(study.mechanism, trajectory, progress);
     if (result.outcome.status == MotionStatus::done) return result;
-    result.outcome.reason +=
-        moving_modes_text(study.mechanism, trajectory, result.outcome, study.units.length, study.units.angle);
+    result.outcome.reason += moving_modes_text(study.mechanism, trajectory, result.outcome);
     throw MotionFailure(result.outcome);
   } catch (const std::invalid_argument& error) {
     // The library was asked something that the spec should not have asked.

@@ -84,8 +84,7 @@ std::shared_ptr<Run> run_patiently(const std::shared_ptr<Spec>& spec, const Traj
                         : wish.formulation == "natural" ? simulate_natural(mechanism, trajectory, told)
                                                         : simulate(mechanism, trajectory, told);
         if (!controller && result.outcome.status != MotionStatus::done)
-          result.outcome.reason += moving_modes_text(mechanism, trajectory, result.outcome, spec->study().units.length,
-                                                     spec->study().units.angle);
+          result.outcome.reason += moving_modes_text(mechanism, trajectory, result.outcome);
         if (wish.poses && result.time.size() > 0) add_body_poses(mechanism, result);
         return result;
       },
@@ -122,7 +121,7 @@ std::string option_text(const NamedNumbers& numbers, const Study& study) {
         std::find_if(all.begin(), all.end(), [&, &name = name](const Coordinate& c) { return c.name == name; });
     const bool length = one != all.end() && one->kind == CoordinateKind::length;
     text += fmt::format("{}{}={}", text.empty() ? "" : ",", name,
-                        value / (length ? study.units.length : study.units.angle));
+                        value / (length ? study.mechanism.units.length : study.mechanism.units.angle));
   }
   return text;
 }

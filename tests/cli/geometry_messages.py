@@ -32,6 +32,27 @@ class GeometryMessages(Case):
         found = self.stopped((1, 0.5, 0.4, 0.4), 0.3, 2)
         self.assertRegex(found, r"drive singularity: .*, where \w+ and \w+ are in line at \w")
 
+    def test_lengths_and_angles_are_said_in_the_units_of_the_spec(self):
+        """The same answers as in SI, in millimetres and degrees."""
+        text = four_bar(1000, 500, 400, 400, more="units: {length: mm, angle: deg}")
+        spec = self.write("units.yaml", text)
+        found = run("simulate", spec, "--at", "A=115").stderr
+        nearest = re.search(r"it asks for A 115 deg \(nearest is (\S+) deg\)", found)
+        self.assertTrue(nearest, found)
+        self.assertAlmostEqual(float(nearest[1]), math.degrees(math.acos((1 + 0.25 - 0.64) / (2 * 0.5))), places=2)
+        motion = "motion: {duration: 1, samples: 11, from: {joints: {A: 20}}, to: {joints: {A: 115}}}\n"
+        done = run("simulate", self.write("moved.yaml", text + motion + "trajectories: {turn: {law: cycloidal, drive: joints}}\n"))
+        self.assertRegex(done.stderr, r"configuration: A 5\d\.\d+ deg, .* deg")
+        open_loops = run("check", self.write("open.yaml", four_bar(1000, 100, 200, 300, more="units: {length: mm}")))
+        self.assertRegex(open_loops.stderr, r"stays open by 400 mm at best")
+
+    def test_what_cannot_be_closed_for_a_visible_gap_is_not_called_singular(self):
+        done = run("check", self.write("gap.yaml", four_bar(1 + 1e-7, 0.2, 0.3, 0.5)))
+        self.assert_failure(done, 4, "the loops cannot be closed", "stays open by 1e-07 m")
+        for command in ("equations", "conditions"):
+            done = run(command, self.path("gap.yaml"), *(["-g", "static"] if command == "conditions" else []))
+            self.assert_failure(done, 4, "stays open by 1e-07 m")
+
     def stopped(self, lengths, start, end):
         done = run("simulate", self.write("stopped.yaml", moved(lengths, start, end)))
         self.assertEqual(done.returncode, 4, done.stdout + done.stderr)

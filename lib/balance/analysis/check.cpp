@@ -133,13 +133,23 @@ class Checker {
           "; it is held as if one of them were universal, and not counted");
   }
 
+  std::vector<double> without_round_off(std::vector<double> coordinates) const {
+    for (std::size_t c = 0; c < coordinates.size(); ++c) {
+      const double unit = mechanism_.coordinates[c].kind == CoordinateKind::angle ? 1 : tree_.length;
+      if (std::abs(coordinates[c]) < pose_round_off * unit) coordinates[c] = 0;
+    }
+    return coordinates;
+  }
+
   void describe_start(const VectorX& y) {
-    report_.start = read_coordinates(mechanism_, tree_, y);
+    report_.start = without_round_off(read_coordinates(mechanism_, tree_, y));
     State<S> state(tree_.nodes.size());
     poses(tree_, y.data(), state);
     MassDistribution<S> masses(tree_);
     masses.update(tree_, state);
     report_.com = to_3d(masses.com());
+    for (double& place : report_.com)
+      if (std::abs(place) < pose_round_off * tree_.length) place = 0;
   }
 
   /// Other ways to close the loops at the same start pose.
@@ -161,13 +171,12 @@ class Checker {
     const bool distinct = from_.drive.rows() >= report_.configuration_freedoms;
     for (const std::vector<double>& mode : modes.all()) {
       if (!distinct && !report_.modes.empty()) break;
-      report_.modes.push_back({.coordinates = mode, .selected = report_.modes.empty()});
+      report_.modes.push_back({.coordinates = without_round_off(mode), .selected = report_.modes.empty()});
     }
     std::sort(report_.modes.begin() + 1, report_.modes.end(),
               [](const AssemblyMode& a, const AssemblyMode& b) { return a.coordinates < b.coordinates; });
     for (AssemblyMode& mode : report_.modes)
-      mode.assembly_line =
-          assembly_line(mechanism_, tree_, from_.drive, mode.coordinates, study_.units.length, study_.units.angle);
+      mode.assembly_line = assembly_line(mechanism_, tree_, from_.drive, mode.coordinates);
   }
 
   void judge_actuators() {

@@ -17,9 +17,10 @@
 #include "balance/result/round_off.hpp"
 #include "balance/timing/time_law.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <stdexcept>
 
@@ -89,11 +90,10 @@ DesiredState state_of(const DesiredMotion& motion, Eigen::Index row) {
 
 constexpr double enormous = 1e100;  // of rates and positions: what comes of them are no numbers
 
-std::string lost_track(const std::string& name, double error, double range, double time, const char* unit) {
-  char text[160];
-  std::snprintf(text, sizeof text, ": the error grows to %.4g %s (at t = %.6g s), where the motion's range is %.4g %s",
-                error, unit, time, range, unit);
-  return "the controller does not lead " + name + text;
+std::string lost_track(const std::string& name, const std::string& error, const std::string& range, double time) {
+  return fmt::format(
+      "the controller does not lead {}: the error grows to {} (at t = {:.6g} s), where the motion's range is {}", name,
+      error, time, range);
 }
 
 class ControlRun {
@@ -282,8 +282,10 @@ class ControlRun {
       const double unit = slides ? characteristic_length(mechanism_) : 1;
       const double bound = range > 1e-9 * unit ? std::min(range, unit) : 0.1 * unit;
       if (!(error > std::max(bound, 2 * start))) continue;
-      result_.outcome.notes.push_back(
-          lost_track(coordinate.name, error, range, result_.time[worst], slides ? "m" : "rad"));
+      const auto text_of = [&](double value) {
+        return slides ? length_text(value, mechanism_.units) : angle_text(value, mechanism_.units);
+      };
+      result_.outcome.notes.push_back(lost_track(coordinate.name, text_of(error), text_of(range), result_.time[worst]));
     }
   }
 

@@ -60,7 +60,7 @@ using Powers = std::vector<std::pair<std::size_t, int>>;
 class Namer {
  public:
   Namer(const Study& study, const Recording& recording)
-      : length_(study.units.length), numbers_(list_geometry(study.mechanism)) {
+      : length_(study.mechanism.units.length), numbers_(list_geometry(study.mechanism)) {
     std::vector<std::vector<Expression>> expressions;
     for (const GeometricNumber& number : numbers_) expressions.push_back(expressions_of(recording, number));
     for (const NamedExpression& p : recording.parameters) {

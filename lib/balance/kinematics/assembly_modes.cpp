@@ -70,7 +70,7 @@ bool AssemblyModes<S>::is_same(const std::vector<double>& a, const std::vector<d
 
 template <class S>
 std::string assembly_line(const Mechanism& mechanism, const Tree<S>& tree, const Drive<S>& drive,
-                          const std::vector<double>& mode, double length_unit, double angle_unit) {
+                          const std::vector<double>& mode) {
   std::string line;
   for (std::size_t c = 0; c < mode.size(); ++c) {
     const auto coordinate = static_cast<int>(c);
@@ -78,15 +78,14 @@ std::string assembly_line(const Mechanism& mechanism, const Tree<S>& tree, const
       continue;
     const bool length = mechanism.coordinates[c].kind == CoordinateKind::length;
     line += (line.empty() ? "" : ", ") + mechanism.coordinates[c].name + ": " +
-            rounded(mode[c], length ? tree.length : 1, length ? length_unit : angle_unit);
+            rounded(mode[c], length ? tree.length : 1, length ? mechanism.units.length : mechanism.units.angle);
   }
   return "assembly: {" + line + "}";
 }
 
-#define BALANCE_DEFINE(S)                                                                                              \
-  template class AssemblyModes<S>;                                                                                     \
-  template std::string assembly_line<S>(const Mechanism&, const Tree<S>&, const Drive<S>&, const std::vector<double>&, \
-                                        double, double);
+#define BALANCE_DEFINE(S)          \
+  template class AssemblyModes<S>; \
+  template std::string assembly_line<S>(const Mechanism&, const Tree<S>&, const Drive<S>&, const std::vector<double>&);
 BALANCE_DEFINE(Planar)
 BALANCE_DEFINE(Spatial)
 #undef BALANCE_DEFINE

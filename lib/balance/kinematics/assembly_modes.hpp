@@ -35,15 +35,15 @@ class AssemblyModes {
 };
 
 /// "assembly: {B: -1.2}": the coordinates that tell modes apart, those of the tree that the pose does not state itself.
-/// @param drive of the pose @param length_unit, angle_unit SI values of the units to say it in
+/// In the spec's units. @param drive of the pose
 template <class S>
 std::string assembly_line(const Mechanism& mechanism, const Tree<S>& tree, const Drive<S>& drive,
-                          const std::vector<double>& mode, double length_unit, double angle_unit);
+                          const std::vector<double>& mode);
 
 #define BALANCE_DECLARE(S)                                                                        \
   extern template class AssemblyModes<S>;                                                         \
   extern template std::string assembly_line<S>(const Mechanism&, const Tree<S>&, const Drive<S>&, \
-                                               const std::vector<double>&, double, double);
+                                               const std::vector<double>&);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)
 #undef BALANCE_DECLARE

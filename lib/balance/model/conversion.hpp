@@ -31,7 +31,7 @@ MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number)
     return FollowedOf<To>(std::move(terms));
   };
   MechanismOf<To> to;
-  to.name = from.name, to.space = from.space, to.gravity = vector(from.gravity);
+  to.name = from.name, to.space = from.space, to.units = from.units, to.gravity = vector(from.gravity);
   for (const auto& body : from.bodies) {
     to.bodies.push_back(
         {body.name, number(body.mass), vector(body.com), matrix(body.inertia), {}, body.inertia_as_given});

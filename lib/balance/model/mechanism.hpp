@@ -6,6 +6,7 @@
 
 #include "balance/base/types.hpp"
 #include "balance/model/ids.hpp"
+#include "balance/model/spec_units.hpp"
 #include "balance/model/speed.hpp"
 
 #include <concepts>
@@ -258,6 +259,7 @@ struct MechanismOf {
   std::vector<CoordinateId> actuators;  ///< coordinates that a motor drives
   std::optional<ToolOf<T>> tool;
   std::vector<CoordinateValueOf<T>> assembly;
+  SpecUnits units;  ///< of what is said of it
 };
 
 // As its designer wrote it. Over other scalars (base/dual.hpp) the same mechanism is known with its derivatives.

@@ -1,8 +1,5 @@
 #include "balance/motion/configuration_text.hpp"
 
-#include <array>
-#include <cstdio>
-
 namespace balance {
 
 template <class S>
@@ -13,9 +10,10 @@ std::string configuration_text(const Mechanism& mechanism, const Tree<S>& tree, 
     const LinearQuantity& source = tree.sources[c];
     if (!source.depends() || tree.floats[c]) continue;
     const double value = source.value(y);
-    std::array<char, 32> digits{};
-    std::snprintf(digits.data(), digits.size(), "%.6g", value);
-    out += (out.empty() ? "" : ", ") + mechanism.coordinates[c].name + " " + digits.data();
+    const bool angle = mechanism.coordinates[c].kind == CoordinateKind::angle;
+    out += (out.empty() ? "" : ", ") + mechanism.coordinates[c].name + " " +
+           (angle ? angle_text(value, mechanism.units, pose_round_off)
+                  : length_text(value, mechanism.units, pose_round_off * tree.length));
   }
   return out;
 }

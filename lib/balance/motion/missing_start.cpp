@@ -7,29 +7,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <vector>
 
 namespace balance {
 
 namespace {
 
-constexpr double visible_miss = 1e-6;  // radians or characteristic lengths: less is not worth a number
-
-std::string short_value(double value, const char* unit) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.6g %s", value, unit);
-  return text;
-}
-
-std::string place_text(const double* place, int axes) {
-  char text[96];
-  if (axes == 2)
-    std::snprintf(text, sizeof text, "(%.6g, %.6g) m", place[0], place[1]);
-  else
-    std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g) m", place[0], place[1], place[2]);
-  return text;
-}
+// radians or characteristic lengths
+constexpr double visible_miss = 1e-6;  // less is not worth a number
+constexpr double singular_gap = 1e-9;  // what closes in a singular configuration stays open by less
 
 /// "; there a and b are in line at B"
 template <class S>
@@ -87,11 +73,12 @@ MotionOutcome explain_open_loops(const Mechanism& mechanism, const Tree<S>& tree
     there_state = state;
   }
   const double size = worst.size(tree.length);
-  std::string by = worst.gap >= 0.01 * size * tree.length ? short_value(worst.gap, "m") : "";
-  if (worst.turn >= 0.01 * size && worst.turn > 0) by += (by.empty() ? "" : " and ") + short_value(worst.turn, "rad");
+  std::string by = worst.gap >= 0.01 * size * tree.length ? length_text(worst.gap, mechanism.units) : "";
+  if (worst.turn >= 0.01 * size && worst.turn > 0)
+    by += (by.empty() ? "" : " and ") + angle_text(worst.turn, mechanism.units);
   const std::string open = "joint " + mechanism.joints[worst.joint].name + " stays open by " + by + " at best";
   const std::string there = in_line_there(mechanism, tree, there_state);
-  if (size < visible_miss)
+  if (size < singular_gap)
     return {MotionStatus::not_assembled,
             0,
             "the loops close in a singular configuration only, to within round-off (" + open +
@@ -148,8 +135,8 @@ std::string missed_values(const Mechanism& mechanism, const Drive<S>& drive, con
        {std::pair("the tool at", &drive.point), {"the centre of mass at", &drive.com}}) {
     const auto count = static_cast<Eigen::Index>(components->size());
     if (count >= 2 && (target.value - nearest.value).segment(k, count).norm() > visible_miss * length)
-      add(what, place_text(&target.value[k], static_cast<int>(count)),
-          place_text(&nearest.value[k], static_cast<int>(count)));
+      add(what, place_text(&target.value[k], static_cast<int>(count), mechanism.units),
+          place_text(&nearest.value[k], static_cast<int>(count), mechanism.units, visible_miss * length));
     k += count;
   }
   auto joint = pose.joints.begin();
@@ -158,14 +145,17 @@ std::string missed_values(const Mechanism& mechanism, const Drive<S>& drive, con
     const CoordinateId coordinate = of_tool ? CoordinateId(-1) : (joint++)->coordinate;
     const bool is_length = !of_tool && mechanism.coordinates[coordinate].kind == CoordinateKind::length;
     if (std::abs(target.value[k] - nearest.value[k]) <= visible_miss * (is_length ? length : 1)) continue;
-    const char* const unit = is_length ? "m" : "rad";
-    add(of_tool ? "the tool's angle" : mechanism.coordinates[coordinate].name, short_value(target.value[k], unit),
-        short_value(nearest.value[k], unit));
+    const auto text_of = [&](double value, double round_off) {
+      return is_length ? length_text(value, mechanism.units, round_off * length)
+                       : angle_text(value, mechanism.units, round_off);
+    };
+    add(of_tool ? "the tool's angle" : mechanism.coordinates[coordinate].name, text_of(target.value[k], 0),
+        text_of(nearest.value[k], visible_miss));
   }
   if (!drive.rotation.empty()) {
     const double off = Eigen::AngleAxisd(nearest.rotation * target.rotation.transpose()).angle();
     if (off > visible_miss)
-      text += (text.empty() ? "" : ", ") + ("an orientation that stays off by " + short_value(off, "rad"));
+      text += (text.empty() ? "" : ", ") + ("an orientation that stays off by " + angle_text(off, mechanism.units));
   }
   return text;
 }

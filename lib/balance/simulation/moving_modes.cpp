@@ -35,8 +35,7 @@ bool moves(const Mechanism& mechanism, const Trajectory& trajectory, const Tree<
 }
 
 template <class S>
-std::string text_of_modes(const Mechanism& mechanism, const Trajectory& trajectory, double length_unit,
-                          double angle_unit) {
+std::string text_of_modes(const Mechanism& mechanism, const Trajectory& trajectory) {
   const Tree<S> tree = compile<S>(mechanism, prescribed_coordinates(trajectory));
   if (tree.closures.empty() || tree.columns > max_mode_columns) return "";
   const PoseEquations<S> from = pose_equations(mechanism, tree, trajectory.from);
@@ -51,18 +50,16 @@ std::string text_of_modes(const Mechanism& mechanism, const Trajectory& trajecto
   for (std::size_t m = 1; m < std::min(modes.all().size(), max_modes_run); ++m)
     if (moves(mechanism, trajectory, tree, modes.all()[m]))
       return "; another assembly mode can make this motion: " +
-             assembly_line(mechanism, tree, from.drive, modes.all()[m], length_unit, angle_unit);
+             assembly_line(mechanism, tree, from.drive, modes.all()[m]);
   return others == 1 ? "; the other assembly mode cannot make this motion either"
                      : "; none of the " + std::to_string(others) + " other assembly modes found can make this motion";
 }
 
 }  // namespace
 
-std::string moving_modes_text(const Mechanism& mechanism, const Trajectory& trajectory, const MotionOutcome& outcome,
-                              double length_unit, double angle_unit) {
+std::string moving_modes_text(const Mechanism& mechanism, const Trajectory& trajectory, const MotionOutcome& outcome) {
   if (!is_matter_of_modes(outcome.status) || binds_rates(mechanism) || depends_on_mechanism(trajectory)) return "";
-  return in_space(mechanism.space,
-                  [&]<class S>(S) { return text_of_modes<S>(mechanism, trajectory, length_unit, angle_unit); });
+  return in_space(mechanism.space, [&]<class S>(S) { return text_of_modes<S>(mechanism, trajectory); });
 }
 
 }  // namespace balance

@@ -11,9 +11,7 @@ namespace balance {
 /// What to say of them after the reason of a failure: "; another assembly mode can make this motion: assembly: {B: -1.2}"; empty if the
 /// failure is no matter of modes, or there is one mode only.
 /// @param trajectory whose run has failed after its start
-/// @param length_unit, angle_unit SI values of the units to say it in
 /// @throws std::invalid_argument as simulate()
-std::string moving_modes_text(const Mechanism& mechanism, const Trajectory& trajectory, const MotionOutcome& outcome,
-                              double length_unit, double angle_unit);
+std::string moving_modes_text(const Mechanism& mechanism, const Trajectory& trajectory, const MotionOutcome& outcome);
 
 }  // namespace balance

@@ -16,10 +16,10 @@ struct Unit {
   double value;
 };
 
-double read_unit(const Cursor& unit, const std::string& what, std::span<const Unit> known) {
+const Unit& read_unit(const Cursor& unit, const std::string& what, std::span<const Unit> known) {
   std::vector<std::string> names;
   for (const Unit& one : known) names.emplace_back(one.name);
-  return known[unit.choice("a unit of " + what, names)].value;
+  return known[unit.choice("a unit of " + what, names)];
 }
 
 constexpr Unit lengths[]{{"m", 1},     {"dm", 0.1}, {"cm", 0.01},   {"mm", 1e-3},
@@ -59,12 +59,20 @@ double Units::factor(Dimension d) const {
 
 Units read_units(const Cursor& section) {
   Units units;
+  const auto read_length = [&units](const Cursor& c) {
+    const Unit& unit = read_unit(c, "length", lengths);
+    units.length = unit.value, units.length_name = unit.name;
+  };
+  const auto read_angle = [&units](const Cursor& c) {
+    const Unit& unit = read_unit(c, "angle", angles);
+    units.angle = unit.value, units.angle_name = unit.name;
+  };
   read_fields(section, "a mapping of units",
-              {{"length", Need::optional, [&](const Cursor& c) { units.length = read_unit(c, "length", lengths); }},
-               {"mass", Need::optional, [&](const Cursor& c) { units.mass = read_unit(c, "mass", masses); }},
-               {"time", Need::optional, [&](const Cursor& c) { units.time = read_unit(c, "time", times); }},
-               {"angle", Need::optional, [&](const Cursor& c) { units.angle = read_unit(c, "angle", angles); }},
-               {"force", Need::optional, [&](const Cursor& c) { units.force = read_unit(c, "force", forces); }}});
+              {{"length", Need::optional, read_length},
+               {"mass", Need::optional, [&](const Cursor& c) { units.mass = read_unit(c, "mass", masses).value; }},
+               {"time", Need::optional, [&](const Cursor& c) { units.time = read_unit(c, "time", times).value; }},
+               {"angle", Need::optional, read_angle},
+               {"force", Need::optional, [&](const Cursor& c) { units.force = read_unit(c, "force", forces).value; }}});
   return units;
 }
 

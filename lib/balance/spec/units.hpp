@@ -53,6 +53,7 @@ struct Units {
   double time = 1;
   double angle = 1;
   std::optional<double> force;  ///< without one: mass · length / time²
+  std::string length_name = "m", angle_name = "rad";
 
   /// SI value of the number one in this dimension.
   double factor(Dimension dimension) const;

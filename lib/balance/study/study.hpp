@@ -97,12 +97,6 @@ struct DesignRequest {
   std::vector<ElementChoice> choose;  ///< what may be left out; empty: nothing
 };
 
-/// What a spec tells coordinates in, as SI values.
-struct CoordinateUnits {
-  double length = 1;
-  double angle = 1;
-};
-
 /// A payload that is taken up or set down on the way (AttachmentOf::from, until), and where the spec says so.
 struct PassingPayload {
   std::string name;
@@ -120,7 +114,6 @@ struct Study {
   Tolerances tolerances;  ///< parameters first, else in the order of reading; empty: nothing is said of them
   std::vector<PassingPayload> passing_payloads;
   std::vector<Speed> speeds;          ///< in which the equation of motion is wanted, too; empty: none
-  CoordinateUnits units;              ///< of the spec
   std::string spec_file;              ///< as named by the user
   std::string spec_text;              ///< as read
   std::vector<std::string> warnings;  ///< legal but suspicious
