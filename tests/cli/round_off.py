@@ -15,6 +15,15 @@ ZEROS = ("shaking_force", "com_velocity", "com_acceleration")
 NOISE = re.compile(r"[0-9]e-(1[2-9]|[2-9][0-9])")  # nothing in these mechanisms is that small
 
 
+def numbers_of(answer):
+    """All numbers in a part of a JSON answer."""
+    if isinstance(answer, dict):
+        answer = list(answer.values())
+    if isinstance(answer, list):
+        return [number for part in answer for number in numbers_of(part)]
+    return [answer] if isinstance(answer, (int, float)) and not isinstance(answer, bool) else []
+
+
 class RoundOff(Case):
     def simulated(self, name="run.h5", *arguments):
         file = self.path(name)
@@ -91,6 +100,25 @@ class RoundOff(Case):
             lines = [line for line in summary if ",shaking_force," in line]
         self.assertEqual(len(lines), 1)
         self.assertNotRegex(lines[0], NOISE)
+
+    def test_poses_and_equations_of_every_config_have_zeros(self):
+        """What is said of a pose is 0 or more than a part in 1e12 of a radian or of the mechanism."""
+        for name in sorted(os.listdir(CONFIGS)):
+            if not name.endswith(".yaml"):
+                continue
+            checked = run("check", os.path.join(CONFIGS, name), "--json")
+            if checked.returncode != 0:
+                continue
+            with self.subTest(name):
+                pose = json.loads(checked.stdout)
+                for value in [*numbers_of(pose["start"]), *numbers_of(pose["modes"]), *pose["com"]]:
+                    self.assertTrue(value == 0 or abs(value) > 1e-14, value)
+                at = run("equations", os.path.join(CONFIGS, name), "--at", "start", "--json")
+                if at.returncode == 0:
+                    equations = json.loads(at.stdout)
+                    for part in ("configuration", "q", "M", "D", "B", "z", "input"):
+                        for value in numbers_of(equations.get(part, [])):
+                            self.assertTrue(value == 0 or abs(value) > 1e-14, (part, value))
 
     def test_a_controlled_run_has_zeros(self):
         done = run("control", BALANCED, "-t", "cycloid", "-c", "computed-torque", "--samples", "51", "--json")

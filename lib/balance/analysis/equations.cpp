@@ -1,5 +1,6 @@
 #include "balance/analysis/equations.hpp"
 
+#include "balance/analysis/equations_round_off.hpp"
 #include "balance/base/extrema.hpp"
 #include "balance/conditions/base_parameters.hpp"
 #include "balance/equations/run_states.hpp"
@@ -12,6 +13,10 @@
 namespace balance {
 
 namespace {
+
+bool is_length(const Mechanism& mechanism, CoordinateId c) {
+  return mechanism.coordinates[static_cast<std::size_t>(c)].kind == CoordinateKind::length;
+}
 
 constexpr double vanishing = 1e-9;  ///< of the largest term of its kind: what counts as zero
 
@@ -34,6 +39,7 @@ class Report {
     if (wants(EquationSection::regressor)) add_regressor();
     if (wants(EquationSection::natural)) add_natural();
     if (wants(EquationSection::parameters)) add_parameters();
+    clear_round_off();
     out_.outcome.status = MotionStatus::done;
     return std::move(out_);
   }
@@ -56,7 +62,7 @@ class Report {
     at_.binds_rates = balance::binds_rates(mechanism_);
     at_.closures = terms_.closures();
     at_.notes = terms_.notes();
-    at_.weight = total_mass(mechanism_) * mechanism_.gravity.norm() * characteristic_length(mechanism_);
+    at_.weight = equation_sizes(mechanism_).weight;
   }
 
   void place() {
@@ -91,6 +97,24 @@ class Report {
     if (!take(terms_.independent_terms(at_.q, query_.time), at_.terms)) return false;
     find_factors();
     return true;
+  }
+
+  void clear_round_off() {
+    const EquationSizes sizes = equation_sizes(mechanism_);
+    balance::clear_round_off(sizes, at_.lengths, *at_.terms);
+    if (at_.in_speeds) balance::clear_round_off(sizes, *at_.in_speeds);
+    if (at_.loops) balance::clear_round_off(sizes, terms_.redundant_lengths(), *at_.loops);
+    if (at_.split) balance::clear_round_off(sizes, at_.forces, *at_.split);
+    if (at_.regressor)
+      for (MatrixX* matrix : {&at_.regressor->effort, &at_.regressor->shaking_force, &at_.regressor->shaking_moment})
+        clear_below_largest(*matrix);
+    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
+      double& value = at_.configuration[static_cast<Eigen::Index>(c)];
+      const bool angle = mechanism_.coordinates[c].kind == CoordinateKind::angle;
+      if (std::abs(value) < pose_round_off * (angle ? 1 : sizes.length)) value = 0;
+    }
+    for (Eigen::Index i = 0; i < at_.q.size(); ++i)
+      at_.q[i] = at_.configuration[terms_.independent()[static_cast<std::size_t>(i)]];
   }
 
   bool add_speeds() {
@@ -259,15 +283,22 @@ EquationsAlong equations_along(const Mechanism& mechanism, const Result& result,
   out.position = states.q;
   size_arrays(N, result.torque.cols(), out);
   out.outcome = assemble_as(terms, result);
+  std::vector<bool> lengths, forces;
+  for (const CoordinateId c : terms.independent()) lengths.push_back(is_length(mechanism, c));
+  for (const CoordinateId c : mechanism.actuators) forces.push_back(is_length(mechanism, c));
+  const EquationSizes sizes = equation_sizes(mechanism);
   const bool anew = binds_rates(mechanism);  // the independent coordinates then do not tell the others
   for (Eigen::Index k = 0; k < N && out.outcome.status == MotionStatus::done; ++k) {
     if (anew) out.outcome = assemble_as(terms, result, k);
     if (out.outcome.status != MotionStatus::done) break;
-    const auto own = terms.independent_terms(states.q.row(k), result.time[k]);
-    const auto loops = terms.redundant_terms(states.q.row(k), result.time[k]);
-    const auto split = terms.split(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);
+    auto own = terms.independent_terms(states.q.row(k), result.time[k]);
+    auto loops = terms.redundant_terms(states.q.row(k), result.time[k]);
+    auto split = terms.split(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);
     out.outcome = !own ? own.outcome : !loops ? loops.outcome : split.outcome;
     if (out.outcome.status != MotionStatus::done) break;
+    clear_round_off(sizes, lengths, own.value);
+    clear_round_off(sizes, terms.redundant_lengths(), loops.value);
+    clear_round_off(sizes, forces, split.value);
     write_row(own.value, loops.value, k, out);
     put(split.value.parts, 0, out.parts.row(k));
   }
