@@ -17,6 +17,7 @@
 #include "balance/write/pending_file.hpp"
 
 #include <algorithm>
+#include <csignal>
 #include <new>
 
 namespace balance::app {
@@ -169,7 +170,9 @@ ExitCode translate(int argc, char** argv) {
     return failed(ExitCode::system, "system", "error: " + visible(error.what()), error.what());
   } catch (const Cancelled& error) {
     tell(error.what());
-    return static_cast<ExitCode>(static_cast<int>(ExitCode::signal) + pending_signal());
+    // an interrupt that was awaited is no longer pending
+    return static_cast<ExitCode>(static_cast<int>(ExitCode::signal) +
+                                 (pending_signal() != 0 ? pending_signal() : SIGINT));
   } catch (const std::bad_alloc&) {
     return failed(ExitCode::system, "system", "error: out of memory", "out of memory");
   } catch (const std::exception& error) {

@@ -2,6 +2,8 @@
 
 #include "native.hpp"
 
+#include "balance/base/computing_time.hpp"
+
 #include <cxxabi.h>
 #include <unistd.h>
 
@@ -10,6 +12,7 @@
 #include <condition_variable>
 #include <cstdlib>
 #include <exception>
+#include <limits>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -144,6 +147,7 @@ void run_patiently(std::function<void(Errand&)> work, const py::object& progress
   auto shared = std::make_shared<Shared>();
   std::thread thread([shared, work = std::move(work)]() mutable {
     try {
+      const Deadline wanted(std::numeric_limits<double>::infinity(), [&] { return shared->errand.is_abandoned(); });
       work(shared->errand);
     } catch (...) {
       shared->trouble = std::current_exception();

@@ -8,6 +8,7 @@ import unittest
 
 from _program import PROGRAM, Case
 from design_robust import arm
+from endings import FOLDED
 
 LONG = "search: {seconds: 600, restarts: 1000}"
 
@@ -31,6 +32,18 @@ class Interrupt(Case):
         self.assertNotIn("may take", text)
         told = json.loads(self.interrupted(robust, "--json"))
         self.assertEqual((told["optimality"], told["search"]["ended_by"]), ("stopped", "interrupt"))
+
+    def test_before_the_search_there_is_nothing_to_write(self):
+        """A fold that is followed step by step takes seconds, and is interrupted in the midst of a motion."""
+        robust = "design: {minimize: {mean_plus: 3, of: {rms: torque, along: arc}}}\ntolerances: {cw.mass: 1%}\n"
+        spec = self.write("folded.yaml", FOLDED + robust)
+        with subprocess.Popen([PROGRAM, "design", spec, "-g", "force"], text=True, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE) as process:
+            time.sleep(0.5)
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=60)
+        self.assertEqual((process.returncode, out), (130, ""), err)
+        self.assertIn("interrupted, nothing written", err)
 
     def test_so_does_a_front(self):
         text = self.interrupted("front: [added-mass, {mean_plus: 3, of: {rms: torque, over: workspace}}]")

@@ -23,6 +23,7 @@ motion: {duration: 0.5, samples: 41, from: {tool: [0.3, 0.3]}, to: {tool: [0, -0
 assembly: {J2: -1}
 trajectories:
   fast: {law: fastest, drive: tool, limits: {shaking_force: 80, torque: 20, 'torque[J1]': [-10, 15], joint_velocity: 20}}
+  arc: {law: 4-5-6-7, drive: tool, path: {arc: {via: [0.4, 0.1]}}}
 """
 
 

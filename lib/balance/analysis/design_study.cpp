@@ -18,7 +18,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 namespace balance {
@@ -87,13 +89,13 @@ DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& 
   constexpr double min_seconds = 5;  // for the first look at each motion, however short the search is to be
   const double seconds = std::max(min_seconds, options.search.seconds);
   try {
-    const Deadline deadline(seconds);
+    const Deadline deadline(seconds, [&] { return options.watch && !options.watch({0, seconds}); });
     return state(space, options);
   } catch (const OutOfTime&) {
-    throw OutOfTime(fmt::format(
-        "{:g} s ran out while the motions of the spec were tried with its start values: give the search more "
-        "(--seconds, or seconds: of search:), or leave out trajectories that do not matter",
-        seconds));
+    throw OutOfTime(
+        fmt::format("the motions of the spec could not be tried with its start values within {:g} s: give the "
+                    "search more (--seconds, or seconds: of search:), or leave out trajectories that do not matter",
+                    seconds));
   }
 }
 
@@ -166,7 +168,30 @@ void compare_trajectories(DesignReport& report) {
         {trajectory.name, run(report.study_before, trajectory.name), run(report.study_after, trajectory.name)});
 }
 
-DesignReport design_study(const DesignSpace& space, const DesignStudyOptions& options) {
+namespace {
+
+/// Who interrupts a design gets the best so far, if what is told of it takes no longer than this [s].
+constexpr double max_seconds_to_tell = 3;
+
+/// Keeps how far the search is, and since when nobody wants it any more.
+class Watch {
+ public:
+  explicit Watch(const std::function<bool(const SearchProgress&)>& watch) : watch_(watch) {}
+
+  bool operator()(const SearchProgress& progress) {
+    last_ = progress;
+    if (!interrupted_ && !watch_(progress)) interrupted_ = computing_time();
+    return !interrupted_;
+  }
+  bool is_overdue() { return !(*this)(last_) && computing_time() - *interrupted_ > max_seconds_to_tell; }
+
+ private:
+  const std::function<bool(const SearchProgress&)>& watch_;
+  SearchProgress last_{0, 1};
+  std::optional<double> interrupted_;
+};
+
+DesignReport study_design(const DesignSpace& space, const DesignStudyOptions& options) {
   if (space.start.design.front && options.minimize.empty())
     throw std::invalid_argument(
         "front: a trade-off has many designs, not one; say which figure to minimize to get one design");
@@ -199,6 +224,17 @@ DesignReport design_study(const DesignSpace& space, const DesignStudyOptions& op
       report.notes.push_back(law_note(report.study_after.mechanism, goal.kind));
   if (options.trajectories) compare_trajectories(report);
   return report;
+}
+
+}  // namespace
+
+DesignReport design_study(const DesignSpace& space, const DesignStudyOptions& options) {
+  if (!options.watch) return study_design(space, options);
+  Watch watch(options.watch);
+  DesignStudyOptions watched = options;
+  watched.watch = [&watch](const SearchProgress& progress) { return watch(progress); };
+  const Deadline patience(std::numeric_limits<double>::infinity(), [&watch] { return watch.is_overdue(); });
+  return study_design(space, watched);
 }
 
 }  // namespace balance

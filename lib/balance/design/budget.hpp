@@ -36,7 +36,7 @@ class Budget {
   /// From here on it is searched, until finish().
   void begin_search() {
     searching_ = true;
-    deadline_.emplace(end_ + grace - computing_time());
+    deadline_.emplace(end_ + grace - computing_time(), [this] { return interrupted(); });
   }
   void finish_search() {
     searching_ = false;

@@ -159,7 +159,7 @@ typename Stepper<S>::Attempt Stepper<S>::step(double time) {
     return Attempt::done;
   }
   if (--evaluations_left_ < 0) return Attempt::exhausted;
-  if (evaluations_left_ % evaluations_per_look == 0) Deadline::check();
+  Deadline::check();
   if (!rolls_)
     predict(time);
   else if (!integrate(time))

@@ -26,7 +26,6 @@ class Stepper {
   /// Tried steps, and where something rolls evaluations of rates, for a thousandth of the motion, and how many more with every stop: on
   /// the way into a singularity steps become shorter without end.
   static constexpr long max_evaluations = 500'000, evaluations_per_stop = 200;
-  static constexpr long evaluations_per_look = 64;   ///< at the deadline
   static constexpr double longest_correction = 0.1;  ///< of a prediction, in radians or characteristic lengths
 
   /// @param tree, plan must outlive the stepper; the plan must be done. The stepper may rereference the tree's spherical joints.
