@@ -3,6 +3,7 @@
 #include "balance/base/extrema.hpp"
 #include "balance/result/body_poses.hpp"
 #include "balance/result/effort_names.hpp"
+#include "balance/result/round_off.hpp"
 #include "balance/result/metrics.hpp"
 #include "balance/simulation/simulate.hpp"
 
@@ -77,7 +78,7 @@ double run_figure(const Mechanism& mechanism, const Result& run, const Objective
       return min_coefficient(run.mobility);
     case ObjectiveTerm::Run::figure:
       for (const Metric& metric : run.metrics)
-        if (is_name_of(term.quantity, metric.quantity)) return figure_of(metric, term.figure);
+        if (is_name_of(term.quantity, metric.quantity)) return above(metric.round_off, figure_of(metric, term.figure));
       break;
   }
   throw std::invalid_argument("a run along '" + term.trajectory + "' has no quantity '" +

@@ -37,7 +37,7 @@ class ConvexSearch {
     best_.bound = merit_.lower_bound();
     const double before = std::abs(merit_(context.box.start(), nullptr));
     size_ = std::max({std::abs(best_.value), 1e-6 * before, 1e-300});
-    round_off_ = before > 0 ? figure_round_off * before : 0;
+    round_off_ = merit_.round_off();
     scale_ = size_;
   }
 

@@ -1,6 +1,7 @@
 #include "balance/design/discrete.hpp"
 
 #include "balance/design/discrete_search.hpp"
+#include "balance/design/figure_of_merit.hpp"
 #include "balance/design/least_violation.hpp"
 
 #include <fmt/format.h>
@@ -126,6 +127,7 @@ class Discrete {
     forget_held(part, outcome.freedom);
     const VectorX start = start_values();
     if (problem_.objective) outcome.objective_start = value_of(problem_, *problem_.objective, start);
+    if (std::abs(outcome.objective) <= figure_round_off * std::abs(outcome.objective_start)) outcome.objective = 0;
     return outcome;
   }
 

@@ -4,6 +4,7 @@
 #include "balance/base/error.hpp"
 #include "balance/base/extrema.hpp"
 
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -108,6 +109,16 @@ std::string FigureOfMerit::trouble(const VectorX& u) const {
     return error.what();
   }
   return "";
+}
+
+double FigureOfMerit::round_off() const {
+  const Eigen::Index n = context_.box.size();
+  std::vector<VectorX> places{context_.box.start()};
+  if (!simulated()) places.insert(places.end(), {VectorX::Zero(n), VectorX::Ones(n), -VectorX::Ones(n)});
+  double largest = 0;
+  for (const VectorX& u : places)
+    if (const double value = std::abs((*this)(u, nullptr)); value > largest && std::isfinite(value)) largest = value;
+  return figure_round_off * largest;
 }
 
 bool FigureOfMerit::depends_affinely() const {

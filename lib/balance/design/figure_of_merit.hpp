@@ -5,7 +5,7 @@
 
 namespace balance::designing {
 
-/// Of a figure, in parts of its value at the start.
+/// Of a figure, in parts of the largest of its values at hand.
 inline constexpr double figure_round_off = 1e-12;
 
 class FigureOfMerit {
@@ -25,6 +25,8 @@ class FigureOfMerit {
   bool simulated() const { return static_cast<bool>(objective_.of_variables); }
   /// Convex in the free numbers: convex in parameters that are affine in the numbers wherever it depends on them.
   bool convex() const { return convex_; }
+  /// Values no larger are round-off: they are measured by those at the start, in the middle and at the ends of the bounds.
+  double round_off() const;
   /// No value is below it.
   double lower_bound() const { return objective_.lower_bound; }
 

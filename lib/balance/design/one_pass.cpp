@@ -30,6 +30,7 @@ class Designer {
 
   Pass run() {
     out_.x = context_.box.numbers(start_);
+    if (nothing_to_balance()) return {std::move(out_), convex_};
     if (context_.survey.any_geometric())
       design_geometry();
     else if (derive(start_))
@@ -43,6 +44,16 @@ class Designer {
     if (out_.conditions.status == ConditionsStatus::done) return true;
     out_.reason = out_.conditions.reason;
     return false;
+  }
+
+  /// No condition, no objective: what is there is as good as anything else.
+  bool nothing_to_balance() {
+    if (context_.problem.goals.empty() || merit_ || !derive(start_) || out_.conditions.rank > 0) return false;
+    if (!context_.allows(start_) || !context_.fault(start_).empty()) return false;
+    out_.method = DesignMethod::nothing_to_do;
+    const FixedRows none(context_, out_.conditions);
+    if (finish(start_)) finish_search(fixed_equations(context_, none, {}, VectorX(0)), start_, true);
+    return true;
   }
 
   void design_masses() {
@@ -280,7 +291,9 @@ class Designer {
     if (merit_) {
       out_.objective_start = (*merit_)(start_, nullptr);
       out_.objective = (*merit_)(u, nullptr);
-      if (std::abs(out_.objective) < figure_round_off * std::abs(out_.objective_start)) out_.objective = 0;
+      const double round_off = merit_->round_off();
+      for (double* value : {&out_.objective_start, &out_.objective})
+        if (std::abs(*value) <= round_off) *value = 0;
       if (!std::isfinite(out_.objective)) {
         give_up(u, "for any numbers that were tried");
         return false;
@@ -295,7 +308,10 @@ class Designer {
   /// What is claimed of the search, and what it leaves free.
   void finish_search(const Equations& equations, const VectorX& u, bool precise) {
     if (merit_ && aim_ == Aim::nothing) aim_ = Aim::objective;
-    judge(context_, aim_, proved_best_ && aim_ == Aim::objective, out_);
+    // exact, and nothing is below what no value is below
+    const bool at_bound = merit_ && out_.objective <= merit_->lower_bound() && out_.status != DesignStatus::compromise;
+    if (at_bound) out_.lower_bound = out_.objective;
+    judge(context_, aim_, (proved_best_ || at_bound) && aim_ == Aim::objective, out_);
     if (context_.problem.inner || (out_.status != DesignStatus::balanced && out_.status != DesignStatus::not_asked))
       return;
     out_.freedom = find_freedom(context_, equations, merit_ ? &*merit_ : nullptr, u, precise);
