@@ -37,7 +37,7 @@ class Derivation {
 
   Conditions run() {
     Configuration configuration;
-    if (!sampler_.next(configuration)) return refuse(ConditionsStatus::not_assembled, motionless());
+    if (!sampler_.next(configuration)) return refuse(ConditionsStatus::not_assembled, sampler_.obstacle());
     const NaturalUnits units(mechanism_, out_.parameters);
     GoalRows<S> rows(mechanism_, tree_, units, out_.goals, options_, sampler_.freedoms());
     if (!rows.mismatch().empty()) return refuse(ConditionsStatus::mismatch, rows.mismatch());
@@ -99,11 +99,6 @@ class Derivation {
     MatrixX mixed(directions.rows(), count);
     for (Eigen::Index k = 0; k < count; ++k) mixed.col(k) = directions * random_.normal(all).normalized();
     return mixed;
-  }
-
-  std::string motionless() const {
-    return sampler_.freedoms() == 0 && tree_.closure_rows > 0 ? "the loops cannot be closed, or nothing can move"
-                                                              : "the mechanism cannot move";
   }
 
   Conditions refuse(ConditionsStatus status, const std::string& reason) {

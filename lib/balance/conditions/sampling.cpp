@@ -2,6 +2,7 @@
 
 #include "balance/base/elementary.hpp"
 #include "balance/base/factorizations.hpp"
+#include "balance/motion/missing_start.hpp"
 #include "balance/motion/plan.hpp"
 
 #include <cmath>
@@ -171,6 +172,13 @@ bool settle(System<S>& closures, const VectorX& y, int freedoms, Configuration& 
 
 template bool settle(System<Planar>&, const VectorX&, int, Configuration&);
 template bool settle(System<Spatial>&, const VectorX&, int, Configuration&);
+
+template <class S>
+std::string Sampler<S>::obstacle() {
+  const Solution start = find_pose(mechanism_, tree_, closures_, {});
+  if (!start.found) return explain_missing_start(mechanism_, tree_, start, {}).reason;
+  return started_ ? "too few configurations are connected to the one it is assembled in" : "the mechanism cannot move";
+}
 
 template class Sampler<Planar>;
 template class Sampler<Spatial>;

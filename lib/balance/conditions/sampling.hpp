@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <random>
+#include <string>
 #include <vector>
 
 namespace balance {
@@ -46,6 +47,8 @@ class Sampler {
   bool next(Configuration& configuration);
 
   int freedoms() const { return freedoms_; }
+  /// Why there is no configuration, where there has been none.
+  std::string obstacle();
 
  private:
   bool start();

@@ -353,12 +353,12 @@ void compare_elsewhere(const Sheet& sheet, const std::map<std::string, std::stri
 Check check_against_engine(const Sheet& sheet, const std::map<std::string, std::string>& texts,
                            const Mechanism& mechanism, const CheckOptions& options) {
   Check check;
+  Comparison comparison(sheet, texts, mechanism, options.seed);
   const OtherNumbers numbers(*sheet.ring, *sheet.equations.tree.model);
   if (options.elsewhere && numbers.exist()) compare_elsewhere(sheet, texts, numbers, options, check);
   if (options.elsewhere && numbers.exist() && check.elsewhere == 0)
     check.note = "not checked at other numbers: in " + std::to_string(OtherNumbers::max_draws) +
                  " draws of them none was a mechanism that can be assembled";
-  Comparison comparison(sheet, texts, mechanism, options.seed);
   for (int tries = 0; check.states < options.states && tries < most_tries; ++tries)
     if (comparison.compare(check.error)) ++check.states;
   check.agrees = check.states == options.states && check.error < agreement;
