@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace balance::read {
 
@@ -32,9 +34,22 @@ class Uses {
   explicit Uses(const Node& root) { visit(root, ""); }
 
   std::set<std::string> of_added_amounts() const {
+    std::map<std::string, std::vector<std::string>> fed_by;  // per parameter: what stands in it
+    std::vector<std::string> spoilt;                         // feeds something else, too
+    for (const auto& [name, use] : uses_) {
+      for (const std::string& parameter : use.parameters) fed_by[parameter].push_back(name);
+      if (use.other || !(use.added || !use.parameters.empty())) spoilt.push_back(name);
+    }
+    std::set<std::string> not_only(spoilt.begin(), spoilt.end());
+    while (!spoilt.empty()) {
+      const std::string name = std::move(spoilt.back());
+      spoilt.pop_back();
+      for (const std::string& other : fed_by[name])
+        if (not_only.insert(other).second) spoilt.push_back(other);
+    }
     std::set<std::string> found;
     for (const auto& [name, use] : uses_)
-      if (only_added(name, {})) found.insert(name);
+      if (!not_only.contains(name)) found.insert(name);
     return found;
   }
 
@@ -65,17 +80,6 @@ class Uses {
       use.parameters.insert(path.substr(section.size()));
     else
       use.added = true;
-  }
-
-  /// @param above names that are asked about already: those of a circle feed nothing
-  bool only_added(const std::string& name, std::set<std::string> above) const {
-    const auto found = uses_.find(name);
-    if (found == uses_.end() || found->second.other || !above.insert(name).second) return false;
-    const Use& use = found->second;
-    return (use.added || !use.parameters.empty()) &&
-           std::all_of(use.parameters.begin(), use.parameters.end(), [&](const std::string& parameter) {
-             return !uses_.contains(parameter) || only_added(parameter, above);  // what nobody uses feeds nothing
-           });
   }
 
   std::map<std::string, Use> uses_;

@@ -100,16 +100,13 @@ Matrix3E read_disc_inertia(const Cursor& at, Draft& draft, const Vector3E& axis)
   return transverse * identity + (axial - transverse) * along;
 }
 
-/// Zero is fine where a free number may change it.
-bool is_stuck_at_zero(const Cursor& at, const Expression& value) { return value.value() == 0 && at.is_scalar(); }
-
 /// @param sum whether what is followed has ratios of its own
 Expression read_disc_ratio(const Cursor& at, Draft& draft, const DiscOf<Expression>& disc, bool sum) {
   const auto followed = static_cast<std::size_t>(disc.follows.terms[0].coordinate);
   const Dimension own =
       sum ? dimension::none : dimension::angle / dimension_of(draft.mechanism().coordinates[followed].kind);
   const Expression ratio = read_number(at, draft, own);
-  if (is_stuck_at_zero(at, ratio))
+  if (is_stuck_at_zero(at, ratio, draft))
     at.fail({.expected = "a ratio other than 0 (a disc that does not turn is a counterweight)", .found = "0"});
   return ratio;
 }

@@ -91,6 +91,8 @@ struct Draft {
 
 /// A number, an expression or a free number, in SI.
 Expression read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign = Sign::any);
+/// Zero, and no free number may change it: a start in the middle of symmetric bounds is zero, too.
+bool is_stuck_at_zero(const Cursor& at, const Expression& value, const Draft& draft);
 /// `{free: [lower, upper], <count key>: n}`: a list of free numbers.
 /// @param numbers_of how many numbers a count of n means; fails at it if n is not allowed
 std::vector<Expression> read_free_list(const Cursor& at, Draft& draft, Dimension dimension, const char* count_key,

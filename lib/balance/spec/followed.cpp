@@ -19,7 +19,7 @@ FollowedOf<Expression> read_followed(const Cursor& at, Draft& draft, const Dimen
       const CoordinateId coordinate = find_coordinate(member.key, member.name, draft);
       const CoordinateKind kind = draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].kind;
       const Expression ratio = read_number(member.value, draft, follower / dimension_of(kind));
-      if (ratio.value() == 0 && member.value.is_scalar())
+      if (is_stuck_at_zero(member.value, ratio, draft))
         member.value.fail({.expected = "a ratio other than 0 (what does not count is not followed)", .found = "0"});
       if (known.insert(coordinate).second) terms.push_back({coordinate, ratio});
     };

@@ -53,6 +53,11 @@ Expression add_free_number(const Cursor& at, const std::string& path, const Free
 
 }  // namespace
 
+bool is_stuck_at_zero(const Cursor& at, const Expression& value, const Draft& draft) {
+  if (value.value() != 0 || !at.is_scalar()) return false;
+  return value.is_constant() || draft.parameters.free_numbers().empty();
+}
+
 namespace {
 
 Expression read_exact(const Cursor& at, Draft& draft, Dimension dimension, Sign sign) {

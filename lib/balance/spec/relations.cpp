@@ -31,7 +31,7 @@ bool read_ratio(const CouplingText& text, Draft& draft, CouplingOf<Expression>& 
   const bool ratio = !text.ratio || draft.problems.guard([&] {
     const Dimension own = text.several ? dimension::none : unit(text.follower) / unit(text.leader);
     coupling.ratio = read_number(*text.ratio, draft, own);
-    if (coupling.ratio.value() == 0 && text.ratio->is_scalar())
+    if (is_stuck_at_zero(*text.ratio, coupling.ratio, draft))
       text.ratio->fail({.expected = "a ratio other than 0 (a joint that does not move is 'fixed')", .found = "0"});
   });
   const bool offset = !text.offset || draft.problems.guard([&] {
