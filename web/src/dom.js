@@ -11,6 +11,9 @@ export function h(tag, attributes = {}, ...children) {
   return element;
 }
 
+/** Tells of changed sizes one frame later: what is told may change sizes itself, which a browser complains of in the same frame. */
+export const sizeObserver = (look) => new ResizeObserver((entries) => requestAnimationFrame(() => look(entries)));
+
 /** Words for screen readers alone. */
 export const unseen = (text) => h("span", {class: "unseen"}, text);
 

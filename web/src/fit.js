@@ -1,4 +1,5 @@
 // What does not fit: tables wider than the window, folded sections on paper.
+import {sizeObserver} from "./dom.js";
 
 /** Tables that can be scrolled sideways say so, and can be by keyboard. */
 export function hintAtHiddenColumns(document) {
@@ -10,7 +11,7 @@ export function hintAtHiddenColumns(document) {
     if (hidden) box.setAttribute("aria-label", box.querySelector("caption")?.textContent ?? "Table");
     box.classList.toggle("at-end", box.scrollLeft + box.clientWidth >= box.scrollWidth - 2);
   };
-  const sizes = new ResizeObserver((entries) => entries.forEach((e) => look(e.target)));
+  const sizes = sizeObserver((entries) => entries.forEach((e) => look(e.target)));
   const watch = () => {
     for (const box of document.querySelectorAll(".table-box:not([data-watched])")) {
       box.dataset.watched = "";

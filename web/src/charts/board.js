@@ -1,6 +1,6 @@
 // All charts of a run: which are shown, zoomed together, at the clock's time.
 import uPlot from "uplot";
-import {h, toggle} from "../dom.js";
+import {h, sizeObserver, toggle} from "../dom.js";
 import {onTheme} from "../theme.js";
 import {Chart} from "./chart.js";
 import {errors, firstShown, listCharts} from "./quantities.js";
@@ -22,7 +22,7 @@ export class Board {
       h("details", {class: "more screen-only"}, h("summary", {}, "Choose charts"), this.choices));
     clock.onChange(() => this.charts.forEach((c) => c.move()));
     onTheme(() => this.redraw());
-    new ResizeObserver(() => this.charts.forEach((c) => c.resize(c.plotBox.clientWidth))).observe(this.list);
+    sizeObserver(() => this.charts.forEach((c) => c.resize(c.plotBox.clientWidth))).observe(this.list);
   }
 
   /** @param variants as Chart's */

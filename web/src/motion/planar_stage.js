@@ -1,5 +1,5 @@
 // The mechanism in the plane, on a canvas.
-import {colour} from "../dom.js";
+import {colour, sizeObserver} from "../dom.js";
 import {drawBodies, drawGround, drawJoints, drawSliders} from "./planar_bodies.js";
 import {drawCouplings, drawLoads} from "./planar_couplings.js";
 import {drawDiscs, drawLumps, drawSprings} from "./planar_parts.js";
@@ -21,7 +21,7 @@ export class PlanarStage {
     this.pen = this.canvas.getContext("2d");
     this.sample = 0;
     this.layers = {};
-    new ResizeObserver(() => this.fit()).observe(element);
+    sizeObserver(() => this.fit()).observe(element);
   }
 
   setView(view) {

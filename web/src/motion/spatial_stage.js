@@ -3,7 +3,7 @@ import {
   AmbientLight, Box3, DirectionalLight, Group, HemisphereLight, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
 } from "three";
 import {OrbitControls} from "three/addons/controls/OrbitControls.js";
-import {choice, colour, h} from "../dom.js";
+import {choice, colour, h, sizeObserver} from "../dom.js";
 import {makeBodies} from "./spatial_bodies.js";
 import {floorCell, makeOverlay} from "./spatial_overlay.js";
 import {format} from "../data/numbers.js";
@@ -28,7 +28,7 @@ export class SpatialStage {
     this.controls.addEventListener("change", () => this.render());
     this.sample = 0;
     this.layers = {};
-    new ResizeObserver(() => this.fit()).observe(element);
+    sizeObserver(() => this.fit()).observe(element);
     element.append(choice("View from", Object.keys(directions).map((d) => ({value: d, text: d})), "oblique",
       (d) => this.look(d)));
     element.lastChild.classList.add("views", "screen-only");
