@@ -115,7 +115,21 @@ class Written(Case):
         self.assertEqual(answer["objective"]["lower_bound"], 0)
         self.assertEqual(answer["optimality"], "proved-best")
 
+    def test_where_nothing_is_to_be_balanced_nothing_changes(self):
+        done = run("design", os.path.join(CONFIGS, "four-bar-dynamic.yaml"), "-g", "static", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for number in json.loads(done.stdout)["free_numbers"]:
+            self.assertEqual(number["value"], number["before"], number)
+
     # what "before" is
+
+    def test_a_ratio_may_start_at_zero_where_a_free_parameter_changes_it(self):
+        text = ("space: planar\nparameters: {r: {free: [-3, 3]}}\nground: {points: {O: [0, 0]}}\n"
+                "bodies: {link: {mass: 2, com: [0.3, 0], inertia: 0.05, points: {A: [0, 0]}}}\n"
+                "joints: {J: {type: revolute, connects: [ground.O, link.A]}}\nactuators: [J]\n"
+                "discs: {d: {body: ground, at: O, follows: J, ratio: RATIO, inertia: 0.01}}\n")
+        self.assertEqual(run("check", self.write("free.yaml", text.replace("RATIO", "r"))).returncode, 0)
+        self.assert_failure(run("check", self.write("zero.yaml", text.replace("RATIO", "0"))), 3, "a ratio other than 0")
 
     def test_a_parameter_that_feeds_added_amounts_alone_starts_at_none(self):
         for mass in ("m", "2 * m", "half"):
