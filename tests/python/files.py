@@ -47,6 +47,16 @@ class Comparing(Case):
         peak = table[(table.quantity == "shaking_force") & (table.figure == "peak")]
         self.assertEqual(list(peak.value), [run.metrics["shaking_force"].peak for run in runs.values()])
 
+    def test_what_is_no_run_is_told(self):
+        for what, options in (("simulate", ["-q"]), ("equations", [])):
+            self.program(what, config("four-bar.yaml"), "--at", "start", "-o", self.path(what + ".h5"), *options)
+        with self.assertRaisesRegex(ValueError, "'simulate' is a single state, not a run"):
+            bm.compare([self.path("simulate.h5"), self.path("simulate.h5")])
+        with self.assertRaisesRegex(OSError, "holds equations of motion"):
+            bm.read(self.path("equations.h5"))
+        with self.assertRaisesRegex(OSError, r"no\\x0asuch.h5"):
+            bm.read("no\nsuch.h5")
+
     def test_requirements_that_make_no_sense_are_told(self):
         run = bm.load(config("3rrr.yaml")).simulate("cycloid", samples=11)
         with self.assertRaisesRegex(ValueError, "column"):

@@ -42,7 +42,7 @@ TEST_CASE("aliases are values like others, but neither circles nor bombs") {
 TEST_CASE("brackets, expressions and free numbers by the ten thousand are read or refused within a second") {
   [[maybe_unused]] const auto begin = std::clock();
   CHECK(specs::complaint(repeated("[", 4'000'000)) ==
-        "s.yaml:1:1: expected a spec of at most 600000 brackets, braces and commas, found 4000000");
+        "s.yaml:1:1: expected a document of at most 600000 brackets, braces and commas, found 4000000");
   const auto table = [](const std::string& row, int rows) {
     return specs::with(specs::planar, "[1, 3, 4]]", repeated(row, rows) + "[1, 3, 4]]");
   };
@@ -57,9 +57,9 @@ TEST_CASE("brackets, expressions and free numbers by the ten thousand are read o
 }
 
 TEST_CASE("what is no spec is refused with the place where that shows") {
-  CHECK(specs::complaint("") == "s.yaml:1:1: expected a spec, found an empty file");
-  CHECK(specs::complaint(" \n\t\n") == "s.yaml:1:1: expected a spec, found an empty file");
-  CHECK(specs::complaint("# only a comment\n").find("s.yaml:1:1: expected a spec") == 0);
+  CHECK(specs::complaint("") == "s.yaml:1:1: expected a YAML document, found an empty file");
+  CHECK(specs::complaint(" \n\t\n") == "s.yaml:1:1: expected a YAML document, found an empty file");
+  CHECK(specs::complaint("# only a comment\n").find("s.yaml:1:1: expected a YAML document") == 0);
   CHECK(specs::complaint("just words").find("s.yaml:1:1: expected a spec: a mapping") == 0);
   CHECK(specs::complaint(std::string("name: a\nx\0y", 11))
             .find("s.yaml:2:2: expected text (UTF-8), found the byte 0x00") == 0);

@@ -252,7 +252,7 @@ void check_text(const std::string& text, const DocumentLimits& limits) {
                                         static_cast<unsigned>(static_cast<unsigned char>(text[*odd])))});
   }
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
-    throw Problem({1, 1}, "", {.expected = "a spec", .found = "an empty file"});
+    throw Problem({1, 1}, "", {.expected = "a YAML document", .found = "an empty file"});
   if (const std::size_t odd = text.find('\r'); odd != std::string::npos && text.find('\n') == std::string::npos)
     throw Problem({1, static_cast<int>(odd) + 1}, "",
                   {.expected = "lines that end with a line feed", .found = "carriage returns alone"});
@@ -260,7 +260,7 @@ void check_text(const std::string& text, const DocumentLimits& limits) {
   const auto marks = std::count_if(text.begin(), text.end(), [](char c) { return std::strchr("[]{},", c) != nullptr; });
   if (marks > 3 * limits.nodes)
     throw Problem({1, 1}, "",
-                  {.expected = fmt::format("a spec of at most {} brackets, braces and commas", 3 * limits.nodes),
+                  {.expected = fmt::format("a document of at most {} brackets, braces and commas", 3 * limits.nodes),
                    .found = std::to_string(marks)});
 }
 
@@ -274,7 +274,7 @@ Node parse_yaml(const std::string& text, Problems& problems, const DocumentLimit
   try {
     YAML::Parser parser(stream);
     if (!parser.HandleNextDocument(builder))
-      throw Problem({1, 1}, "", {.expected = "a spec", .found = "nothing but comments"});
+      throw Problem({1, 1}, "", {.expected = "a YAML document", .found = "nothing but comments"});
     Node root = builder.take();
     Builder rest(problems, limits, text, skipped);
     if (parser.HandleNextDocument(rest))
