@@ -85,7 +85,7 @@ class Lint(ImportCase):
         self.assertEqual(done.returncode, 0)
         self.assertIn("# from panda.urdf:", done.stdout)
         self.assertEqual(yaml.safe_load(done.stdout)["space"], "spatial")
-        self.assertIn("17 collision", done.stderr)
+        self.assertIn("collision (17)", done.stderr)
 
     def test_names_are_changed_and_told(self):
         answer = self.findings(self.write("r.urdf", arm("left arm", "2nd/joint")))
