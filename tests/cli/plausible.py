@@ -37,7 +37,7 @@ class Plausible(Case):
             if "include:" in text:
                 continue
             done = self.check(spec)
-            self.assertEqual([w for w in json.loads(done.stdout)["warnings"] if "largest dimension" in w or " turns" in w or "gravity" in w], [], spec)
+            self.assertEqual([w for w in json.loads(done.stdout)["warnings"] if "largest dimension" in w or " turns" in w or "gravity" in w or "inertia" in w], [], spec)
             large = enlarged(text)
             if large is None:
                 continue
@@ -51,6 +51,10 @@ class Plausible(Case):
         size = re.search(r"^size +(\S+) m, its largest dimension$", done.stdout, flags=re.MULTILINE)
         self.assertTrue(size, done.stdout)
         self.assertAlmostEqual(float(size[1]), json.loads(self.check(os.path.join(CONFIGS, "3rrr.yaml")).stdout)["size"], places=5)
+
+    def test_an_inertia_of_square_millimetres_is_warned_of(self):
+        spec = self.write("inertia.yaml", config("four-bar.yaml", (r"inertia: *\"[^\"]+\"", "inertia: 1000")))
+        self.assertRegex(run("check", spec).stderr, r"bodies\.\w+: an inertia of 1000 kg m\^2 with a mass of \S+ kg is that of a body of more than")
 
     def test_degrees_taken_for_radians_are_warned_of(self):
         spec = self.write("degrees.yaml", config("four-bar.yaml", (r"from: *\{joints: \{(\w+): [^}]+\}\}", "from: {joints: {A: 90}}")))

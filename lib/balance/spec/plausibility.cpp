@@ -1,5 +1,7 @@
 #include "balance/spec/plausibility.hpp"
 
+#include "balance/base/extrema.hpp"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -27,6 +29,20 @@ void judge_size(const Study& study, const Units& units, std::vector<std::string>
         fmt::format("the mechanism's largest dimension is {:.4g} m, its mass {:.4g} kg: denser than any metal; are the "
                     "units right?",
                     size, mass));
+}
+
+/// A body that is no larger than four times the mechanism turns with no more than its mass there.
+void judge_inertias(const Study& study, std::vector<std::string>& warnings) {
+  const double edge = 4 * characteristic_length(study.mechanism);
+  for (const Body& body : study.mechanism.bodies) {
+    const double largest = max_abs(body.inertia);
+    if (body.mass == 0 || largest <= body.mass * edge * edge) continue;
+    warnings.push_back(
+        fmt::format("bodies.{}: an inertia of {:.4g} kg m^2 with a mass of {:.4g} kg is that of a body of more "
+                    "than {:.3g} m: are the units right?",
+                    body.name, largest, body.mass, edge));
+    return;
+  }
 }
 
 void judge_gravity(const Study& study, const Units& units, std::vector<std::string>& warnings) {
@@ -64,6 +80,7 @@ void judge_angles(const Study& study, const Units& units, std::vector<std::strin
 std::vector<std::string> implausible_numbers(const Study& study, const Units& units) {
   std::vector<std::string> warnings;
   judge_size(study, units, warnings);
+  judge_inertias(study, warnings);
   judge_gravity(study, units, warnings);
   judge_angles(study, units, warnings);
   return warnings;
