@@ -29,8 +29,10 @@ RunFile run(const SpecRun& wanted, const std::string& output, const std::string&
   keep_inputs(output, what, inputs_of(study));
   for (const std::string& warning : study.warnings) tell("warning: " + warning);
   if (wanted.trajectory.empty() && study.trajectories.size() > 1)
-    tell(fmt::format("note: {}: {} is the first of its {} trajectories; {}:NAME takes another", study.spec_file,
-                     in_quotes(trajectory.name), study.trajectories.size(), wanted.spec));
+    tell(fmt::format(
+        "note: {}: {} is the first of its {} trajectories; {}", study.spec_file, in_quotes(trajectory.name),
+        study.trajectories.size(),
+        wanted.spec == "-" ? "save the spec as a file to take another" : wanted.spec + ":NAME takes another"));
   RunFile run{.path = study.spec_file,
               .group = wanted.trajectory,
               .title = study.mechanism.name,

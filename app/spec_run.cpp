@@ -10,7 +10,6 @@ namespace balance::app {
 
 std::optional<SpecRun> spec_run_of(const std::string& name) {
   if (name == "-") return SpecRun{name, ""};
-  if (name.starts_with("-:")) return SpecRun{"-", name.substr(2)};
   std::error_code ignored;
   const bool exists = std::filesystem::exists(name, ignored);
   for (const std::string suffix : {".yaml", ".yml"}) {

@@ -10,7 +10,7 @@ struct SpecRun {
   std::string spec, trajectory;  ///< the trajectory may be empty
 };
 
-/// Nothing if the name is none of a spec. Standard input, `-` or `-:cycloid`, is one. A file that has a colon in its name is that file.
+/// Nothing if the name is none of a spec. Standard input, `-`, is one, of which no trajectory can be named. A file that has a colon in its name is that file.
 std::optional<SpecRun> spec_run_of(const std::string& name);
 
 /// Takes the trajectory off a spec's name. @throws UsageError if another is named already
