@@ -31,12 +31,12 @@ void judge_size(const Study& study, const Units& units, std::vector<std::string>
                     size, mass));
 }
 
-/// A body that is no larger than four times the mechanism turns with no more than its mass there.
+/// No body turns with more than all of the mass at four times the mechanism's size.
 void judge_inertias(const Study& study, std::vector<std::string>& warnings) {
-  const double edge = 4 * characteristic_length(study.mechanism);
+  const double edge = 4 * characteristic_length(study.mechanism), mass = total_mass(study.mechanism);
   for (const Body& body : study.mechanism.bodies) {
     const double largest = max_abs(body.inertia);
-    if (body.mass == 0 || largest <= body.mass * edge * edge) continue;
+    if (body.mass == 0 || largest <= mass * edge * edge) continue;
     warnings.push_back(
         fmt::format("bodies.{}: an inertia of {:.4g} kg m^2 with a mass of {:.4g} kg is that of a body of more "
                     "than {:.3g} m: are the units right?",
