@@ -64,9 +64,11 @@ if(NOT BALANCE_SIMULATE_ONLY)
   balance_part(design ROOMS control conditions design cost analysis STANDS_ON core gradients LINK fmt::fmt PkgConfig::nlopt PkgConfig::clp)
   target_include_directories(balance_design SYSTEM PRIVATE ${Boost_INCLUDE_DIRS}) # headers only: Odeint
   balance_part(comparing ROOMS compare read present answers batch STANDS_ON design writing formulas LINK fmt::fmt nlohmann_json::nlohmann_json)
+  balance_optimise_little(balance_comparing)
   balance_part(importing ROOMS import STANDS_ON design reading LINK fmt::fmt pugixml::pugixml)
   balance_optimise_little(balance_importing)
   balance_part(pages ROOMS report STANDS_ON comparing LINK fmt::fmt nlohmann_json::nlohmann_json)
+  balance_optimise_little(balance_pages)
 endif()
 
 # All there are.

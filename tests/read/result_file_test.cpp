@@ -71,7 +71,8 @@ TEST_CASE("a run that is read back is the run that was written") {
     const auto before = all_quantities(result), after = all_quantities(run.result);
     for (std::size_t i = 0; i < before.size(); ++i) {
       CAPTURE(before[i].name);
-      CHECK(*before[i].samples == *after[i].samples);
+      REQUIRE(before[i].samples->size() == after[i].samples->size());  // what has no columns has no rows in a file
+      if (before[i].samples->size() > 0) CHECK(*before[i].samples == *after[i].samples);
     }
     REQUIRE(run.result.metrics.size() == result.metrics.size());
     for (std::size_t i = 0; i < result.metrics.size(); ++i) {

@@ -177,10 +177,12 @@ std::shared_ptr<const Result> fixed_run(const DesignSpace& space, const Trial& s
 
 /// The figure of such a run where the places that it is of do not change either.
 std::optional<double> constant_value(const DesignSpace& space, const Trial& start, const Part& part) {
-  if (!part.run) return std::nullopt;
+  std::optional<double> constant;
+  if (!part.run) return constant;
   const auto value = [&](const Trial& trial) { return run_figure(trial.mechanism, *part.run, part.term); };
   const double here = value(start), elsewhere = value(space.trial(somewhere_else(space.start.free_numbers)));
-  return here == elsewhere ? std::optional(here) : std::nullopt;
+  if (here == elsewhere) constant = here;
+  return constant;
 }
 
 CostFunction constant(double value) {

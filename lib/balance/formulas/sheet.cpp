@@ -153,8 +153,9 @@ void add_notes(const Mechanism& mechanism, Sheet& sheet) {
     sheet.notes.push_back("inertial parameters, about the bodies' origins: " +
                           parameter_text(*sheet.ring, *sheet.regressor));
   const SymbolicTree& tree = sheet.equations.tree;
-  for (const std::string& left : tree.left_out)
-    sheet.notes.push_back(left + " are not in these formulas: they are no functions of the pose");
+  std::string left;
+  for (const std::string& kind : tree.left_out) left += (left.empty() ? "" : ", ") + kind;
+  if (!left.empty()) sheet.notes.push_back("left out of these formulas, which are functions of the pose: " + left);
   if (binds_rates(mechanism))
     sheet.notes.push_back("these are the equations of all coordinates, before rates are bound");
   if (!mechanism.couplings.empty()) sheet.notes.push_back("coordinates that follow others are moved along with these");
