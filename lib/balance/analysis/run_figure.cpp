@@ -3,8 +3,8 @@
 #include "balance/base/extrema.hpp"
 #include "balance/result/body_poses.hpp"
 #include "balance/result/effort_names.hpp"
-#include "balance/result/round_off.hpp"
 #include "balance/result/metrics.hpp"
+#include "balance/result/round_off.hpp"
 #include "balance/simulation/simulate.hpp"
 
 #include <algorithm>

@@ -35,8 +35,7 @@ class Identification {
     MatrixX rows(0, P);
     for (int k = 0, wanted = 2 * static_cast<int>(P) + 20; k <= more_rounds; ++k, wanted *= 2) {
       while (rows.rows() < wanted || out_.samples < fewest_configurations)
-        if (!add_sample(units, rows))
-          return refuse(ConditionsStatus::not_assembled, sampler_.obstacle());
+        if (!add_sample(units, rows)) return refuse(ConditionsStatus::not_assembled, sampler_.obstacle());
       if (!reduce(rows, units.parameter, units.mass, order, out_)) continue;
       out_.status = ConditionsStatus::done;
       return std::move(out_);

@@ -233,7 +233,7 @@ class ConvexSearch {
   Eigen::Index n_;
   Optimum best_;
   VectorX slope_;
-  double size_;   ///< of the objective where the search began
+  double size_;  ///< of the objective where the search began
   double round_off_;
   double scale_;  ///< of what the programs are solved in
   double curvature_ = 1;
