@@ -1,12 +1,9 @@
 #include "answers.hpp"
 
 #include "failure.hpp"
-#include "signals.hpp"
 
 #include "balance/answers/designed_spec.hpp"
-#include "balance/base/computing_time.hpp"
 #include "balance/base/error.hpp"
-#include "balance/write/pending_file.hpp"
 
 #include <stdexcept>
 #include <utility>
@@ -22,13 +19,8 @@ ConditionsView conditions_or_throw(const GoalOptions& goal, const DesignSpace& s
 DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions& options) {
   try {
     DesignReport report = design_study(space, options);
-    const Refusal refusal = refusal_of(report);
-    if (refusal && pending_signal() != 0) throw Cancelled(nothing_written);
-    if (refusal) throw MechanismFailure(refusal.status, refusal.reason);
+    if (const Refusal refusal = refusal_of(report)) throw MechanismFailure(refusal.status, refusal.reason);
     return report;
-  } catch (const OutOfTime&) {
-    if (pending_signal() != 0) throw Cancelled(nothing_written);
-    throw;
   } catch (const std::invalid_argument& error) {
     // The library was asked something that the spec should not have asked.
     throw SpecError({.place = {.file = space.start.spec_file, .key = "design"}, .message = error.what()});

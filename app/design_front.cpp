@@ -6,13 +6,11 @@
 #include "signals.hpp"
 #include "watched_search.hpp"
 
-#include "balance/base/computing_time.hpp"
 #include "balance/base/error.hpp"
 #include "balance/base/nearest.hpp"
 #include "balance/present/design_json.hpp"
 #include "balance/present/design_text.hpp"
 #include "balance/present/front_view.hpp"
-#include "balance/write/pending_file.hpp"
 
 #include <fmt/format.h>
 
@@ -101,9 +99,6 @@ Front front_or_throw(const DesignSpace& space, const DesignStudyOptions& options
     if (front.points.empty())
       if (const Refusal refusal = refusal_of(front.failure)) throw MechanismFailure(refusal.status, refusal.reason);
     return front;
-  } catch (const OutOfTime&) {
-    if (pending_signal() != 0) throw Cancelled(nothing_written);
-    throw;
   } catch (const std::invalid_argument& error) {
     throw SpecError({.place = {.file = space.start.spec_file, .key = "design"}, .message = error.what()});
   }

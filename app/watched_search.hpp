@@ -2,8 +2,12 @@
 /// A design's search under the user's eyes.
 
 #include "design_options.hpp"
+#include "failure.hpp"
 #include "progress_line.hpp"
 #include "signals.hpp"
+
+#include "balance/base/computing_time.hpp"
+#include "balance/write/pending_file.hpp"
 
 #include <optional>
 #include <string>
@@ -11,7 +15,7 @@
 
 namespace balance::app {
 
-/// On a terminal it tells how far the search is; Ctrl-C ends it with what it has.
+/// On a terminal it tells how far the search is; Ctrl-C ends it with what it has. @throws Cancelled if that is nothing
 /// @param what is done, for the terminal
 /// @param find does it, with the options that it is given
 /// @param interrupted after how long Ctrl-C came [s]
@@ -26,7 +30,14 @@ auto watched_search(const DesignCommandOptions& options, DesignStudyOptions want
     if (interrupt.came() && !interrupted) interrupted = watch.seconds();
     return !interrupt.came();
   };
-  return std::forward<Find>(find)(wanted);
+  try {
+    return std::forward<Find>(find)(wanted);
+  } catch (const OutOfTime&) {
+    if (!interrupt.came()) throw;
+  } catch (const MechanismFailure&) {
+    if (!interrupt.came()) throw;
+  }
+  throw Cancelled(nothing_written);
 }
 
 }  // namespace balance::app
