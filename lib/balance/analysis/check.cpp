@@ -4,6 +4,7 @@
 #include "balance/dynamics/actuation.hpp"
 #include "balance/kinematics/assembly_modes.hpp"
 #include "balance/kinematics/joint_coordinates.hpp"
+#include "balance/model/coordinates.hpp"
 #include "balance/motion/missing_start.hpp"
 #include "balance/motion/wording.hpp"
 
@@ -133,16 +134,9 @@ class Checker {
           "; it is held as if one of them were universal, and not counted");
   }
 
-  std::vector<double> without_round_off(std::vector<double> coordinates) const {
-    for (std::size_t c = 0; c < coordinates.size(); ++c) {
-      const double unit = mechanism_.coordinates[c].kind == CoordinateKind::angle ? 1 : tree_.length;
-      if (std::abs(coordinates[c]) < pose_round_off * unit) coordinates[c] = 0;
-    }
-    return coordinates;
-  }
-
   void describe_start(const VectorX& y) {
-    report_.start = without_round_off(read_coordinates(mechanism_, tree_, y));
+    report_.start = read_coordinates(mechanism_, tree_, y);
+    clear_pose_round_off(mechanism_, tree_.length, report_.start);
     State<S> state(tree_.nodes.size());
     poses(tree_, y.data(), state);
     MassDistribution<S> masses(tree_);
@@ -171,7 +165,8 @@ class Checker {
     const bool distinct = from_.drive.rows() >= report_.configuration_freedoms;
     for (const std::vector<double>& mode : modes.all()) {
       if (!distinct && !report_.modes.empty()) break;
-      report_.modes.push_back({.coordinates = without_round_off(mode), .selected = report_.modes.empty()});
+      report_.modes.push_back({.coordinates = mode, .selected = report_.modes.empty()});
+      clear_pose_round_off(mechanism_, tree_.length, report_.modes.back().coordinates);
     }
     std::sort(report_.modes.begin() + 1, report_.modes.end(),
               [](const AssemblyMode& a, const AssemblyMode& b) { return a.coordinates < b.coordinates; });

@@ -7,6 +7,7 @@
 #include "balance/control/plant.hpp"
 #include "balance/control/sensor.hpp"
 #include "balance/control/singularity_watch.hpp"
+#include "balance/model/coordinates.hpp"
 #include "balance/model/payload_stretches.hpp"
 #include "balance/motion/timing_bounds.hpp"
 #include "balance/motion/walk.hpp"
@@ -278,13 +279,10 @@ class ControlRun {
       const double error = std::abs(result_.tracking_error(worst, c));
       const double start = std::abs(result_.tracking_error(0, c));
       const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(c)];
-      const bool slides = coordinate.kind == CoordinateKind::length;
-      const double unit = slides ? characteristic_length(mechanism_) : 1;
+      const double unit = is_length(mechanism_, c) ? characteristic_length(mechanism_) : 1;
       const double bound = range > 1e-9 * unit ? std::min(range, unit) : 0.1 * unit;
       if (!(error > std::max(bound, 2 * start))) continue;
-      const auto text_of = [&](double value) {
-        return slides ? length_text(value, mechanism_.units) : angle_text(value, mechanism_.units);
-      };
+      const auto text_of = [&](double value) { return coordinate_text(mechanism_, c, value); };
       result_.outcome.notes.push_back(lost_track(coordinate.name, text_of(error), text_of(range), result_.time[worst]));
     }
   }

@@ -32,10 +32,6 @@ struct Weight {
   double mass = 0, inertia = 0, added_mass = 0, added_inertia = 0;
 };
 
-}  // namespace
-
-namespace {
-
 DesignProblem state(const DesignSpace& space, const DesignStudyOptions& options) {
   DesignProblem problem;
   for (const FreeNumber& number : space.start.free_numbers)

@@ -5,6 +5,7 @@
 #include "balance/conditions/base_parameters.hpp"
 #include "balance/equations/run_states.hpp"
 #include "balance/inverse/single_state.hpp"
+#include "balance/model/coordinates.hpp"
 #include "balance/model/payload_stretches.hpp"
 
 #include <algorithm>
@@ -14,8 +15,10 @@ namespace balance {
 
 namespace {
 
-bool is_length(const Mechanism& mechanism, CoordinateId c) {
-  return mechanism.coordinates[static_cast<std::size_t>(c)].kind == CoordinateKind::length;
+std::vector<bool> are_lengths(const Mechanism& mechanism, const std::vector<CoordinateId>& coordinates) {
+  std::vector<bool> lengths;
+  for (const CoordinateId c : coordinates) lengths.push_back(is_length(mechanism, c));
+  return lengths;
 }
 
 constexpr double vanishing = 1e-9;  ///< of the largest term of its kind: what counts as zero
@@ -50,19 +53,15 @@ class Report {
   const Coordinate& coordinate(int c) const { return mechanism_.coordinates[static_cast<std::size_t>(c)]; }
 
   void name() {
-    for (const int c : terms_.independent()) {
-      at_.independent.push_back(coordinate(c).name);
-      at_.lengths.push_back(coordinate(c).kind == CoordinateKind::length);
-    }
-    for (const int c : mechanism_.actuators) {
-      at_.actuators.push_back(coordinate(c).name);
-      at_.forces.push_back(coordinate(c).kind == CoordinateKind::length);
-    }
+    for (const int c : terms_.independent()) at_.independent.push_back(coordinate(c).name);
+    for (const int c : mechanism_.actuators) at_.actuators.push_back(coordinate(c).name);
+    at_.lengths = are_lengths(mechanism_, terms_.independent());
+    at_.forces = are_lengths(mechanism_, mechanism_.actuators);
     at_.redundant = terms_.redundant();
     at_.binds_rates = balance::binds_rates(mechanism_);
     at_.closures = terms_.closures();
     at_.notes = terms_.notes();
-    at_.weight = equation_sizes(mechanism_).weight;
+    at_.weight = sizes_.weight;
   }
 
   void place() {
@@ -100,19 +99,14 @@ class Report {
   }
 
   void clear_round_off() {
-    const EquationSizes sizes = equation_sizes(mechanism_);
-    balance::clear_round_off(sizes, at_.lengths, *at_.terms);
-    if (at_.in_speeds) balance::clear_round_off(sizes, *at_.in_speeds);
-    if (at_.loops) balance::clear_round_off(sizes, terms_.redundant_lengths(), *at_.loops);
-    if (at_.split) balance::clear_round_off(sizes, at_.forces, *at_.split);
+    balance::clear_round_off(sizes_, at_.lengths, *at_.terms);
+    if (at_.in_speeds) balance::clear_round_off(sizes_, *at_.in_speeds);
+    if (at_.loops) balance::clear_round_off(sizes_, terms_.redundant_lengths(), *at_.loops);
+    if (at_.split) balance::clear_round_off(sizes_, at_.forces, *at_.split);
     if (at_.regressor)
       for (MatrixX* matrix : {&at_.regressor->effort, &at_.regressor->shaking_force, &at_.regressor->shaking_moment})
         clear_below_largest(*matrix);
-    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
-      double& value = at_.configuration[static_cast<Eigen::Index>(c)];
-      const bool angle = mechanism_.coordinates[c].kind == CoordinateKind::angle;
-      if (std::abs(value) < pose_round_off * (angle ? 1 : sizes.length)) value = 0;
-    }
+    clear_pose_round_off(mechanism_, sizes_.length, at_.configuration);
     for (Eigen::Index i = 0; i < at_.q.size(); ++i)
       at_.q[i] = at_.configuration[terms_.independent()[static_cast<std::size_t>(i)]];
   }
@@ -202,6 +196,7 @@ class Report {
   const std::vector<Symbol>& symbols_;
   InverseOptions options_;
   EquationTerms terms_;
+  const EquationSizes sizes_ = equation_sizes(mechanism_);
   EquationsReport out_;
   EquationsAt& at_ = out_.at;
 };
@@ -283,9 +278,8 @@ EquationsAlong equations_along(const Mechanism& mechanism, const Result& result,
   out.position = states.q;
   size_arrays(N, result.torque.cols(), out);
   out.outcome = assemble_as(terms, result);
-  std::vector<bool> lengths, forces;
-  for (const CoordinateId c : terms.independent()) lengths.push_back(is_length(mechanism, c));
-  for (const CoordinateId c : mechanism.actuators) forces.push_back(is_length(mechanism, c));
+  const std::vector<bool> lengths = are_lengths(mechanism, terms.independent()),
+                          forces = are_lengths(mechanism, mechanism.actuators), redundant = terms.redundant_lengths();
   const EquationSizes sizes = equation_sizes(mechanism);
   const bool anew = binds_rates(mechanism);  // the independent coordinates then do not tell the others
   for (Eigen::Index k = 0; k < N && out.outcome.status == MotionStatus::done; ++k) {
@@ -297,7 +291,7 @@ EquationsAlong equations_along(const Mechanism& mechanism, const Result& result,
     out.outcome = !own ? own.outcome : !loops ? loops.outcome : split.outcome;
     if (out.outcome.status != MotionStatus::done) break;
     clear_round_off(sizes, lengths, own.value);
-    clear_round_off(sizes, terms.redundant_lengths(), loops.value);
+    clear_round_off(sizes, redundant, loops.value);
     clear_round_off(sizes, forces, split.value);
     write_row(own.value, loops.value, k, out);
     put(split.value.parts, 0, out.parts.row(k));

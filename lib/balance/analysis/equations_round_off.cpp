@@ -1,6 +1,7 @@
 #include "balance/analysis/equations_round_off.hpp"
 
 #include "balance/base/extrema.hpp"
+#include "balance/model/coordinates.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -30,12 +31,13 @@ VectorX units_of(const std::vector<bool>& lengths, double length) {
 /// Masses are positive definite: no entry is above the geometric mean of its diagonal ones. Rates of a coordinate turn bodies by its unit.
 void clear_inertia(const VectorX& units, MatrixX& mass, std::vector<MatrixX>& velocity) {
   const VectorX root = mass.diagonal().cwiseAbs().cwiseSqrt();
+  const double largest = root.size() > 0 ? max_coefficient(root) : 0;
   const Eigen::Index d = std::min(root.size(), units.size());
   for (Eigen::Index r = 0; r < d; ++r)
     for (Eigen::Index s = 0; s < d; ++s) {
       clear(mass(r, s), root[r] * root[s]);
       const double product = std::max(root[r] / units[s], root[s] / units[r]);
-      for (std::size_t k = 0; k < velocity.size(); ++k) clear(velocity[k](r, s), max_coefficient(root) * product);
+      for (std::size_t k = 0; k < velocity.size(); ++k) clear(velocity[k](r, s), largest * product);
     }
 }
 
@@ -51,8 +53,7 @@ EquationSizes equation_sizes(const Mechanism& mechanism) {
   const double length = characteristic_length(mechanism);
   EquationSizes sizes{length, total_mass(mechanism) * mechanism.gravity.norm() * length, 0, 0};
   for (const Spring& spring : mechanism.springs) {
-    const bool turns = spring.in_joint() &&
-                       mechanism.coordinates[static_cast<std::size_t>(spring.coordinate)].kind == CoordinateKind::angle;
+    const bool turns = spring.in_joint() && !is_length(mechanism, spring.coordinate);
     sizes.springs += std::abs(spring.stiffness) * (turns ? 1 : length * std::max(length, spring.free_length));
     sizes.springs += std::abs(spring.preload) * (turns ? 1 : length);
   }
@@ -81,15 +82,16 @@ void clear_round_off(const EquationSizes& sizes, const std::vector<bool>& length
   clear_rest(units, sizes, terms.rest);
   for (MatrixX* matrix : {&terms.viscous, &terms.input, &terms.constraints, &terms.transformation})
     clear_below_largest(*matrix);
+  const double largest = max_abs(terms.transformation);
   for (MatrixX& form : terms.acceleration)
-    for (double& value : form.reshaped()) clear(value, max_abs(terms.transformation));
+    for (double& value : form.reshaped()) clear(value, largest);
 }
 
 void clear_round_off(const EquationSizes& sizes, SpeedTerms& terms) {
   clear_below_largest(terms.rows);
   clear_below_largest(terms.rates);
+  const double inertia = std::max(max_abs(terms.own.mass), max_abs(terms.held.mass));
   for (IndependentTerms* part : {&terms.own, &terms.held}) {
-    const double inertia = std::max(max_abs(terms.own.mass), max_abs(terms.held.mass));
     for (double& value : part->mass.reshaped()) clear(value, inertia);
     for (MatrixX& form : part->velocity)
       for (double& value : form.reshaped()) clear(value, inertia * std::max(1.0, 1 / sizes.length));

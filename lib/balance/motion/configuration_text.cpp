@@ -1,5 +1,7 @@
 #include "balance/motion/configuration_text.hpp"
 
+#include "balance/model/coordinates.hpp"
+
 namespace balance {
 
 template <class S>
@@ -10,10 +12,10 @@ std::string configuration_text(const Mechanism& mechanism, const Tree<S>& tree, 
     const LinearQuantity& source = tree.sources[c];
     if (!source.depends() || tree.floats[c]) continue;
     const double value = source.value(y);
-    const bool angle = mechanism.coordinates[c].kind == CoordinateKind::angle;
+    const auto coordinate = static_cast<int>(c);
+    const double round_off = pose_round_off * (is_length(mechanism, coordinate) ? tree.length : 1);
     out += (out.empty() ? "" : ", ") + mechanism.coordinates[c].name + " " +
-           (angle ? angle_text(value, mechanism.units, pose_round_off)
-                  : length_text(value, mechanism.units, pose_round_off * tree.length));
+           coordinate_text(mechanism, coordinate, value, round_off);
   }
   return out;
 }
