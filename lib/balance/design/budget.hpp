@@ -35,17 +35,13 @@ class Budget {
   }
   /// From here on it is searched, until finish().
   void begin_search() {
-    searching_ = true;
     deadline_.emplace(end_ + grace - computing_time(), [this] { return interrupted(); });
   }
-  void finish_search() {
-    searching_ = false;
-    deadline_.reset();
-  }
+  void finish_search() { deadline_.reset(); }
   /// What is searched for now comes too late: evaluations give nothing, so that searches end. Before and after a search
   /// they take what they take.
   bool over() {
-    const bool late = searching_ && (interrupted_ || computing_time() >= end_ + grace);
+    const bool late = deadline_ && (interrupted_ || computing_time() >= end_ + grace);
     stopped = stopped || late;
     return late;
   }
@@ -69,8 +65,8 @@ class Budget {
 
   std::function<bool(const SearchProgress&)> watch_;
   double begin_, end_, next_ = 0;
-  bool interrupted_ = false, searching_ = false;
-  std::optional<Deadline> deadline_;  ///< of the search
+  bool interrupted_ = false;
+  std::optional<Deadline> deadline_;  ///< while it is searched
 };
 
 }  // namespace balance::designing

@@ -30,10 +30,9 @@ class Designer {
 
   Pass run() {
     out_.x = context_.box.numbers(start_);
-    if (nothing_to_balance()) return {std::move(out_), convex_};
     if (context_.survey.any_geometric())
       design_geometry();
-    else if (derive(start_))
+    else if (derive(start_) && !is_balanced_by_nature())
       design_masses();
     return {std::move(out_), convex_};
   }
@@ -46,9 +45,10 @@ class Designer {
     return false;
   }
 
-  /// No condition, no objective: what is there is as good as anything else.
-  bool nothing_to_balance() {
-    if (context_.problem.goals.empty() || merit_ || !derive(start_) || out_.conditions.rank > 0) return false;
+  /// No condition, with those of the start derived, and no objective: the start values are the design.
+  bool is_balanced_by_nature() {
+    const Conditions& all = out_.conditions;
+    if (context_.problem.goals.empty() || merit_ || all.status != ConditionsStatus::done || all.rank > 0) return false;
     if (!context_.allows(start_) || !context_.fault(start_).empty()) return false;
     out_.method = DesignMethod::nothing_to_do;
     const FixedRows none(context_, out_.conditions);
@@ -102,6 +102,7 @@ class Designer {
       return void(out_.reason = reason);
     }
     derive(*anchor);
+    if (*anchor == start_ && is_balanced_by_nature()) return;
     const FixedRows none(context_, out_.conditions);  // without a condition no geometry matters
     Equations equations = out_.conditions.rank > 0 ? geometric_equations(context_, *anchor)
                                                    : fixed_equations(context_, none, {}, VectorX(0));
