@@ -128,7 +128,7 @@ std::string with_point(std::string_view text) {
 
 }  // namespace
 
-std::string decimal_comma_hint(std::string_view text) {
+std::string decimal_comma(std::string_view text) {
   const auto is_part = [&](std::size_t at) {
     return is_digit(text[at]) ||
            ((text[at] == ',' || text[at] == '.') && at + 1 < text.size() && is_digit(text[at + 1]));
@@ -144,9 +144,14 @@ std::string decimal_comma_hint(std::string_view text) {
     at = end - 1;
     if (in_name || number.find(',') == std::string_view::npos) continue;
     const std::string right = with_point(number);
-    return "; decimals stand behind a point" + (right.empty() ? ", and nothing between thousands" : ": " + right);
+    return "decimals stand behind a point" + (right.empty() ? ", and nothing between thousands" : ": " + right);
   }
   return "";
+}
+
+std::string decimal_comma_hint(std::string_view text) {
+  const std::string words = decimal_comma(text);
+  return words.empty() ? "" : "; " + words;
 }
 
 std::string listed(const std::vector<std::string>& names, const std::string& last) {

@@ -21,7 +21,10 @@ std::string nearest_is(std::string_view word, const std::vector<std::string>& na
 /// The same behind a sentence: "; nearest is 'crank1'".
 std::string nearest_hint(std::string_view word, const std::vector<std::string>& names);
 
-/// "; decimals stand behind a point: 0.4" if the text has a number with a decimal comma outside of parentheses; else nothing.
+/// "decimals stand behind a point: 0.4" if the text has a number with a decimal comma outside of parentheses; else nothing.
+std::string decimal_comma(std::string_view text);
+
+/// The same behind a sentence: "; decimals stand behind a point: 0.4".
 std::string decimal_comma_hint(std::string_view text);
 
 /// "a, b <last> c"; long lists are cut.

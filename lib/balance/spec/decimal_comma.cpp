@@ -15,8 +15,7 @@ std::string decimal_comma_between(const Node& first, const Node& second) {
                         !second.quoted && first.place.line == second.place.line &&
                         second.place.column == first.place.column + static_cast<int>(first.text.size()) + 1;
   if (!adjacent || !ends_in_digit(first.text)) return "";
-  const std::string hint = decimal_comma_hint(first.text + "," + second.text);
-  return hint.empty() ? "" : hint.substr(2);
+  return decimal_comma(first.text + "," + second.text);
 }
 
 }  // namespace

@@ -13,8 +13,7 @@ inline Draft draft_of(const Study& study, const char* option) {
   Draft draft(study.spec_file);
   draft.study = study;
   draft.mechanism() = converted<Expression>(study.mechanism, [](double x) { return Expression(x); });
-  draft.units.length = study.mechanism.units.length;
-  draft.units.angle = study.mechanism.units.angle;
+  static_cast<SpecUnits&>(draft.units) = study.mechanism.units;
   draft.problems = Problems::of_option(option);
   return draft;
 }

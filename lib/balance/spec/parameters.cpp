@@ -253,7 +253,7 @@ Expression Parameters::evaluate_expression(const Cursor& scalar, const std::stri
                  .found = in_quotes(text),
                  .hint = why});
   };
-  if (const std::string comma = decimal_comma_hint(text); !comma.empty()) wrong(comma.substr(2));
+  if (const std::string comma = decimal_comma(text); !comma.empty()) wrong(comma);
   const std::string unit = unit_behind(text);
   if (!unit.empty() && known_.count(unit) == 0)
     wrong(fmt::format("there is no place for {} behind a number: 'units:' states the units of all of them",

@@ -22,12 +22,11 @@ std::string as_mapping(const std::string& text) {
     const std::size_t comma = std::min(text.find(',', at), text.size());
     const std::string part = text.substr(at, comma - at);
     const std::size_t equals = part.find('=');
-    const std::string decimals = decimal_comma_hint(text);
     if (equals == std::string::npos || equals == 0 || equals + 1 == part.size())
       throw Problem({}, "",
                     {.expected = "coordinates with their values such as A1=0.3,A2=0.5",
                      .found = in_quotes(text),
-                     .hint = decimals.empty() ? "" : decimals.substr(2)});
+                     .hint = decimal_comma(text)});
     yaml += (at == 0 ? "" : ", ") + part.substr(0, equals) + ": " + part.substr(equals + 1);
     at = comma + 1;
   }

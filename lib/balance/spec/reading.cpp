@@ -68,7 +68,7 @@ void read_frame(const Node& root, const Sections& sections, const Parameters::Ov
     mechanism.space = space == 0 ? SpaceKind::planar : SpaceKind::spatial;
   });
   if (const Cursor* units = sections["units"]) draft.units = read_units(*units);
-  draft.mechanism().units = {draft.units.length, draft.units.angle, draft.units.length_name, draft.units.angle_name};
+  draft.mechanism().units = static_cast<const SpecUnits&>(draft.units);
   const Cursor* parameters = sections["parameters"];
   draft.parameters = Parameters(parameters != nullptr ? std::optional(*parameters) : std::nullopt, overrides,
                                 parameters_of_added_amounts(root), *draft.recording, draft.problems);

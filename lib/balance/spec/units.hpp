@@ -46,14 +46,11 @@ constexpr Dimension dimension_of(CoordinateKind kind) {
 /// Of what a quantity's SI unit measures: "N m/s", "rad/s^2"; none for units that are no quantity's.
 Dimension dimension_of_unit(const std::string& unit);
 
-/// SI values of the spec's units.
-struct Units {
-  double length = 1;
+/// SI values of the spec's units: those that the mechanism keeps, and the others.
+struct Units : SpecUnits {
   double mass = 1;
   double time = 1;
-  double angle = 1;
   std::optional<double> force;  ///< without one: mass · length / time²
-  std::string length_name = "m", angle_name = "rad";
 
   /// SI value of the number one in this dimension.
   double factor(Dimension dimension) const;
